@@ -1,0 +1,59 @@
+"""The errors of Farhand.
+
+Every error says which field or file is wrong, what was expected, and what to do about it; foreign
+exceptions (of the transport, the decoder, the file system) are converted where they enter.
+
+    FarhandError
+    ├── InvalidInput            something given to us is malformed; nothing was changed
+    │   ├── InvalidDemonstration
+    │   ├── InvalidModel
+    │   ├── InvalidMessage
+    │   └── InvalidConfiguration
+    ├── LinkError               the transport could not be opened, or nobody answered
+    └── ProcessFailed           a child process ended on its own
+"""
+
+from __future__ import annotations
+
+
+class FarhandError(Exception):
+    """Base of all errors that Farhand raises on purpose; its text is fit for the operator."""
+
+
+class InvalidInput(FarhandError):
+    """Input that does not have the agreed form.
+
+    Args:
+        source: What was read: a file name, ``configuration``, a message's name.
+        field: The field at fault, or an empty string for the whole.
+        expected: What should have been there, and the remedy.
+    """
+
+    def __init__(self, source: str, field: str, expected: str):
+        self.source, self.field, self.expected = source, field, expected
+        where = f"{source}: {field}" if field else source
+        super().__init__(f"{where}: {expected}")
+
+
+class InvalidDemonstration(InvalidInput):
+    """A demonstration file or stream is malformed."""
+
+
+class InvalidModel(InvalidInput):
+    """A model file or its content breaks an invariant of the TP-HSMM."""
+
+
+class InvalidMessage(InvalidInput):
+    """A message from the wire was not understood; it was dropped."""
+
+
+class InvalidConfiguration(InvalidInput):
+    """A configuration file or an override is wrong."""
+
+
+class LinkError(FarhandError):
+    """The transport to the other site could not be used."""
+
+
+class ProcessFailed(FarhandError):
+    """A child process ended by itself."""

@@ -1,0 +1,1 @@
+"""How Farhand is started: the command line, the processes, the link relay, the configurations."""

@@ -1,0 +1,1 @@
+"""The operator's site: demonstrations, learning, commands, the view."""

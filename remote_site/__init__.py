@@ -1,0 +1,1 @@
+"""The robot's site: supervision, perception, reproduction, the plant."""
