@@ -1,0 +1,110 @@
+"""Transitions and durations of the components (Algorithm 1, temporal part).
+
+A segment is a stay in one component. It is closed, and counted, when the next component is entered and
+when the demonstration ends. Durations are seconds: a datapoint owns the time since the one before it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Dwell(NamedTuple):
+    """Counts and running duration statistics; arrays have room for more components than there are."""
+
+    starts: Integers  # c0_i, demonstrations that began in i, shape (capacity,)
+    ends: Integers  # cE_i, demonstrations that ended after i, shape (capacity,)
+    transitions: Integers  # c_il, shape (capacity, capacity)
+    visits: Integers  # N_i^D, closed segments, shape (capacity,)
+    mean: Array  # running mean of the duration [s], shape (capacity,)
+    m2: Array  # running squared deviation of the duration [s^2], shape (capacity,)
+    phase_sum: Array  # of t / T over the datapoints of ended demonstrations, shape (capacity,)
+    phase_count: Integers  # these datapoints, shape (capacity,)
+
+    @classmethod
+    def empty(cls, capacity: int) -> Dwell:
+        """Nothing counted yet."""
+        n, real = np.int64, np.float64
+        shapes = [(capacity, n), (capacity, n), ((capacity, capacity), n), (capacity, n)]
+        shapes += [(capacity, real), (capacity, real), (capacity, real), (capacity, n)]
+        return cls(*(np.zeros(shape, kind) for shape, kind in shapes))
+
+
+class Segment(NamedTuple):
+    """The running demonstration and its open segment."""
+
+    component: Integers  # or -1 before the first datapoint, shape (1,)
+    clock: Array  # start of the demonstration, last datapoint, start of the segment [s], shape (3,)
+    time_sum: Array  # sum of t over the datapoints of each component, shape (capacity,)
+    time_count: Integers  # these datapoints, shape (capacity,)
+
+    @classmethod
+    def begin(cls, capacity: int) -> Segment:
+        """Before the first datapoint."""
+        return cls(np.array([-1]), np.zeros(3), np.zeros(capacity), np.zeros(capacity, np.int64))
+
+
+@njit(cache=True)
+def follow(dwell, segment, labels, times):
+    """Count along the components of consecutive datapoints, in place. Shapes (T,), (T,)."""
+    for t in range(labels.size):
+        q, previous = labels[t], segment.component[0]
+        if previous < 0:
+            dwell.starts[q] += 1
+            segment.clock[:] = times[t]
+        elif q != previous:
+            _close(dwell, segment)
+            dwell.transitions[previous, q] += 1
+            segment.clock[2] = segment.clock[1]
+        segment.component[0] = q
+        segment.clock[1] = times[t]
+        segment.time_sum[q] += times[t] - segment.clock[0]
+        segment.time_count[q] += 1
+
+
+@njit(cache=True)
+def finish(dwell, segment, terminal):
+    """Close the last segment into the terminal component, and commit the phases."""
+    _close(dwell, segment)
+    dwell.transitions[segment.component[0], terminal] += 1
+    dwell.ends[terminal] += 1
+    total = segment.clock[1] - segment.clock[0]
+    for i in range(segment.time_count.size):
+        if segment.time_count[i] > 0:
+            dwell.phase_sum[i] += segment.time_sum[i] / total if total > 0.0 else 0.0
+            dwell.phase_count[i] += segment.time_count[i]
+    dwell.phase_sum[terminal] += 1.0
+    dwell.phase_count[terminal] += 1
+
+
+@njit(cache=True)
+def _close(dwell, segment):
+    """Running mean and variance of the duration (Welford)."""
+    i, d = segment.component[0], segment.clock[1] - segment.clock[2]
+    dwell.visits[i] += 1
+    deviation = d - dwell.mean[i]
+    dwell.mean[i] += deviation / dwell.visits[i]
+    dwell.m2[i] += deviation * (d - dwell.mean[i])
+
+
+def duration_variance(dwell: Dwell, size: int, relative_floor: float, floor_s: float) -> Array:
+    """Variance Sigma_i^D [s^2], floored: most components of a small model were visited once. Shape (K,)."""
+    visits, mean = dwell.visits[:size], dwell.mean[:size]
+    sample = np.where(visits > 1, dwell.m2[:size] / np.maximum(visits - 1, 1), 0.0)
+    return np.maximum(sample, (relative_floor * mean) ** 2 + floor_s**2)
+
+
+def transition_probabilities(dwell: Dwell, size: int) -> tuple[Array, Array]:
+    """Transition (K, K) and exit (K,) probabilities; a component nobody left yet exits."""
+    counts = dwell.transitions[:size, :size].astype(float)
+    ends = dwell.ends[:size].astype(float)
+    ends[counts.sum(axis=1) + ends == 0] = 1.0
+    total = counts.sum(axis=1) + ends
+    return counts / total[:, None], ends / total

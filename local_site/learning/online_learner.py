@@ -1,0 +1,270 @@
+"""OnlineLearner: a TP-HSMM that grows with every datapoint (Sec. III-A, Algorithm 1).
+
+No datapoint is kept: what the learner remembers does not depend on how many it has seen. It can be put
+back to any earlier `snapshot`, bit for bit, which is how the operator undoes a demonstration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.errors import InvalidConfiguration, InvalidDemonstration, InvalidModel
+from common.gaussian_product import check_frames
+from common.task_frame import TaskFrame
+from common.tphsmm import TPHSMM
+from local_site.learning.dp_means import Clusters, Motion, add_end, assign_points
+from local_site.learning.dwell_statistics import Dwell, Segment, finish, follow
+from local_site.learning.parameters import parameters
+
+Array = NDArray[np.float64]
+
+_FIRST_CAPACITY = 32
+
+
+@dataclass(frozen=True)
+class LearnerSettings:
+    """The two numbers of the paper, and fixed weights.
+
+    Args:
+        max_distance_m: Lambda, the distance beyond which a datapoint founds a component [m].
+        min_std_m: Square root of the minimum covariance [m]; a twentieth of lambda when not given.
+        hysteresis: A switch of component must be nearer by this fraction of lambda.
+        direction_weight: Weight of the direction of travel in the assignment, in lambda.
+        distance_weight: Weight of the distance travelled in the assignment.
+
+    Raises:
+        InvalidConfiguration: When a number is not finite or out of range.
+    """
+
+    max_distance_m: float
+    min_std_m: float | None = None
+    hysteresis: float = 0.1
+    direction_weight: float = 1.0
+    distance_weight: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name in ("max_distance_m", "min_std"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise InvalidConfiguration("learner", name, f"a positive number of metres, got {value}")
+        for name in ("hysteresis", "direction_weight", "distance_weight"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0):
+                raise InvalidConfiguration("learner", name, f"zero or more, got {value}")
+
+    @property
+    def min_std(self) -> float:
+        """Square root of the minimum covariance [m]."""
+        return 0.05 * self.max_distance_m if self.min_std_m is None else self.min_std_m
+
+
+class Snapshot(NamedTuple):
+    """Everything a learner is, as copies."""
+
+    clusters: Clusters
+    dwell: Dwell
+    motion: Motion | None
+    segment: Segment | None
+
+
+class OnlineLearner:
+    """Learns one task from demonstrations, datapoint by datapoint.
+
+    Args:
+        settings: Lambda and the rest.
+        n_dims: Dimension D of the datapoints.
+        frame_names: Names of the task frames; their number is P.
+    """
+
+    def __init__(self, settings: LearnerSettings, n_dims: int, frame_names: Sequence[str] = ("goal",)):
+        self.settings = settings
+        self.n_dims = n_dims
+        self.frame_names = tuple(frame_names)
+        self._clusters = Clusters.empty(_FIRST_CAPACITY, len(self.frame_names), n_dims)
+        self._dwell = Dwell.empty(_FIRST_CAPACITY)
+        self._motion: Motion | None = None
+        self._segment: Segment | None = None
+        self._before: Snapshot | None = None
+
+    @property
+    def demonstrating(self) -> bool:
+        """Whether a demonstration was started and not yet ended."""
+        return self._motion is not None
+
+    @property
+    def n_components(self) -> int:
+        """Number of components so far, the terminal ones included."""
+        return int(self._clusters.size[0])
+
+    @property
+    def n_points(self) -> int:
+        """Datapoints learned."""
+        return int(self._clusters.counts[~self._clusters.terminal].sum())
+
+    @property
+    def n_demonstrations(self) -> int:
+        """Demonstrations ended."""
+        return int(self._dwell.ends.sum())
+
+    def start(self) -> None:
+        """Begin a demonstration.
+
+        Raises:
+            InvalidDemonstration: When one is running.
+        """
+        if self.demonstrating:
+            raise InvalidDemonstration("demonstration", "start", "end or discard the running one first")
+        self._before = self.snapshot()
+        self._motion = Motion.begin(len(self.frame_names), self.n_dims)
+        self._segment = Segment.begin(self._clusters.counts.size)
+
+    def observe(self, point: Array, frames: Sequence[TaskFrame], time_s: float) -> int:
+        """Learn from one datapoint and return its component.
+
+        Args:
+            point: Position in the world [m]. Shape (D,).
+            frames: The task frames at that time. Length P.
+            time_s: Its time, later than that of the one before [s].
+
+        Raises:
+            InvalidDemonstration: When it is malformed or late; nothing was changed.
+        """
+        return int(self.observe_many(np.asarray(point, dtype=float)[None], [frames], [time_s])[0])
+
+    def observe_many(
+        self, points: Array, frames: Sequence[Sequence[TaskFrame]] | Sequence[TaskFrame], times_s: Sequence[float]
+    ) -> NDArray[np.int64]:
+        """Learn from consecutive datapoints, exactly as one by one, and return their components.
+
+        Args:
+            points: Positions in the world [m]. Shape (T, D).
+            frames: The task frames, P of them for all datapoints or one such sequence per datapoint.
+            times_s: Increasing times [s]. Length T.
+
+        Raises:
+            InvalidDemonstration: When any is malformed or late; nothing was changed.
+        """
+        if self._motion is None or self._segment is None:
+            raise InvalidDemonstration("demonstration", "", "start the demonstration first")
+        local, times = self._checked(points, frames, times_s)
+        labels, done = np.zeros(len(times), np.int64), 0
+        s = self.settings
+        weights = np.array([s.direction_weight, s.distance_weight])
+        while done < len(times):
+            done += assign_points(
+                self._clusters,
+                self._motion,
+                local[done:],
+                times[done:],
+                s.max_distance_m,
+                weights,
+                s.hysteresis,
+                labels[done:],
+            )
+            self._make_room()
+        follow(self._dwell, self._segment, labels, times)
+        return labels
+
+    def end(self) -> int:
+        """End the demonstration where it is, and return its terminal component.
+
+        Raises:
+            InvalidDemonstration: When none is running or it has fewer than two datapoints.
+        """
+        if self._motion is None or self._segment is None:
+            raise InvalidDemonstration("demonstration", "", "start the demonstration first")
+        if self._segment.time_count.sum() < 2:
+            raise InvalidDemonstration("demonstration", "", "at least two datapoints")
+        s = self.settings
+        weights = np.array([s.direction_weight, s.distance_weight])
+        terminal = int(add_end(self._clusters, self._motion, s.max_distance_m, weights))
+        finish(self._dwell, self._segment, terminal)
+        self._make_room()
+        self._motion = self._segment = self._before = None
+        return terminal
+
+    def discard(self) -> None:
+        """Forget the running demonstration; the learner is as before its start, bit for bit.
+
+        Raises:
+            InvalidDemonstration: When none is running.
+        """
+        if self._before is None:
+            raise InvalidDemonstration("demonstration", "discard", "no demonstration is running")
+        self.restore(self._before)
+
+    def snapshot(self) -> Snapshot:
+        """A copy of all that the learner remembers."""
+        return Snapshot(
+            _copied(self._clusters), _copied(self._dwell), _copied(self._motion), _copied(self._segment)
+        )
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Put the learner back to a snapshot; a demonstration that ran then runs again."""
+        if snapshot.motion is None:
+            self._before = None
+        elif self._before is None:
+            raise InvalidDemonstration("demonstration", "restore", "a snapshot from between demonstrations")
+        self._clusters, self._dwell = _copied(snapshot.clusters), _copied(snapshot.dwell)
+        self._motion, self._segment = _copied(snapshot.motion), _copied(snapshot.segment)
+
+    def model(self) -> TPHSMM:
+        """The model learned so far.
+
+        Raises:
+            InvalidModel: When no datapoint was learned yet.
+        """
+        if self.n_components == 0:
+            raise InvalidModel("model", "", "at least one demonstration to learn from")
+        return parameters(self._clusters, self._dwell, self.settings, self.frame_names)
+
+    def _checked(self, points, frames, times_s) -> tuple[Array, Array]:
+        """Datapoints in each frame (T, P, D), and times (T,)."""
+        points, times = np.asarray(points, dtype=float), np.asarray(times_s, dtype=float)
+        if points.ndim != 2 or points.shape[1] != self.n_dims or times.shape != points.shape[:1]:
+            expected = f"shapes (T, {self.n_dims}) and (T,), got {points.shape} and {times.shape}"
+            raise InvalidDemonstration("demonstration", "points, times", expected)
+        if not (np.isfinite(points).all() and np.isfinite(times).all()):
+            raise InvalidDemonstration("demonstration", "points, times", "finite numbers only")
+        assert self._motion is not None
+        last = self._motion.clock[0] if self._motion.component[0] >= 0 else -np.inf
+        if (np.diff(times, prepend=last) <= 0).any():
+            raise InvalidDemonstration("demonstration", "time_s", "times that increase")
+        fixed = len(frames) > 0 and isinstance(frames[0], TaskFrame)
+        if fixed:
+            check_frames(frames, len(self.frame_names), self.n_dims)
+            return np.ascontiguousarray(np.stack([f.to_local(points) for f in frames], axis=1)), times
+        if len(frames) != len(times):
+            raise InvalidDemonstration("demonstration", "frames", f"{len(times)} of them, got {len(frames)}")
+        local = np.empty((len(times), len(self.frame_names), self.n_dims))
+        for t, present in enumerate(frames):
+            check_frames(present, len(self.frame_names), self.n_dims)
+            local[t] = [frame.to_local(points[t]) for frame in present]
+        return local, times
+
+    def _make_room(self) -> None:
+        """Double the arrays when they are full."""
+        capacity = self._clusters.counts.size
+        if self.n_components < capacity:
+            return
+        frames, dims = len(self.frame_names), self.n_dims
+        self._clusters = _filled(Clusters.empty(2 * capacity, frames, dims), self._clusters)
+        self._dwell = _filled(Dwell.empty(2 * capacity), self._dwell)
+        if self._segment is not None:
+            self._segment = _filled(Segment.begin(2 * capacity), self._segment)
+
+
+def _copied(arrays):
+    return None if arrays is None else type(arrays)(*(a.copy() for a in arrays))
+
+
+def _filled(larger, smaller):
+    """Copy the arrays of one tuple into the corners of a larger one's."""
+    for target, source in zip(larger, smaller, strict=True):
+        target[tuple(slice(n) for n in source.shape)] = source
+    return larger
