@@ -1,0 +1,56 @@
+# Every target makes .venv by itself and is quick the second time.
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+# Small matrices are slower with more BLAS threads.
+export OPENBLAS_NUM_THREADS := 1
+
+BIN := .venv/bin
+READY := .venv/.ready
+# Options for the target's own command: make test ARGS='-k link', make run ARGS='--link leo'
+ARGS ?=
+
+.PHONY: help run test check bench
+
+help: ## print this list
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST)
+
+run: $(READY) ## the planar demonstration: both sites and the delayed link on this machine
+	@$(BIN)/farhand demo --task planar $(ARGS)
+
+test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers forbids those to skip)
+	@$(BIN)/pytest $(ARGS)
+
+check: $(READY) ## lint, format, types and import contracts
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/basedpyright
+	$(BIN)/lint-imports
+
+bench: $(READY) ## the benchmarks, each beside a peer
+	@$(BIN)/pytest benchmarks $(ARGS)
+
+# The first Python that runs and has a supported version: a name on PATH may be a shim of a missing one.
+FIND_PYTHON = for name in $${PYTHON:-} python3.12 python3.11 python3 python; do \
+	    "$$name" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 13))' 2>/dev/null \
+	        && { echo "$$name"; exit; }; \
+	done; \
+	echo "Farhand needs Python 3.11 or 3.12, and none is on PATH (found: $$(python3 --version 2>&1 || true))." >&2; \
+	echo "On Debian 12: apt-get install python3 python3-venv. Elsewhere: make PYTHON=/path/to/python3.12" >&2; \
+	exit 1
+
+$(BIN)/python:
+	@python=$$($(FIND_PYTHON)); \
+	echo "==> making .venv with $$("$$python" --version)"; \
+	"$$python" -m venv .venv || { \
+	    rm -rf .venv; \
+	    echo "$$python lacks its venv module. On Debian: apt-get install $$("$$python" -c \
+	        'import sys; print("python%d.%d-venv" % sys.version_info[:2])')" >&2; \
+	    exit 1; \
+	}
+
+$(READY): pyproject.toml constraints.txt | $(BIN)/python
+	@echo "==> installing Farhand and its tools into .venv (some minutes the first time)"
+	@$(BIN)/python -m pip install --disable-pip-version-check --constraint constraints.txt \
+	    --editable '.[evaluation,test,development]'
+	@touch $@
