@@ -1,0 +1,149 @@
+"""Model predictive control of a unit-mass double integrator (Sec. III-B, Eqs. 2-7).
+
+Eq. 7 is solved exactly, not by its dense matrices but by the equivalent Riccati recursion, whose work
+grows with N_p and not with its cube. Beyond the N_c control commands the input is zero, as in Eq. 3. The
+cost Q_r is on the position alone; the exact zero-order hold of the input is
+
+    p' = p + dt v + dt^2/2 u,    v' = v + dt u.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True)
+def solve(position, velocity, targets, precisions, control_cost, n_controls, dt):
+    """Control commands that minimise Eq. 5.
+
+    Args:
+        position: Present position [m]. Shape (D,).
+        velocity: Present velocity [m/s]. Shape (D,).
+        targets: Desired positions of the next N_p steps [m]. Shape (N_p, D).
+        precisions: Their tracking cost Q_r [1/m^2], symmetric. Shape (N_p, D, D).
+        control_cost: R = control_cost I [1/(m/s^2)^2].
+        n_controls: Number of control commands N_c, from 1 to N_p.
+        dt: Control period [s].
+
+    Returns:
+        The commands u [m/s^2]. Shape (N_c, D).
+    """
+    gains_p, gains_v, offsets = _gains(targets, precisions, control_cost, n_controls, dt)
+    D = position.size
+    p, v = position.copy(), velocity.copy()
+    u = np.zeros((n_controls, D))
+    for r in range(n_controls):
+        for a in range(D):
+            total = offsets[r, a]
+            for b in range(D):
+                total -= gains_p[r, a, b] * p[b] + gains_v[r, a, b] * v[b]
+            u[r, a] = total
+        for a in range(D):
+            p[a] += dt * v[a] + 0.5 * dt * dt * u[r, a]
+            v[a] += dt * u[r, a]
+    return u
+
+
+@njit(cache=True)
+def _gains(targets, precisions, control_cost, n_controls, dt):
+    """Backward recursion: u = offset - gain_p p - gain_v v at each of the N_c steps.
+
+    The cost to go is z^T P z - 2 s^T z with z = (p, v), P in blocks pp, pv, vv.
+    """
+    N_p, D = targets.shape
+    pp, pv, vv = np.zeros((D, D)), np.zeros((D, D)), np.zeros((D, D))
+    sp, sv = np.zeros(D), np.zeros(D)
+    gains_p, gains_v = np.zeros((n_controls, D, D)), np.zeros((n_controls, D, D))
+    offsets = np.zeros((n_controls, D))
+    gp, gv, H, h = np.zeros((D, D)), np.zeros((D, D)), np.zeros((D, D)), np.zeros(D)
+    b_p, b_v = 0.5 * dt * dt, dt
+    for r in range(N_p - 1, -1, -1):
+        for a in range(D):  # the cost of the state that step r leads to
+            for b in range(D):
+                pp[a, b] += precisions[r, a, b]
+                sp[a] += precisions[r, a, b] * targets[r, b]
+        if r < n_controls:
+            for a in range(D):
+                h[a] = b_p * sp[a] + b_v * sv[a]
+                for b in range(D):
+                    gp[a, b] = b_p * pp[a, b] + b_v * pv[b, a]  # B^T P A, columns of p
+                    mv = b_p * pv[a, b] + b_v * vv[a, b]
+                    gv[a, b] = dt * gp[a, b] + mv  # B^T P A, columns of v
+                    H[a, b] = b_p * gp[a, b] + b_v * mv
+                H[a, a] += control_cost  # B^T P B + R
+            _cholesky(H)
+            _solve_columns(H, gp, gains_p[r])
+            _solve_columns(H, gv, gains_v[r])
+            _solve_vector(H, h, offsets[r])
+        _propagate(pp, pv, vv, sp, sv, dt)  # A^T P A, A^T s
+        if r < n_controls:
+            _subtract_control(pp, pv, vv, sp, sv, gp, gv, gains_p[r], gains_v[r], h)
+    return gains_p, gains_v, offsets
+
+
+@njit(cache=True)
+def _propagate(pp, pv, vv, sp, sv, dt):
+    D = sp.size
+    for a in range(D):
+        for b in range(D):
+            vv[a, b] += dt * (pv[a, b] + pv[b, a]) + dt * dt * pp[a, b]
+    for a in range(D):
+        sv[a] += dt * sp[a]
+        for b in range(D):
+            pv[a, b] += dt * pp[a, b]
+
+
+@njit(cache=True)
+def _subtract_control(pp, pv, vv, sp, sv, gp, gv, gain_p, gain_v, h):
+    """P -= G^T H^-1 G and s -= G^T H^-1 B^T s, kept symmetric."""
+    D = sp.size
+    for a in range(D):
+        for c in range(D):
+            sp[a] -= gain_p[c, a] * h[c]
+            sv[a] -= gain_v[c, a] * h[c]
+            for b in range(D):
+                pv[a, b] -= gp[c, a] * gain_v[c, b]
+        for b in range(a + 1):
+            for c in range(D):
+                pp[a, b] -= 0.5 * (gp[c, a] * gain_p[c, b] + gp[c, b] * gain_p[c, a])
+                vv[a, b] -= 0.5 * (gv[c, a] * gain_v[c, b] + gv[c, b] * gain_v[c, a])
+            pp[b, a], vv[b, a] = pp[a, b], vv[a, b]
+
+
+@njit(cache=True)
+def _cholesky(H):
+    """In place, H = L L^T in the lower triangle."""
+    D = H.shape[0]
+    for j in range(D):
+        for k in range(j):
+            H[j, j] -= H[j, k] * H[j, k]
+        H[j, j] = np.sqrt(H[j, j])
+        for i in range(j + 1, D):
+            for k in range(j):
+                H[i, j] -= H[i, k] * H[j, k]
+            H[i, j] /= H[j, j]
+
+
+@njit(cache=True)
+def _solve_vector(L, b, out):
+    D = b.size
+    for i in range(D):
+        out[i] = b[i]
+        for k in range(i):
+            out[i] -= L[i, k] * out[k]
+        out[i] /= L[i, i]
+    for i in range(D - 1, -1, -1):
+        for k in range(i + 1, D):
+            out[i] -= L[k, i] * out[k]
+        out[i] /= L[i, i]
+
+
+@njit(cache=True)
+def _solve_columns(L, B, out):
+    D = L.shape[0]
+    for c in range(D):
+        _solve_vector(L, B[:, c], out[:, c])
