@@ -32,7 +32,7 @@ bench: $(READY) ## the benchmarks, each beside a peer
 
 # The first Python that runs and has a supported version: a name on PATH may be a shim of a missing one.
 FIND_PYTHON = for name in $${PYTHON:-} python3.12 python3.11 python3 python; do \
-	    "$$name" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 13))' 2>/dev/null \
+	    "$$name" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 13))' >/dev/null 2>&1 \
 	        && { echo "$$name"; exit; }; \
 	done; \
 	echo "Farhand needs Python 3.11 or 3.12, and none is on PATH (found: $$(python3 --version 2>&1 || true))." >&2; \
