@@ -155,6 +155,11 @@ class Executor:
             raise InvalidInput("executor", "", "begin before anything else")
         return self._state
 
+    @property
+    def remaining_s(self) -> float:
+        """Time until the end of the motion as it was demonstrated [s]."""
+        return self._tracker.time_to_go(self.state().progress)
+
     def begin(self, position: Array, velocity: Array, frames: Sequence[TaskFrame]) -> None:
         """Begin the motion from where the robot is.
 

@@ -17,7 +17,7 @@ from common.task_frame import TaskFrame
 Array = NDArray[np.float64]
 
 # Bandwidth of the estimate: what moves faster is taken for noise.
-_BANDWIDTH_RAD_S = 6.0
+_BANDWIDTH_RAD_S = 15.0
 # A frame that moved faster than this between two ticks was put elsewhere; that is no velocity.
 _JUMP_M_S = 1.0
 

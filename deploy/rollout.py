@@ -1,0 +1,46 @@
+"""`farhand rollout`: reproduce a demonstration with a model, in the demonstration's own frames."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from common.errors import InvalidDemonstration
+from common.task_frame import TaskFrame
+from common.tphsmm import TPHSMM
+from local_site.demonstration import Demonstration
+from remote_site.reproduction import rollout
+from remote_site.reproduction.executor import ExecutorSettings
+
+
+def roll_out(model: TPHSMM, demonstration: Demonstration, settings: ExecutorSettings | None = None) -> Demonstration:
+    """Execute the model on the point plant from the demonstration's start, in its frames.
+
+    Raises:
+        InvalidDemonstration: When its dimension or frames are not the model's.
+    """
+    if demonstration.n_dims != model.n_dims or demonstration.frame_names != model.frame_names:
+        expected = f"dimension {model.n_dims} and frames {model.frame_names}, as the model has"
+        raise InvalidDemonstration("demonstration", "position_m, frame_names", expected)
+    clock = demonstration.time_s - demonstration.time_s[0]
+    fixed = None if demonstration.frames_move else demonstration.frames_at(0)
+
+    def sample_at(time_s: float) -> int:
+        return int(np.searchsorted(clock, time_s, side="right")) - 1
+
+    def frames_at(time_s: float) -> list[TaskFrame]:
+        return fixed or demonstration.frames_at(sample_at(time_s))
+
+    result = rollout.roll_out(model, demonstration.position_m[0], frames_at, settings)
+    samples = [sample_at(t) for t in result.time_s]
+    moving_b, moving_A = demonstration.frame_origin_m.ndim == 3, demonstration.frame_rotation.ndim == 4
+    return replace(
+        demonstration,
+        time_s=result.time_s,
+        position_m=result.position_m,
+        frame_origin_m=demonstration.frame_origin_m[samples] if moving_b else demonstration.frame_origin_m,
+        frame_rotation=demonstration.frame_rotation[samples] if moving_A else demonstration.frame_rotation,
+        quat_wxyz=None,
+        source=f"rollout of a model{'' if result.arrived else ' (gave up before its end)'}",
+    )
