@@ -1,0 +1,104 @@
+"""One relayed connection: two sockets and the pipe each way between them."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import struct
+
+from common.impairment import DelayLine, LinkSettings
+from deploy.listener import Address
+from deploy.relay_pipe import Meter, Pipe
+
+DIAL_TIMEOUT_S = 5.0
+SOCKET_BUFFER_BYTES = 65536
+"""Bound of the kernel's buffers: what waits there is not bounded by `queue_bytes`."""
+
+
+class Connection:
+    """Carries bytes both ways until both ends have closed, or one has broken off.
+
+    Args:
+        near: Socket to the local site.
+        far: Socket to the remote site.
+        settings: How the link is.
+        stream: Name of the connection, which with the settings' seeds fixes its jitter.
+        meters: Of the uplink and the downlink.
+    """
+
+    def __init__(
+        self,
+        near: socket.socket,
+        far: socket.socket,
+        settings: LinkSettings,
+        stream: str,
+        meters: tuple[Meter, Meter],
+    ):
+        for sock in (near, far):
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SOCKET_BUFFER_BYTES)
+        uplink = Pipe(near, far, DelayLine(settings.uplink, f"{stream}/uplink"), meters[0])
+        downlink = Pipe(far, near, DelayLine(settings.downlink, f"{stream}/downlink"), meters[1])
+        uplink.opposite, downlink.opposite = downlink, uplink
+        self.pipes = (uplink, downlink)
+        """Uplink, downlink."""
+
+    async def run(self) -> bool:
+        """Carry until the end.
+
+        Returns:
+            Whether both ends have closed in order; otherwise one broke off, and the other is to be reset.
+        """
+        in_order = True
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                for pipe in self.pipes:
+                    tasks.create_task(pipe.read())
+                    tasks.create_task(pipe.deliver())
+        except* ConnectionResetError:
+            in_order = False
+        return in_order
+
+    def change(self, settings: LinkSettings) -> None:
+        """Replace the settings for what is sent from now on."""
+        for pipe, direction in zip(self.pipes, (settings.uplink, settings.downlink), strict=True):
+            pipe.change(direction)
+
+    def stall(self, until_s: float) -> None:
+        """Deliver nothing until that time of the event loop [s]."""
+        for pipe in self.pipes:
+            pipe.stall(until_s)
+
+    def swallow(self) -> None:
+        """Lose what is under way and all that comes."""
+        for pipe in self.pipes:
+            pipe.swallow()
+
+
+async def dial(target: Address) -> socket.socket:
+    """A non-blocking socket connected to the target.
+
+    Raises:
+        OSError: Its name is unknown, or nobody answers within `DIAL_TIMEOUT_S`.
+    """
+    loop = asyncio.get_running_loop()
+    async with asyncio.timeout(DIAL_TIMEOUT_S):
+        found = await loop.getaddrinfo(*target, type=socket.SOCK_STREAM)
+        family, kind, _, _, resolved = found[0]
+        sock = socket.socket(family, kind)
+        try:
+            sock.setblocking(False)
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, SOCKET_BUFFER_BYTES)
+            await loop.sock_connect(sock, resolved)
+        except BaseException:
+            sock.close()
+            raise
+    return sock
+
+
+def close(sock: socket.socket, *, reset: bool) -> None:
+    """Close a socket: in order, or so that the peer sees a reset and loses what it has not read."""
+    if reset:
+        # A linger of no time makes the kernel send RST.
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    sock.close()
