@@ -34,9 +34,10 @@ ARRAY_FIELDS: dict[str, tuple[str, type]] = {
     "slopes": ("PKD", np.float64),
     "residual_covariances": ("PKDD", np.float64),
     "start_means": ("PKD", np.float64),
+    "start_covariances": ("PKDD", np.float64),
     "start_gains": ("PKDD", np.float64),
 }
-_COVARIANCES = ("covariances", "residual_covariances")
+_COVARIANCES = ("covariances", "residual_covariances", "start_covariances")
 _NOT_NEGATIVE = ("initial", "transition", "exit", "duration_mean_s", "counts", "phase", "elapsed_mean_s")
 
 
@@ -62,6 +63,7 @@ class TPHSMM:
         slopes: Regression of position on that time, the ramp reference [m/s]. Shape (P, K, D).
         residual_covariances: Covariance left by that regression [m^2]. Shape (P, K, D, D).
         start_means: Mean start of the demonstrations seen by the component [m]. Shape (P, K, D).
+        start_covariances: Covariance of these starts, with its prior [m^2]. Shape (P, K, D, D).
         start_gains: Regression of position on the start. Shape (P, K, D, D).
 
     Raises:
@@ -85,6 +87,7 @@ class TPHSMM:
     slopes: Array
     residual_covariances: Array
     start_means: Array
+    start_covariances: Array
     start_gains: Array
 
     def __post_init__(self) -> None:

@@ -40,7 +40,7 @@ def parameters(clusters: Clusters, dwell: Dwell, settings: LearnerSettings, fram
     explained = slopes[..., :, None] * scatter[..., None, x, elapsed]
     phase = dwell.phase_sum[:size] / np.maximum(dwell.phase_count[:size], 1)
     n_demonstrations = int(dwell.ends.sum())
-    gains = _start_gains(
+    gains, start_covariances = _start_regression(
         scatter[..., x, s], scatter[..., s, s], phase, terminal, n_demonstrations, settings.max_distance_m
     )
     transition, exit_probability = transition_probabilities(dwell, size)
@@ -62,13 +62,14 @@ def parameters(clusters: Clusters, dwell: Dwell, settings: LearnerSettings, fram
         slopes=slopes,
         residual_covariances=_symmetric(scatter[..., x, x] - explained) + min_covariance,
         start_means=means[..., s],
+        start_covariances=start_covariances,
         start_gains=gains,
     )
 
 
-def _start_gains(
+def _start_regression(
     C_ps: Array, C_ss: Array, phase: Array, terminal: NDArray[np.bool_], n_demonstrations: int, max_distance: float
-) -> Array:
+) -> tuple[Array, Array]:
     """How a component's mean moves with the start of the motion: G = (C_ps + (1 - phase) R) (C_ss + R)^-1.
 
     The prior R is the linear warp, which moves the beginning with the start and leaves the end where it
@@ -80,7 +81,7 @@ def _start_gains(
     warp = (1.0 - phase)[:, None, None] * R
     gains = np.swapaxes(np.linalg.solve(spread, np.swapaxes(C_ps + warp, -1, -2)), -1, -2)
     gains[:, terminal] = 0.0
-    return gains
+    return gains, spread
 
 
 def _symmetric(matrices: Array) -> Array:

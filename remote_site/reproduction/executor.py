@@ -112,12 +112,12 @@ class ExecutorState:
     Args:
         progress: Where it is in the chain of components.
         motion: How the task frames move.
-        shift: How far the start moved the means [m]. Shape (P, K, D).
+        start: Where the motion began in each frame [m], if demonstrations began there. Shape (P, D).
     """
 
     progress: Progress
     motion: FrameMotion
-    shift: Array
+    start: Array | None
 
 
 class Executor:
@@ -136,13 +136,14 @@ class Executor:
         self._tracker = ProgressTracker(model)
         self._control_cost = _control_cost(model, settings.bandwidth_rad_s)
         self._state: ExecutorState | None = None
+        self._shift = start_shift(model, None)
         self._world: WorldComponents | None = None
 
     @classmethod
     def from_state(cls, model: TPHSMM, settings: ExecutorSettings, state: ExecutorState) -> Executor:
         """An executor that continues from another's state."""
         executor = cls(model, settings)
-        executor._state = state
+        executor._continue(state)
         return executor
 
     def state(self) -> ExecutorState:
@@ -167,13 +168,16 @@ class Executor:
             InvalidInput: When shapes are not the model's or a number is not finite.
         """
         self._check(position, velocity, frames)
-        shift = np.zeros_like(self.model.means)
-        self._world = WorldComponents.seen(self.model, shift, tuple(frames))
-        progress = self._tracker.start(np.asarray(position, dtype=float), self._world.gaussians)
-        if progress.from_start:
-            shift = start_shift(self.model, np.asarray(position, dtype=float), frames)
-        self._state = ExecutorState(progress, FrameMotion.still(frames), shift)
-        self._world = None
+        position = np.asarray(position, dtype=float)
+        world = WorldComponents.seen(self.model, start_shift(self.model, None), tuple(frames))
+        progress = self._tracker.start(position, world.gaussians)
+        start = np.stack([frame.to_local(position) for frame in frames]) if progress.from_start else None
+        self._continue(ExecutorState(progress, FrameMotion.still(frames), start))
+
+    def _continue(self, state: ExecutorState) -> None:
+        self._state, self._world = state, None
+        self._tracker = ProgressTracker(self.model, state.start)
+        self._shift = start_shift(self.model, state.start)
 
     def step(self, position: Array, velocity: Array, frames: Sequence[TaskFrame]) -> Control:
         """One control period.
@@ -190,7 +194,7 @@ class Executor:
         self._check(position, velocity, frames)
         position, velocity = np.asarray(position, dtype=float), np.asarray(velocity, dtype=float)
         motion = state.motion.updated(frames, dt)
-        world = self._see(state.shift, tuple(frames))
+        world = self._see(tuple(frames))
         weights = world.weights(state.progress.component)
         relative = velocity - motion.velocity_at(position, weights)
         progress = self._tracker.advance(state.progress, position, relative, world.gaussians, dt)
@@ -208,7 +212,7 @@ class Executor:
         )
         u = solve(position, relative, targets, costs, self._control_cost, self.settings.n_controls, dt)[0]
         u = u + motion.acceleration_at(position, relative, weights)
-        self._state = ExecutorState(progress, motion, state.shift)
+        self._state = ExecutorState(progress, motion, state.start)
         return Control(
             acceleration=self._limited(u, velocity),
             component=progress.component,
@@ -238,7 +242,7 @@ class Executor:
         state, dt = self.state(), self.settings.dt_s
         self._check(position, velocity, frames)
         p = np.asarray(position, dtype=float)
-        weights = self._see(state.shift, tuple(frames)).weights(state.progress.component)
+        weights = self._see(tuple(frames)).weights(state.progress.component)
         v = np.asarray(velocity, dtype=float) - state.motion.velocity_at(p, weights)
         still = replace(state, motion=FrameMotion.still(frames))
         copy = Executor.from_state(self.model, self.settings, still)
@@ -254,10 +258,10 @@ class Executor:
         world = np.stack(points)
         return Path(frames[-1].to_local(world), world, every * dt, done)
 
-    def _see(self, shift: Array, frames: tuple[TaskFrame, ...]) -> WorldComponents:
+    def _see(self, frames: tuple[TaskFrame, ...]) -> WorldComponents:
         """The components in the world; computed again only when the frames moved."""
         if self._world is None or not self._world.valid_for(frames):
-            self._world = WorldComponents.seen(self.model, shift, frames)
+            self._world = WorldComponents.seen(self.model, self._shift, frames)
         return self._world
 
     def _limited(self, u: Array, velocity: Array) -> Array:

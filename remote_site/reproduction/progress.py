@@ -83,16 +83,17 @@ class ProgressTracker:
 
     Args:
         model: The learned task.
+        start: Where the motion began in each frame, if that was where demonstrations began. Shape (P, D).
 
     Raises:
         InvalidModel: When no component is terminal, so that no motion could ever end.
     """
 
-    def __init__(self, model: TPHSMM):
+    def __init__(self, model: TPHSMM, start: Array | None = None):
         if not model.terminal.any():
             raise InvalidModel("model", "terminal", "a component where a demonstration ended; end one first")
         self.model = model
-        self.successors = successors(model)
+        self.successors = successors(model, start)
         self.durations_s = model.duration_mean_s
         self.remaining_s = self._remaining()
 
@@ -151,26 +152,41 @@ class ProgressTracker:
         return remaining
 
 
-def successors(model: TPHSMM) -> Integers:
+def successors(model: TPHSMM, start: Array | None = None) -> Integers:
     """The component that follows each one, -1 for none; following them never comes back.
 
-    It is the most probable among those visited later in the demonstrations. Where that leads to no
-    terminal component, it is the most probable of those that do. Shape (K,).
+    It is the most probable among those visited later in the demonstrations, given where the motion
+    started. Where that leads to no terminal component, it is the most probable of those that do.
+
+    Args:
+        model: The learned task.
+        start: Where the motion began in each frame [m]; None when not where demonstrations began. Shape (P, D).
     """
-    later = model.phase[None, :] > model.phase[:, None]
-    a = np.where(later | model.terminal[None, :], model.transition, 0.0)
-    following = np.where(a.max(axis=1) > 0, np.argmax(a, axis=1), -1)
+    with np.errstate(divide="ignore"):
+        score = np.log(model.transition)  # log a_ij, -inf where never seen
+    if start is not None:
+        score = score + start_log_likelihood(model, start)
+    forward = np.where((model.phase[None, :] > model.phase[:, None]) | model.terminal, score, -np.inf)
+    following = np.where(forward.max(axis=1) > -np.inf, np.argmax(forward, axis=1), -1)
     following[model.terminal] = -1
     reaches = model.terminal.copy()
     for _ in range(model.n_components):  # phases increase along the chain, so it is at most K long
         reaches |= (following >= 0) & reaches[following]
     while True:
-        into = np.where(reaches[None, :], model.transition, 0.0).max(axis=1)
-        candidates = np.where(~reaches & (into > 0))[0]
-        if candidates.size == 0:
+        into = np.where(reaches, score, -np.inf)
+        best = np.where(reaches, -np.inf, into.max(axis=1))
+        i = int(np.argmax(best))
+        if best[i] == -np.inf:
             break
-        i = candidates[np.argmax(into[candidates])]
-        following[i] = np.argmax(np.where(reaches, model.transition[i], 0.0))
+        following[i] = np.argmax(into[i])
         reaches[i] = True
     following[~reaches] = -1
     return following
+
+
+def start_log_likelihood(model: TPHSMM, start: Array) -> Array:
+    """Log density of a start among those of the demonstrations that visited each component. Shape (K,)."""
+    e = start[:, None] - model.start_means
+    mahalanobis = np.einsum("pkd,pkd->pk", e, np.linalg.solve(model.start_covariances, e[..., None])[..., 0])
+    log_determinant = np.linalg.slogdet(model.start_covariances)[1]
+    return -0.5 * (mahalanobis + log_determinant).mean(axis=0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,7 +68,13 @@ class WorldComponents:
         return np.linalg.solve(factors.sum(axis=0), factors)
 
 
-def start_shift(model: TPHSMM, position: Array, frames: Sequence[TaskFrame]) -> Array:
-    """How a start moves the means of the components (start regression) [m]. Shape (P, K, D)."""
-    start = np.stack([frame.to_local(position) for frame in frames])
+def start_shift(model: TPHSMM, start: Array | None) -> Array:
+    """How a start moves the means of the components (start regression) [m]. Shape (P, K, D).
+
+    Args:
+        model: The learned task.
+        start: Where the motion began in each frame [m]; None when not where demonstrations began. Shape (P, D).
+    """
+    if start is None:
+        return np.zeros_like(model.means)
     return np.einsum("pkde,pke->pkd", model.start_gains, start[:, None] - model.start_means)
