@@ -1,0 +1,55 @@
+"""The table of Zenoh key expressions and their quality of service. A fixed set; ids travel in payloads.
+
+All keys are below the vehicle's name, which is the session's namespace.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Urgency(Enum):
+    """Order in which the transport serves what waits; the values are the transport's names."""
+
+    STOP = "REAL_TIME"
+    COMMAND = "INTERACTIVE_HIGH"
+    STREAM = "INTERACTIVE_LOW"
+    TELEMETRY = "DATA_HIGH"
+    EVENT = "DATA"
+    BULK = "DATA_LOW"
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One flow between the sites.
+
+    Args:
+        key: Key expression below the vehicle's name.
+        urgency: Its place in the queue.
+        must_arrive: Wait for room in a full queue (True), or drop the newest (False).
+        keep: How many messages wait for a slow receiver; the oldest are dropped.
+    """
+
+    key: str
+    urgency: Urgency
+    must_arrive: bool
+    keep: int = 1
+
+
+# From the operator
+STOP = Channel("op/stop", Urgency.STOP, must_arrive=True, keep=16)
+COMMAND = Channel("op/cmd", Urgency.COMMAND, must_arrive=True)
+LEASE = Channel("op/lease", Urgency.COMMAND, must_arrive=True)
+INPUT = Channel("op/pose", Urgency.STREAM, must_arrive=False, keep=8)
+HEARTBEAT = Channel("op/hb", Urgency.STREAM, must_arrive=False, keep=8)
+MODEL = Channel("op/model", Urgency.BULK, must_arrive=True)
+REPORT = Channel("op/report", Urgency.EVENT, must_arrive=True)
+
+# From the robot
+STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True, keep=16)
+TELEMETRY = Channel("rov/tele/state", Urgency.TELEMETRY, must_arrive=False)
+EVENT = Channel("rov/event", Urgency.EVENT, must_arrive=True, keep=256)
+PATH = Channel("rov/path", Urgency.BULK, must_arrive=False, keep=4)
+
+ALL = (STOP, COMMAND, LEASE, INPUT, HEARTBEAT, MODEL, REPORT, STOP_ACK, TELEMETRY, EVENT, PATH)

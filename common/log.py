@@ -1,0 +1,62 @@
+"""Logging: one line a fact, pretty on a terminal, rate-limited inside loops."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+
+_FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
+
+
+class RateLimitFilter(logging.Filter):
+    """Lets one place of the code speak at most once per period, and says how often it was silent.
+
+    Args:
+        period_s: Shortest time between two records of the same file and line [s].
+    """
+
+    def __init__(self, period_s: float = 1.0):
+        super().__init__()
+        self._period_s = period_s
+        self._last_s: dict[tuple[str, int], float] = {}
+        self._silent: dict[tuple[str, int], int] = {}
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether the record is let through."""
+        place, now_s = (record.pathname, record.lineno), time.monotonic()
+        if now_s - self._last_s.get(place, -self._period_s) < self._period_s:
+            self._silent[place] = self._silent.get(place, 0) + 1
+            return False
+        self._last_s[place] = now_s
+        if silent := self._silent.pop(place, 0):
+            record.msg = f"{record.msg} (and {silent} more like it)"
+        return True
+
+
+def loop_logger(name: str) -> logging.Logger:
+    """A logger for code that runs many times a second."""
+    logger = logging.getLogger(name)
+    if not any(isinstance(present, RateLimitFilter) for present in logger.filters):
+        logger.addFilter(RateLimitFilter())
+    return logger
+
+
+def configure_logging(process: str, verbose: bool = False) -> None:
+    """Send this process's log to standard error.
+
+    Args:
+        process: Name of the process, in front of each line of a child process.
+        verbose: Show debug records as well.
+    """
+    handler: logging.Handler
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.logging import RichHandler
+
+        handler = RichHandler(console=Console(stderr=True), show_path=False)
+        handler.setFormatter(logging.Formatter(f"{process}: %(message)s"))
+    else:
+        handler = logging.StreamHandler()
+        handler.setFormatter(logging.Formatter(_FORMAT.replace("%(name)s", process)))
+    logging.basicConfig(level=logging.DEBUG if verbose else logging.INFO, handlers=[handler], force=True)

@@ -1,0 +1,227 @@
+"""Every message on the wire. `keys.py` says where each travels, `codec.py` how it becomes bytes.
+
+Times are seconds or nanoseconds of the sender's own monotonic clock. A stamp of the robot that comes
+back as an `echo` lets the robot compute an age on its own clock alone.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from common.control_mode import Action, ControlMode, Phase
+
+SCHEMA = 1
+"""Version of all messages together; a site refuses another one by name."""
+
+Id = Annotated[str, Meta(max_length=64)]
+Text = Annotated[str, Meta(max_length=500)]
+Count = Annotated[int, Meta(ge=0)]
+Vector = Annotated[tuple[float, ...], Meta(min_length=2, max_length=3)]
+Sha256 = Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")]
+
+
+class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What all messages have."""
+
+    schema: int = SCHEMA
+
+
+class Stamp(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """An instant of one boot of the robot: boot id and monotonic time [ns]."""
+
+    boot: Id
+    t_ns: Count
+
+
+class Telemetry(
+    Message,
+    frozen=True,
+    kw_only=True,
+    rename={
+        "stamp": "t", "position_m": "p", "frame_origin_m": "fo", "frame_rotation_rad": "fr", "mode": "m",
+        "phase": "ph", "component": "c", "elapsed_s": "e", "path_id": "pi", "model": "mo",
+        "coupling_id": "ci", "holder": "h", "heartbeat_echo": "hb", "heartbeat_held_ms": "hh",
+        "waiting": "w", "stale_refused": "sr", "seq": "s", "schema": "v",
+    },
+):  # fmt: skip
+    """The robot's report of itself, newest only. At most 200 B: short names, single precision."""
+
+    seq: Count
+    stamp: Stamp
+    mode: ControlMode
+    phase: Phase = Phase.NONE
+    position_m: Vector
+    frame_origin_m: Vector
+    """Origin of the task frame as perceived [m]."""
+    frame_rotation_rad: tuple[float, ...] = ()
+    """Rotation of the task frame: one angle in the plane, a rotation vector in space [rad]."""
+    component: int = -1
+    """The component that is being executed, -1 without an execution."""
+    elapsed_s: float = 0.0
+    """Time since the execution began [s]."""
+    path_id: Count = 0
+    """The committed path that is being executed."""
+    model: Annotated[str, Meta(max_length=8)] = ""
+    """First digits of the newest verified model's hash."""
+    coupling_id: Count = 0
+    holder: Annotated[str, Meta(max_length=16)] = ""
+    """Who holds the lease."""
+    heartbeat_echo: Count = 0
+    """Sequence number of the newest heartbeat of the lease's holder."""
+    heartbeat_held_ms: float = 0.0
+    """How long the robot had it when this was sent [ms]."""
+    waiting: bool = False
+    """DIRECT, but no input for half a second: the robot waits where it is."""
+    stale_refused: Count = 0
+    """How many operator's messages were refused for their age or their lease in this boot."""
+
+
+class Heartbeat(Message, frozen=True, kw_only=True):
+    """The operator's site is there and this is the newest report that it has shown."""
+
+    session: Id
+    seq: Count
+    echo: Stamp | None
+
+
+class OperatorInput(Message, frozen=True, kw_only=True):
+    """Where the operator's hand is. Counts only with the present coupling and lease."""
+
+    seq: Count
+    echo: Stamp
+    lease_id: Id
+    coupling_id: Count
+    position_m: Vector
+    released: bool = False
+    """The drag ended: the dead-man was let go."""
+
+
+class LeaseRequest(Message, frozen=True, kw_only=True):
+    """Asks for, or renews, the control of the robot. Moves nothing."""
+
+    session: Id
+    site_name: Id
+    echo: Stamp | None = None
+
+
+class LeaseReply(Message, frozen=True, kw_only=True):
+    """Whether the asker holds the lease, and what the robot is."""
+
+    granted: bool
+    lease_id: Id
+    holder: Id
+    reason: Text = ""
+    stamp: Stamp
+    task: Id
+    n_dims: Annotated[int, Meta(ge=2, le=3)]
+    newest_age_s: float | None = None
+    """Age of the echo in the request, as the robot measured it [s]."""
+
+
+class Command(Message, frozen=True, kw_only=True):
+    """One action asked of the robot; runs at most once in a boot, whatever arrives how often."""
+
+    command_id: Id
+    session: Id
+    lease_id: Id
+    action: Action
+    echo: Stamp | None
+    task: Id = ""
+    model_sha256: Sha256 = ""
+    plan_id: Count = 0
+
+
+class CommandReply(Message, frozen=True, kw_only=True):
+    """The first answer to a command: received, or refused with the reason and the measured value."""
+
+    command_id: Id
+    accepted: bool
+    reason: Text = ""
+    measured: float | None = None
+    mode: ControlMode
+    stamp: Stamp
+
+
+class Event(Message, frozen=True, kw_only=True):
+    """Something that happened at the robot; for a command its second answer: completed or failed."""
+
+    seq: Count
+    stamp: Stamp
+    kind: Id
+    text: Text
+    command_id: Id = ""
+    succeeded: bool = True
+    mode: ControlMode
+    coupling_id: Count = 0
+    plan_id: Count = 0
+
+
+class ModelTransfer(Message, frozen=True, kw_only=True):
+    """A learned model on its way to the robot."""
+
+    task: Id
+    sha256: Sha256
+    content: Annotated[bytes, Meta(max_length=4_000_000)]
+
+
+class ModelReply(Message, frozen=True, kw_only=True):
+    """The robot's confirmation: the hash that it computed over what it decoded and stored."""
+
+    accepted: bool
+    sha256: Sha256
+    reason: Text = ""
+    stamp: Stamp
+
+
+class PlannedPath(Message, frozen=True, kw_only=True):
+    """A rollout of the whole remaining task, in task-frame coordinates."""
+
+    path_id: Count
+    plan_id: Count = 0
+    """Set when an operator asked for it by Preview."""
+    stamp: Stamp
+    """When the rollout began: the time of its first point."""
+    model_sha256: Sha256
+    n_dims: Annotated[int, Meta(ge=2, le=3)]
+    step_s: Annotated[float, Meta(gt=0, le=10)]
+    points: Annotated[bytes, Meta(max_length=200 * 3 * 4)]
+    """Little-endian single precision, shape (N, D) [m]."""
+    reaches_end: bool
+
+
+class Stop(Message, frozen=True, kw_only=True):
+    """Stop the robot: anybody may, whatever their lease; resent until both acknowledgements came."""
+
+    stop_id: Id
+    site_name: Id
+
+
+class StopAck(Message, frozen=True, kw_only=True):
+    """The two acknowledgements of a stop."""
+
+    stop_id: Id
+    standing: bool
+    """False: received, braking. True: the robot stands still."""
+    stamp: Stamp
+
+
+class ReportRequest(Message, frozen=True, kw_only=True):
+    """Asks for the record of the newest execution."""
+
+
+class ExecutionReport(Message, frozen=True, kw_only=True):
+    """How the newest execution went, measured at the robot."""
+
+    began: Stamp | None = None
+    model_sha256: Sha256 = ""
+    arrived_after_s: float | None = None
+    tracked_s: float = 0.0
+    """Time since the arrival that the errors below cover [s]."""
+    rms_error_m: float | None = None
+    """Distance of the effector to the target's true centre (a simulation knows it), RMS [m]."""
+    end_error_m: float | None = None
+    """The same distance as last measured [m]."""
+    overruns: Count = 0
+    stamp: Stamp

@@ -1,0 +1,125 @@
+"""A task is a file: what both sites must agree on about a named skill."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
+
+import msgspec
+from msgspec import Meta, Struct
+
+from common.codec import field_of
+from common.errors import InvalidConfiguration
+
+Positive = Annotated[float, Meta(gt=0)]
+NonNegative = Annotated[float, Meta(ge=0)]
+Vector = Annotated[tuple[float, ...], Meta(min_length=2, max_length=3)]
+S = TypeVar("S", bound=Struct)
+
+
+class Limits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the robot never exceeds in this task."""
+
+    speed_m_s: Positive = 0.6
+    acceleration_m_s2: Positive = 4.0
+
+
+class Learning(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The two parameters of the learning."""
+
+    max_distance_m: Positive | None = None
+    """lambda: a point further away than this from all components makes a new one [m]; none: a fraction
+    of the demonstrations' extent."""
+    min_std_m: Positive = 0.01
+    """Square root of the minimum covariance: the accuracy that the task needs [m]."""
+
+
+class Target(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where the simulated target is and how it moves: a plain oscillation about its mean."""
+
+    origin_m: Vector
+    amplitude_m: Vector
+    period_s: Positive = 5.0
+    noise_std_m: NonNegative = 0.0
+    """Noise of the robot's measurement of it, per axis [m]."""
+
+
+class Sample(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A demonstration that comes with the task: a smooth stroke through some points."""
+
+    waypoints_m: Annotated[tuple[Vector, ...], Meta(min_length=2)]
+    duration_s: Positive = 3.0
+
+
+class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One task."""
+
+    name: Annotated[str, Meta(pattern="^[a-z0-9][a-z0-9-]{0,31}$")]
+    n_dims: Annotated[int, Meta(ge=2, le=3)]
+    frame_names: Annotated[tuple[str, ...], Meta(min_length=1, max_length=8)]
+    workspace_m: Vector
+    """Edges of the workspace, which begins at the origin [m]."""
+    start_m: Vector
+    """Where the robot is when it starts for the first time [m]."""
+    target: Target
+    arrived_within_m: Positive = 0.02
+    """The motion has arrived when the effector is this close to its end [m]."""
+    require_preview: bool = False
+    """Refuse an execution that was not previewed."""
+    lost_link: Literal["continue"] = "continue"
+    """What an execution does when the link is lost."""
+    success_rms_m: Positive = 0.01
+    """The task has succeeded when the distance to the target, RMS over 10 s after arrival, is below [m]."""
+    samples: tuple[Sample, ...] = ()
+    """Demonstrations for a newcomer and for the scripted operator."""
+    learning: Learning = Learning()
+    limits: Limits = Limits()
+
+    def __post_init__(self) -> None:
+        for name in ("workspace_m", "start_m"):
+            if len(getattr(self, name)) != self.n_dims:
+                raise ValueError(f"{name} must have n_dims = {self.n_dims} numbers")
+        if not len(self.target.origin_m) == len(self.target.amplitude_m) == self.n_dims:
+            raise ValueError(f"target.origin_m and target.amplitude_m must have {self.n_dims} numbers")
+        if any(len(point) != self.n_dims for sample in self.samples for point in sample.waypoints_m):
+            raise ValueError(f"samples.waypoints_m: each point must have {self.n_dims} numbers")
+
+
+def load_toml(path: Path, kind: type[S]) -> S:
+    """A validated structure from a TOML file.
+
+    Raises:
+        InvalidConfiguration: When the file cannot be read, is not TOML, or a field is unknown, missing,
+            of a wrong type, or not finite.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InvalidConfiguration(str(path), "", f"a readable file ({error.strerror})") from error
+    try:
+        plain = msgspec.toml.decode(content)
+        loaded = msgspec.convert(plain, kind)
+    except msgspec.ValidationError as error:
+        raise InvalidConfiguration(str(path), *field_of(error)) from error
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InvalidConfiguration(str(path), "", f"a TOML file ({error})") from error
+    if (where := _not_finite(plain, "")) is not None:
+        raise InvalidConfiguration(str(path), where, "a finite number")
+    return loaded
+
+
+def load_task(path: Path) -> Task:
+    """The task in a file. See `load_toml` for the errors."""
+    return load_toml(path, Task)
+
+
+def _not_finite(plain: Any, path: str) -> str | None:
+    """Path of the first number that is not finite, or None."""
+    if isinstance(plain, float):
+        return None if math.isfinite(plain) else path
+    items = plain.items() if isinstance(plain, dict) else enumerate(plain) if isinstance(plain, list) else ()
+    for key, value in items:
+        if (found := _not_finite(value, f"{path}.{key}".lstrip("."))) is not None:
+            return found
+    return None

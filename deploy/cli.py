@@ -1,0 +1,281 @@
+"""The command line of Farhand. The help texts here are documentation."""
+
+from __future__ import annotations
+
+import os
+
+# Before numpy is imported anywhere: on small matrices more BLAS threads only cost time.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from common.errors import FarhandError, InvalidInput
+from common.log import configure_logging
+
+Files = Annotated[tuple[Path, ...], tyro.conf.Positional]
+File = Annotated[Path, tyro.conf.Positional]
+
+
+@dataclass(frozen=True)
+class Up:
+    """Run the local site, the remote site and a simulated link on this machine until Ctrl-C."""
+
+    task: str = "planar"
+    """Name of a task that comes with Farhand, or a task file."""
+    link: str = "geo"
+    """Profile of the simulated link: lan, geo, leo or acoustic."""
+    port: int = 8080
+    """Port of the web view."""
+    seed: int = 0
+    """Of everything random."""
+    data_dir: str = ""
+    """Where demonstrations and models are kept; empty: the user's data folder."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.up import Together, run_up
+
+        return run_up(Together(self.task, self.link, self.seed), self.port, self.data_dir)
+
+
+@dataclass(frozen=True)
+class Demo:
+    """Run the whole job on this machine by script: demonstrate, send, arm, drive, clutch, preview, execute.
+
+    The exit status is 0 only if the task succeeded.
+    """
+
+    task: str = "planar"
+    """Name of a task that comes with Farhand, or a task file."""
+    link: str = "geo"
+    """Profile of the simulated link: lan, geo, leo or acoustic."""
+    seed: int = 0
+    """Of the hand's tremor, the target's phase, the noise and the link's jitter."""
+    outage: str = "none"
+    """Cut the link in the middle of the execution: stall:10, reset:10 or blackhole:10 (seconds)."""
+    json: Path | None = None
+    """Write what happened to this file."""
+    data_dir: str = ""
+    """Where demonstrations and models go; empty: a folder that is removed afterwards."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.processes import parse_outage
+        from deploy.up import Together, run_demo
+
+        parse_outage(self.outage)
+        return run_demo(Together(self.task, self.link, self.seed), self.outage, self.json, self.data_dir)
+
+
+@dataclass(frozen=True)
+class Local:
+    """Run the operator's site."""
+
+    config: Path | None = None
+    """TOML file; what is named here on the command line overrides it."""
+    connect: str | None = None
+    """Endpoint of the robot or of the link, such as tcp/127.0.0.1:7447."""
+    link_control: str | None = None
+    """Control socket of the link process, host:port; without one the link is a real one."""
+    task: str | None = None
+    """Name of a task that comes with Farhand, or a task file."""
+    site_name: str | None = None
+    """What the robot and other operators call this place."""
+    data_dir: str | None = None
+    """Where demonstrations and models are kept."""
+    connect_timeout_s: float | None = None
+    """How long to wait for the robot's first report [s]."""
+    seed: int | None = None
+    """Of the scripted operator's hand."""
+    demo: bool = False
+    """Have a scripted operator do the job once; the last line printed is the result as JSON."""
+    outage: str = "none"
+    """With --demo: cut the link in the middle of the execution."""
+    json: Path | None = None
+    """With --demo: write the result to this file as well."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.processes import run_local, run_scripted
+
+        overrides = {
+            "link_connect": self.connect, "link_control": self.link_control, "task": self.task,
+            "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
+            "connect_timeout_s": self.connect_timeout_s,
+        }  # fmt: skip
+        if self.demo:
+            return run_scripted(self.outage, self.json, self.config, **overrides)
+        return run_local(self.config, **overrides)
+
+
+@dataclass(frozen=True)
+class Remote:
+    """Run the robot's site."""
+
+    config: Path | None = None
+    """TOML file; what is named here on the command line overrides it."""
+    listen: str | None = None
+    """Endpoint to listen on, such as tcp/0.0.0.0:7447."""
+    task: str | None = None
+    """Name of a task that comes with Farhand, or a task file."""
+    seed: int | None = None
+    """Of the simulated noise and of the target's phase."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.processes import run_remote
+
+        return run_remote(self.config, link_listen=self.listen, task=self.task, seed=self.seed)
+
+
+@dataclass(frozen=True)
+class Link:
+    """Run the simulated link: a relay that delays every byte, adjustable over its control socket."""
+
+    listen: str = "127.0.0.1:7448"
+    """Where the local site connects, host:port."""
+    target: str = "127.0.0.1:7447"
+    """Where the remote site listens, host:port."""
+    control: str = "127.0.0.1:7449"
+    """Where the link is controlled; it has no access control: keep it on this machine, host:port."""
+    profile: str = "geo"
+    """lan, geo, leo or acoustic."""
+    seed: int = 0
+    """Of the jitter."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.processes import run_link_process
+
+        return run_link_process(self.listen, self.target, self.control, self.profile, self.seed)
+
+
+@dataclass(frozen=True)
+class Learn:
+    """Learn a model from recorded demonstrations, in one pass."""
+
+    demonstrations: Files
+    """Demonstration files (.npz)."""
+    out: Path
+    """The model file to write."""
+    max_distance_m: float | None = None
+    """Lambda of the learning [m]; a fraction of the demonstrations' extent when not given."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.offline import learn
+
+        return learn(self.demonstrations, self.out, self.max_distance_m)
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Reproduce a model on the point plant, from a demonstration's start in its frames."""
+
+    model: File
+    """A model file."""
+    like: Path
+    """The demonstration whose start and frames are taken."""
+    out: Path | None = None
+    """Write the motion as a demonstration file."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.offline import rollout
+
+        return rollout(self.model, self.like, self.out)
+
+
+@dataclass(frozen=True)
+class Model:
+    """Look into a model file: components, durations, transitions, size, hash."""
+
+    do: Annotated[Literal["show"], tyro.conf.Positional]
+    """What to do."""
+    model: File
+    """A model file."""
+    figure: Path | None = None
+    """Draw the paper's Fig. 3 of it to this file (.png, .pdf, .svg)."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.offline import show
+
+        return show(self.model, self.figure)
+
+
+@dataclass(frozen=True)
+class Evaluate:
+    """Run a study of the evaluation; writes its JSON and Markdown."""
+
+    study: Annotated[str, tyro.conf.Positional]
+    """Name of the study; an unknown one lists them."""
+    trials: int | None = None
+    """How many trials; all of the study's when not given."""
+    seed: int = 0
+    """Seed of the first trial; reporting and tuning never share one."""
+    out: Path = Path("results")
+    """Folder for the results."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.offline import evaluate
+
+        return evaluate(self.study, self.trials, self.seed, self.out)
+
+
+@dataclass(frozen=True)
+class Import:
+    """Turn foreign recordings into demonstration files: metres, one frame `goal` at the last point."""
+
+    kind: Annotated[Literal["lasa", "robotasks", "letters"], tyro.conf.Positional]
+    """LASA handwriting (.mat or .npz, in mm); robotasks and letters (.npy, in cm)."""
+    file: File
+    """The recording."""
+    out: Path
+    """Folder for the demonstration files."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.offline import import_recording
+
+        return import_recording(self.kind, self.file, self.out)
+
+
+COMMANDS = {
+    "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": Link, "learn": Learn, "rollout": Rollout,
+    "model": Model, "evaluate": Evaluate, "import": Import,
+}  # fmt: skip
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Returns:
+        The exit status: 0 for success, 2 for input that is wrong, 1 for what else failed.
+    """
+    chosen = tyro.extras.subcommand_cli_from_dict(
+        COMMANDS,
+        prog="farhand",
+        description="Supervisory teleoperation: demonstrate here, execute there.",
+        args=arguments,
+        config=(tyro.conf.FlagCreatePairsOff, tyro.conf.HelptextFromCommentsOff),
+    )
+    configure_logging(type(chosen).__name__.lower())
+    try:
+        return chosen.run()
+    except FarhandError as error:
+        sys.stderr.write(f"farhand: {error}\n")
+        return 2 if isinstance(error, InvalidInput) else 1
+    except KeyboardInterrupt:
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,34 @@
+"""Where things are: tasks that come with Farhand, the user's data folder."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from common.errors import InvalidConfiguration
+from common.task import Task, load_task
+
+_TASKS = Path(__file__).with_name("tasks")
+
+
+def find_task(name_or_file: str) -> Task:
+    """A task by the name of one that comes with Farhand, or by its file.
+
+    Raises:
+        InvalidConfiguration: When there is none, or it is malformed.
+    """
+    path = Path(name_or_file)
+    if path.suffix != ".toml":
+        path = _TASKS / f"{name_or_file}.toml"
+        if not path.is_file():
+            known = ", ".join(sorted(file.stem for file in _TASKS.glob("*.toml")))
+            raise InvalidConfiguration("task", "", f"{known}, or a .toml file; got {name_or_file!r}")
+    return load_task(path)
+
+
+def data_folder(chosen: str | Path | None) -> Path:
+    """The chosen folder, or the user's data folder for Farhand."""
+    if chosen:
+        return Path(chosen).expanduser()
+    base = os.environ.get("XDG_DATA_HOME") or "~/.local/share"
+    return Path(base).expanduser() / "farhand"

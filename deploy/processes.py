@@ -1,0 +1,163 @@
+"""`farhand local`, `farhand remote`, `farhand link`: one process each."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+
+from common.errors import FarhandError, InvalidConfiguration
+from common.task import load_toml
+from deploy.child import end_with_parent, say_ready
+from deploy.places import data_folder, find_task
+
+S = TypeVar("S", bound=msgspec.Struct)
+
+
+def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
+    """A configuration: defaults, then the file, then what the command line names.
+
+    Args:
+        kind: Its type.
+        file: TOML, or None.
+        overrides: Fields, with `link_` in front for those of the link; None leaves a field alone.
+
+    Raises:
+        InvalidConfiguration: Naming the field.
+    """
+    base = load_toml(file, kind) if file is not None else kind()
+    plain = msgspec.to_builtins(base)
+    for name, value in overrides.items():
+        if value is None:
+            continue
+        section, field = ("link", name.removeprefix("link_")) if name in _LINK_FIELDS else ("", name)
+        (plain[section] if section else plain)[field] = value
+    try:
+        return msgspec.convert(plain, kind)
+    except msgspec.ValidationError as error:
+        raise InvalidConfiguration("command line", "", str(error)) from error
+
+
+_LINK_FIELDS = ("link_listen", "link_connect", "link_vehicle")
+
+
+def run_remote(config_file: Path | None, **overrides: object) -> int:
+    """Serve one robot until SIGTERM or Ctrl-C."""
+    from remote_site.config import RemoteConfig
+    from remote_site.site import RemoteSite
+
+    end_with_parent()
+    config = configured(RemoteConfig, config_file, **overrides)
+    site = RemoteSite(config, find_task(config.task))
+    _on_signals(site.stop)
+    site.run(say_ready)
+    return 0
+
+
+def run_local(config_file: Path | None, **overrides: object) -> int:
+    """Serve one operator until SIGTERM or Ctrl-C."""
+    from local_site.config import LocalConfig
+    from local_site.site import LocalSite
+
+    end_with_parent()
+    config = configured(LocalConfig, config_file, **overrides)
+    site = LocalSite(config, find_task(config.task), data_folder(config.data_dir))
+    _on_signals(site.stop)
+    site.run(say_ready)
+    return 0
+
+
+def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, **overrides: object) -> int:
+    """Do the job once by script.
+
+    Returns:
+        0 only when the task succeeded.
+    """
+    from local_site.config import LocalConfig
+    from local_site.site import LocalSite
+
+    end_with_parent()
+    planned = parse_outage(outage)
+    config = configured(LocalConfig, config_file, **overrides)
+    site = LocalSite(config, find_task(config.task), data_folder(config.data_dir))
+    _on_signals(_interrupt)
+    result = site.run_script(planned, say_ready)
+    text = json.dumps(result)
+    sys.stdout.write(text + "\n")
+    if json_file is not None:
+        json_file.write_text(json.dumps(result, indent=2) + "\n")
+    return 0 if result["success"] else 1
+
+
+def run_link_process(listen: str, target: str, control: str, profile: str, seed: int) -> int:
+    """Be the delayed link until SIGTERM or Ctrl-C."""
+    from deploy.link_process import run_link
+
+    end_with_parent()
+
+    def ready(data: tuple[str, int], control_at: tuple[str, int]) -> None:
+        say_ready(port=data[1], control_port=control_at[1])
+
+    asyncio.run(
+        run_link(
+            parse_address("listen", listen),
+            parse_address("target", target),
+            parse_address("control", control),
+            profile=profile,
+            seed=seed,
+            ready=ready,
+        )
+    )
+    return 0
+
+
+def parse_address(field: str, text: str) -> tuple[str, int]:
+    """Host and port of host:port.
+
+    Raises:
+        InvalidConfiguration: When it is not of that form.
+    """
+    host, colon, port = text.rpartition(":")
+    if not colon or not host or not port.isdigit() or int(port) > 65535:
+        raise InvalidConfiguration("command line", field, f"host:port, got {text!r}")
+    return host, int(port)
+
+
+def parse_outage(text: str):
+    """A planned outage of `none` or kind:seconds.
+
+    Raises:
+        InvalidConfiguration: When it is neither.
+    """
+    from local_site.scripted_operator import PlannedOutage
+
+    if text in ("", "none"):
+        return None
+    kind, _, seconds = text.partition(":")
+    try:
+        duration_s = float(seconds)
+    except ValueError:
+        duration_s = 0.0
+    if kind not in ("stall", "reset", "blackhole") or not 0.0 < duration_s <= 600.0:
+        expected = f"none, or stall:SECONDS, reset:SECONDS or blackhole:SECONDS up to 600, got {text!r}"
+        raise InvalidConfiguration("command line", "outage", expected)
+    return PlannedOutage(kind, duration_s)
+
+
+class Interrupted(FarhandError):
+    """The process was asked to end before its work was done."""
+
+
+def _interrupt() -> None:
+    raise Interrupted("interrupted before the job was done")
+
+
+def _on_signals(end: Callable[[], None]) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: end())

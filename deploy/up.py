@@ -1,0 +1,163 @@
+"""`farhand up` and `farhand demo`: the remote site, the link and the local site on this machine."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import logging
+import signal
+import socket
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from common.errors import ProcessFailed
+from deploy.child import Child
+
+_log = logging.getLogger(__name__)
+
+_HOST = "127.0.0.1"
+INTERRUPTED = 130
+
+
+@dataclass(frozen=True)
+class Together:
+    """What all three processes need.
+
+    Args:
+        task: Name of a task, or its file.
+        link: Profile of the simulated link.
+        seed: Of everything random.
+    """
+
+    task: str
+    link: str
+    seed: int
+
+
+def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: str) -> int:
+    """The scripted job on this machine.
+
+    Args:
+        settings: Task, link, seed.
+        outage: `none`, or kind:seconds of a cut in the middle of the execution.
+        json_file: Where the result goes, if anywhere.
+        data_dir: Where demonstrations and models go; empty: a folder that is removed afterwards.
+
+    Returns:
+        The exit status: 0 only when the task succeeded.
+
+    Raises:
+        ProcessFailed: When a process ended by itself.
+    """
+    with tempfile.TemporaryDirectory(prefix="farhand-") as scratch:
+        result = Path(scratch) / "result.json"
+        local = [f"--data-dir={data_dir or scratch}", "--demo", f"--outage={outage}", f"--json={result}"]
+        status = asyncio.run(_together(settings, local))
+        if not result.is_file():
+            return status
+        content = result.read_text()
+        if json_file is not None:
+            json_file.write_text(content)
+    for line in summary(json.loads(content)):
+        _log.info(line)
+    return status
+
+
+def run_up(settings: Together, port: int, data_dir: str) -> int:
+    """Both sites and the link until Ctrl-C.
+
+    Raises:
+        ProcessFailed: When a process ended by itself.
+    """
+    local = [f"--data-dir={data_dir}"] if data_dir else []
+    _log.info("the page on port %d comes with a later version: `farhand demo` does the job by script", port)
+    status = asyncio.run(_together(settings, local))
+    return 0 if status == INTERRUPTED else status
+
+
+async def _together(settings: Together, local_arguments: Sequence[str]) -> int:
+    """Start remote, link and local in this order, and end them in the reverse one.
+
+    Returns:
+        The local process's exit status, or `INTERRUPTED`.
+    """
+    interrupted = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, interrupted.set)
+    children: list[Child] = []
+    work = asyncio.create_task(_start_and_wait(settings, local_arguments, children))
+    waiting = asyncio.create_task(interrupted.wait())
+    try:
+        await asyncio.wait([work, waiting], return_when=asyncio.FIRST_COMPLETED)
+        return work.result() if work.done() else INTERRUPTED
+    finally:
+        if not work.done():
+            _log.info("ending the three processes")
+        for child in reversed(children):
+            await child.end()
+        for task in (work, waiting):
+            task.cancel()
+            with contextlib.suppress(asyncio.CancelledError, ProcessFailed):
+                await task
+
+
+async def _start_and_wait(
+    settings: Together, local_arguments: Sequence[str], children: list[Child]
+) -> int:  # fmt: skip
+    remote_port = _free_port()
+    task, seed = f"--task={settings.task}", f"--seed={settings.seed}"
+    remote = Child("remote", ["remote", f"--listen=tcp/{_HOST}:{remote_port}", task, seed])
+    link = Child(
+        "link",
+        ["link", f"--listen={_HOST}:0", f"--target={_HOST}:{remote_port}", f"--control={_HOST}:0",
+         f"--profile={settings.link}", seed],
+    )  # fmt: skip
+    children += [remote, link]
+    _log.info("starting the remote site and the link (%s)", settings.link)
+    _, ports = await asyncio.gather(remote.start(), link.start())
+    connect = [f"--connect=tcp/{_HOST}:{ports['port']}", f"--link-control={_HOST}:{ports['control_port']}"]
+    local = Child("local", ["local", *connect, task, seed, *local_arguments])
+    children.append(local)
+    _log.info("starting the local site")
+    await local.start()
+    _log.info("all three are ready")
+    ends = {asyncio.create_task(child.wait()): child for child in children}
+    try:
+        done, _ = await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for end in ends:
+            end.cancel()
+    if any(ends[end] is local for end in done):
+        return await local.wait()
+    raise ProcessFailed(ends[done.pop()].obituary())
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind((_HOST, 0))
+        return probe.getsockname()[1]
+
+
+def summary(result: dict[str, Any]) -> list[str]:
+    """The result of a job in a few lines."""
+    link, execution = result["link"], result["execution"]
+    rms_m, side_m = execution["rms_error_m"], execution["board_side_m"]
+    error = (
+        f"{rms_m * 1e3:.1f} mm ({100 * rms_m / side_m:.2f} % of the board)"
+        if rms_m is not None
+        else "unknown"
+    )
+    return [
+        f"task {result['task']}: {'SUCCESS' if result['success'] else 'FAILED'}",
+        f"  learned     {result['n_components']} components, {result['n_paths']} paths from "
+        f"{result['n_demonstrations']} demonstrations; {result['model_bytes']} B",
+        f"  link        {link['profile']}, command round trip {link['command_round_trip_s']:.3f} s"
+        + (f", cut by {link['outage']}" if link["outage"] else ""),
+        f"  execution   arrived after {execution['duration_s']:.2f} s, then {error} RMS from the moving target "
+        f"over {execution['rms_over_s']:.0f} s",
+    ]

@@ -1,0 +1,139 @@
+"""Commands to the robot: who is in control, what is under way, what became of it."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable
+from functools import partial
+
+from common import keys
+from common.codec import encode
+from common.control_mode import Action
+from common.link import Link
+from common.link_monitor import LinkMonitor
+from common.messages import Command, CommandReply, Event, Heartbeat, LeaseReply, LeaseRequest, Telemetry
+from local_site.inquiries import Inquiries
+from local_site.picture import Notice, Pending
+
+_HEARTBEAT_S = 0.1
+_RENEW_S = 1.0
+_GIVE_UP_S = 15.0
+_UNSETTLED_S = 30.0
+
+Do = Callable[[Callable[[], None]], None]
+Notify = Callable[[Notice], None]
+
+
+class Commanding:
+    """Keeps the lease, sends commands, follows them to their end. Used by the console's thread alone.
+
+    Args:
+        link: To the robot.
+        inquiries: Asks the robot.
+        monitor: Learns the round trip from the heartbeats.
+        site_name: This place.
+        do: Runs something on the console's thread.
+        notify: Tells the operator.
+    """
+
+    def __init__(
+        self, link: Link, inquiries: Inquiries, monitor: LinkMonitor, site_name: str, do: Do, notify: Notify
+    ):
+        self._link, self._inquiries, self._monitor = link, inquiries, monitor
+        self._site_name, self._do, self._notify = site_name, do, notify
+        self.session = secrets.token_hex(8)
+        self.lease_id = ""
+        self.why_not_in_control = "the robot has not answered yet"
+        self.pending: dict[Action, Pending] = {}
+        self.round_trips_s: list[float] = []
+        self._lease_stamp_ns, self._lease_boot = 0, ""
+        self._heartbeat_seq = 0
+        self._heartbeat_s = self._renewed_s = float("-inf")
+
+    def tick(self, robot: Telemetry | None, now_s: float) -> None:
+        """Say that this site is alive, renew the lease, give up what was never settled."""
+        echo = robot.stamp if robot else None
+        if now_s - self._heartbeat_s >= _HEARTBEAT_S:
+            self._heartbeat_s = now_s
+            self._heartbeat_seq += 1
+            self._monitor.heartbeat_sent(self._heartbeat_seq, now_s)
+            heartbeat = Heartbeat(session=self.session, seq=self._heartbeat_seq, echo=echo)
+            self._link.send(keys.HEARTBEAT, encode(heartbeat))
+        if now_s - self._renewed_s >= _RENEW_S:
+            self._renewed_s = now_s
+            request = LeaseRequest(session=self.session, site_name=self._site_name, echo=echo)
+            self._inquiries.ask(keys.LEASE, request, LeaseReply, 0.0, self._hand_over(self._on_lease))
+        for action, pending in list(self.pending.items()):
+            if now_s - pending.since_s > _UNSETTLED_S:
+                del self.pending[action]
+                self._notify(Notice(now_s, action, "the robot never reported the end of it", good=False))
+
+    def command(
+        self,
+        action: Action,
+        robot: Telemetry,
+        now_s: float,
+        task: str = "",
+        sha256: str = "",
+        plan_id: int = 0,
+    ) -> None:
+        """Send a command; it is pending until the robot reports its end."""
+        command = Command(
+            command_id=secrets.token_hex(8),
+            session=self.session,
+            lease_id=self.lease_id,
+            action=action,
+            echo=robot.stamp,
+            task=task,
+            model_sha256=sha256,
+            plan_id=plan_id,
+        )
+        self.pending[action] = Pending(command.command_id, now_s)
+        answered = self._hand_over(partial(self._on_reply, action, command.command_id, now_s))
+        self._inquiries.ask(keys.COMMAND, command, CommandReply, _GIVE_UP_S, answered)
+
+    def on_event(self, event: Event, now_s: float) -> None:
+        """The robot reported; a command's second answer settles it."""
+        for action, pending in list(self.pending.items()):
+            if event.command_id and pending.command_id == event.command_id:
+                del self.pending[action]
+        self._notify(Notice(now_s, event.kind, event.text, good=event.succeeded))
+
+    def on_report(self, robot: Telemetry) -> None:
+        """A newer report of the robot: it shows what an accepted command led to."""
+        for action, pending in list(self.pending.items()):
+            if pending.accepted_ns is not None and action is not Action.PREVIEW:
+                later = robot.stamp.t_ns > pending.accepted_ns and robot.mode is pending.leads_to
+                if later:
+                    del self.pending[action]
+
+    def _hand_over(self, handle: Callable[..., None]) -> Callable[..., None]:
+        """A callback for another thread that runs on the console's."""
+        return lambda *arguments: self._do(partial(handle, *arguments))
+
+    def _on_lease(self, reply: LeaseReply | None, _took_s: float) -> None:
+        if reply is None:
+            return  # the age of the data tells the operator that the link is down
+        if reply.stamp.boot == self._lease_boot and reply.stamp.t_ns < self._lease_stamp_ns:
+            return
+        self._lease_boot, self._lease_stamp_ns = reply.stamp.boot, reply.stamp.t_ns
+        self.lease_id = reply.lease_id if reply.granted else ""
+        self.why_not_in_control = "" if reply.granted else reply.reason
+
+    def _on_reply(
+        self, action: Action, command_id: str, asked_s: float, reply: CommandReply | None, took_s: float
+    ) -> None:
+        if reply is not None and reply.accepted:
+            self.round_trips_s.append(took_s)
+        pending = self.pending.get(action)
+        if pending is None or pending.command_id != command_id:
+            return  # the report of its end came before the answer
+        if reply is None:
+            del self.pending[action]
+            text = "NOT DELIVERED: the robot did not answer"
+            self._notify(Notice(asked_s, action, text, good=False))
+        elif not reply.accepted:
+            del self.pending[action]
+            self._notify(Notice(asked_s + took_s, action, f"refused: {reply.reason}", False, reply.measured))
+        else:
+            self.pending[action] = Pending(command_id, pending.since_s, reply.stamp.t_ns, reply.mode)

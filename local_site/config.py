@@ -1,0 +1,27 @@
+"""Configuration of the local site."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from common.link import LinkSettings
+
+
+class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One operator's place."""
+
+    link: LinkSettings = LinkSettings(connect="tcp/127.0.0.1:7447")
+    link_control: str = ""
+    """Control socket of the link process, host:port; empty: none, the link is a real one."""
+    task: str = "planar"
+    """Name of a task that comes with Farhand, or a task file."""
+    site_name: Annotated[str, Meta(min_length=1, max_length=16)] = "operator"
+    """What the robot and other operators call this place."""
+    data_dir: str = ""
+    """Where demonstrations and models are kept; empty: the user's data folder."""
+    connect_timeout_s: Annotated[float, Meta(gt=0)] = 60.0
+    """How long to wait for the first report of the robot [s]."""
+    seed: Annotated[int, Meta(ge=0)] = 0
+    """Of the scripted operator's hand."""

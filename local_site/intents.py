@@ -1,0 +1,63 @@
+"""What an operator can ask of the console: each a value, put into one queue with one owner."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from common.control_mode import Action, ControlMode
+
+
+@dataclass(frozen=True)
+class Command:
+    """Ask the robot for an action.
+
+    Args:
+        action: Which.
+        shown_mode: The mode that the operator saw; refused when it is no longer so. None: not checked.
+    """
+
+    action: Action
+    shown_mode: ControlMode | None = None
+
+
+@dataclass(frozen=True)
+class Record:
+    """Begin a demonstration."""
+
+
+@dataclass(frozen=True)
+class End:
+    """End the demonstration that is being recorded and keep what was learned."""
+
+
+@dataclass(frozen=True)
+class Undo:
+    """Forget the demonstration that is being recorded, or else the last one."""
+
+
+@dataclass(frozen=True)
+class LoadSamples:
+    """Learn the demonstrations that come with the task."""
+
+
+@dataclass(frozen=True)
+class SendModel:
+    """Send the learned model to the robot."""
+
+
+@dataclass(frozen=True)
+class Hand:
+    """The operator's hand moved.
+
+    Args:
+        position_m: On the operator's board. Length D [m].
+        time_s: Of the motion, not of its arrival [s].
+        released: It let go.
+    """
+
+    position_m: tuple[float, ...]
+    time_s: float
+    released: bool = False
+
+
+Intent = Command | Record | End | Undo | LoadSamples | SendModel | Hand

@@ -1,0 +1,64 @@
+"""The learned model on its way to the robot: it counts only when the robot has confirmed its hash."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from common import keys
+from common.messages import ModelReply, ModelTransfer
+from local_site.commanding import Do, Notify
+from local_site.inquiries import Inquiries
+from local_site.picture import Notice
+from local_site.task_library import LearnedModel
+
+_GIVE_UP_S = 600.0
+
+
+class ModelSender:
+    """Sends the newest model until it is confirmed. Used by the console's thread alone.
+
+    Args:
+        inquiries: Asks the robot.
+        task: Name of the task that the models are for.
+        do: Runs something on the console's thread.
+        notify: Tells the operator.
+        now_s: The console's clock.
+    """
+
+    def __init__(self, inquiries: Inquiries, task: str, do: Do, notify: Notify, now_s: Callable[[], float]):
+        self._inquiries, self._task = inquiries, task
+        self._do, self._notify, self._now_s = do, notify, now_s
+        self._sending = ""
+        self.confirmed_sha256 = ""
+
+    @property
+    def sending(self) -> bool:
+        """Whether a model is on its way."""
+        return bool(self._sending)
+
+    def send(self, learned: LearnedModel) -> None:
+        """Send a model; sending the same one twice asks once."""
+        if self._sending == learned.sha256:
+            return
+        self._sending = learned.sha256
+        transfer = ModelTransfer(task=self._task, sha256=learned.sha256, content=learned.content)
+        answered = partial(self._hand_over, learned.sha256)
+        self._inquiries.ask(keys.MODEL, transfer, ModelReply, _GIVE_UP_S, answered)
+
+    def _hand_over(self, sha256: str, reply: ModelReply | None, took_s: float) -> None:
+        self._do(partial(self._on_reply, sha256, reply, took_s))
+
+    def _on_reply(self, sha256: str, reply: ModelReply | None, took_s: float) -> None:
+        if self._sending == sha256:
+            self._sending = ""
+        if reply is None:
+            self._tell("NOT DELIVERED: the robot did not confirm the model", good=False)
+        elif not reply.accepted or reply.sha256 != sha256:
+            self._tell(f"refused: {reply.reason or 'the robot confirmed another model'}", good=False)
+        else:
+            self.confirmed_sha256 = sha256
+            self._tell(f"the robot confirmed model {sha256[:8]} after {took_s:.2f} s", good=True)
+
+    def _tell(self, text: str, good: bool) -> None:
+        self._notify(Notice(self._now_s(), "send model", text, good))

@@ -1,0 +1,112 @@
+"""What the operator can be shown at one moment: one immutable value, made by the console alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.control_mode import Action, ControlMode, Phase
+from common.link_monitor import LinkView
+from common.messages import PlannedPath, Telemetry
+from local_site.stop_sender import StopStatus
+from local_site.task_library import LearnedModel
+
+
+@dataclass(frozen=True)
+class Pending:
+    """An action that was asked for and is not settled.
+
+    Args:
+        command_id: Its id.
+        since_s: When it was asked, on the console's clock [s].
+        accepted_ns: When the robot accepted it, on the robot's clock [ns]; None before its answer.
+        leads_to: The mode that the robot said it leads to.
+    """
+
+    command_id: str
+    since_s: float
+    accepted_ns: int | None = None
+    leads_to: ControlMode | None = None
+
+
+@dataclass(frozen=True)
+class Notice:
+    """Something that the operator should read.
+
+    Args:
+        time_s: On the console's clock [s].
+        what: The action or the kind of event.
+        text: What happened, and why.
+        good: False for a refusal or a failure.
+        measured: A measured value that goes with it, if any.
+    """
+
+    time_s: float
+    what: str
+    text: str
+    good: bool = True
+    measured: float | None = None
+
+
+@dataclass(frozen=True)
+class Picture:
+    """All that the console knows.
+
+    Args:
+        now_s: When it was made, on the console's clock [s].
+        robot: The robot's newest report; None before the first one.
+        link: The link.
+        in_control: Whether this site holds the lease.
+        why_not_in_control: The robot's words when it does not.
+        pending: Actions under way.
+        notices: The newest last.
+        recording: Whether a demonstration is being made.
+        n_demonstrations: Learned ones.
+        can_undo: Whether there is one to forget.
+        learned: The model.
+        confirmed_sha256: The model that the robot has confirmed last.
+        sending_model: Whether one is on its way.
+        strokes: What was demonstrated, each of shape (T, D) [m], the one under way last.
+        path: The newest path.
+        path_received_s: When it came, on the console's clock [s].
+        plan_id: The newest preview, 0 without one.
+        stop: The newest stop of this site.
+        command_round_trips_s: Of each command that was accepted [s].
+    """
+
+    now_s: float
+    robot: Telemetry | None
+    link: LinkView
+    in_control: bool
+    why_not_in_control: str
+    pending: dict[Action, Pending]
+    notices: tuple[Notice, ...]
+    recording: bool
+    n_demonstrations: int
+    can_undo: bool
+    learned: LearnedModel | None
+    confirmed_sha256: str
+    sending_model: bool
+    strokes: tuple[NDArray[np.float64], ...]
+    path: PlannedPath | None
+    path_received_s: float
+    plan_id: int
+    stop: StopStatus | None
+    command_round_trips_s: tuple[float, ...]
+
+    @property
+    def mode(self) -> ControlMode | None:
+        """The mode that the robot reported; None before its first report."""
+        return self.robot.mode if self.robot else None
+
+    @property
+    def phase(self) -> Phase:
+        """The phase that the robot reported."""
+        return self.robot.phase if self.robot else Phase.NONE
+
+    @property
+    def coupled(self) -> bool:
+        """Whether the operator's hand moves the robot."""
+        return self.mode is ControlMode.DIRECT

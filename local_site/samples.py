@@ -1,0 +1,56 @@
+"""Demonstrations that come with a task, drawn the way a hand draws: smooth, slow at both ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from common.task import Sample, Task
+
+Array = NDArray[np.float64]
+
+_PERIOD_S = 0.02
+_TREMOR_M = 0.004
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A timed motion of a hand.
+
+    Args:
+        time_s: Shape (T,) [s].
+        position_m: Shape (T, D) [m].
+    """
+
+    time_s: Array
+    position_m: Array
+
+
+def sample_strokes(task: Task, seed: int | None = None) -> list[Stroke]:
+    """The task's demonstrations.
+
+    Args:
+        task: The task.
+        seed: Of a slow, slight deviation of the hand that vanishes at both ends; None: no deviation.
+    """
+    random = np.random.default_rng(seed) if seed is not None else None
+    return [_stroke(sample, random) for sample in task.samples]
+
+
+def _stroke(sample: Sample, random: np.random.Generator | None) -> Stroke:
+    """A spline through the waypoints under the minimum-jerk law of a hand."""
+    points = np.array(sample.waypoints_m)
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(lengths)])
+    time_s = np.arange(0.0, sample.duration_s + 0.5 * _PERIOD_S, _PERIOD_S)
+    tau = np.minimum(time_s / sample.duration_s, 1.0)
+    part = tau**3 * (10.0 - 15.0 * tau + 6.0 * tau**2)
+    position = CubicSpline(along, points)(part * along[-1])
+    if random is not None:
+        for harmonic in (1, 2, 3):
+            amplitude = random.normal(0.0, _TREMOR_M / harmonic, points.shape[1])
+            position = position + np.sin(np.pi * harmonic * part)[:, None] * amplitude
+    return Stroke(time_s, position)

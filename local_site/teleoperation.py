@@ -1,0 +1,40 @@
+"""Direct teleoperation, the operator's half: the hand's movement on its way to the robot."""
+
+from __future__ import annotations
+
+from common import keys
+from common.codec import encode
+from common.link import Link
+from common.messages import OperatorInput, Telemetry
+
+
+class Teleoperation:
+    """Sends the hand's position while coupled, and nothing otherwise.
+
+    Args:
+        link: To the robot.
+    """
+
+    def __init__(self, link: Link):
+        self._link = link
+        self._seq = 0
+
+    def hand(self, position_m: tuple[float, ...], released: bool, robot: Telemetry, lease_id: str) -> None:
+        """Send where the hand is.
+
+        Args:
+            position_m: Length D [m].
+            released: The hand let go: the coupling ends.
+            robot: The report that the operator sees; it must be coupled.
+            lease_id: Proof of control.
+        """
+        self._seq += 1
+        message = OperatorInput(
+            seq=self._seq,
+            echo=robot.stamp,
+            lease_id=lease_id,
+            coupling_id=robot.coupling_id,
+            position_m=position_m,
+            released=released,
+        )
+        self._link.send(keys.INPUT, encode(message))

@@ -1,0 +1,51 @@
+"""May a command run now? By lease, age, the table of modes, the model and the plan that it names."""
+
+from __future__ import annotations
+
+from common.control_mode import Action, ControlMode, Phase, mode_after, modes_allowing
+from common.messages import Command, Stamp
+from common.task import Task
+from remote_site.contact import OperatorContact
+from remote_site.model_store import ModelStore
+from remote_site.plans import Plans
+
+
+class CommandJudge:
+    """Finds the reason against a command.
+
+    Args:
+        task: What the robot does.
+        contact: The operator's lease and the age of its messages.
+        models: What was received.
+        plans: What was previewed.
+    """
+
+    def __init__(self, task: Task, contact: OperatorContact, models: ModelStore, plans: Plans):
+        self._task, self._contact, self._models, self._plans = task, contact, models, plans
+
+    def refusal(
+        self, command: Command, mode: ControlMode, phase: Phase, now: Stamp
+    ) -> tuple[str, float | None]:  # fmt: skip
+        """Why a command may not run, with the measured value; an empty reason when it may."""
+        reason, measured = self._contact.command_refusal(command)
+        if reason:
+            return reason, measured
+        if command.action is Action.STOP:
+            return "a stop travels on its own key", None
+        if mode_after(mode, phase, command.action) is None:
+            return (
+                f"{command.action} is not allowed in {mode.name}, only in {modes_allowing(command.action)}",
+                None,
+            )
+        if command.action in (Action.EXECUTE, Action.PREVIEW):
+            return self._motion_refusal(command, now)
+        return "", None
+
+    def _motion_refusal(self, command: Command, now: Stamp) -> tuple[str, float | None]:
+        if command.task != self._task.name:
+            return f"this robot does {self._task.name!r}, not {command.task!r}", None
+        if self._models.get(command.model_sha256) is None:
+            return f"the robot has no model {command.model_sha256[:8] or '(none named)'}: send it first", None
+        if command.action is Action.EXECUTE and self._task.require_preview:
+            return self._plans.refusal(command.plan_id, self._plans.situation(command.model_sha256, now))
+        return "", None

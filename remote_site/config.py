@@ -1,0 +1,29 @@
+"""Configuration of the remote site."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from common.link import LinkSettings
+
+Positive = Annotated[float, Meta(gt=0)]
+
+
+class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One robot."""
+
+    link: LinkSettings = LinkSettings(listen="tcp/127.0.0.1:7447")
+    task: str = "planar"
+    """Name of a task that comes with Farhand, or a task file."""
+    seed: Annotated[int, Meta(ge=0)] = 0
+    """Of the simulated measurement noise and of the target's phase."""
+    control_hz: Annotated[float, Meta(ge=10, le=1000)] = 50.0
+    telemetry_hz: Annotated[float, Meta(gt=0, le=30)] = 25.0
+    telemetry_budget_bytes_s: Annotated[float, Meta(ge=0)] = 0.0
+    """What telemetry may take of the link [B/s]; 0: as much as it needs."""
+    max_age_s: Positive = 15.0
+    """No command older than this is ever accepted [s]."""
+    lease_s: Positive = 3.0
+    """Silence after which the control of the robot is free again [s]."""

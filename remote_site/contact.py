@@ -1,0 +1,86 @@
+"""What the robot knows of its operator: the lease, how fresh the messages are, when it last heard."""
+
+from __future__ import annotations
+
+from common.clock import BootClock
+from common.messages import Command, Heartbeat, LeaseRequest, OperatorInput, Stamp
+from remote_site.config import RemoteConfig
+from remote_site.freshness import Freshness
+from remote_site.lease import Lease
+
+_INPUT_TTL_MAX_S = 1.0
+_SILENCE_S = 0.5
+"""The watchdog of DIRECT: nothing newer than this beyond the link's usual delay."""
+
+
+class OperatorContact:
+    """Judges the operator's messages and watches for silence.
+
+    Args:
+        config: Limits.
+        clock: The robot's time.
+    """
+
+    def __init__(self, config: RemoteConfig, clock: BootClock):
+        self._clock = clock
+        self.lease = Lease(config.lease_s)
+        self._freshness = Freshness(clock, config.max_age_s, 1.0 / config.telemetry_hz)
+        self._newest_echo_ns = 0
+        self.heartbeat_seq = 0
+        self.heartbeat_received_ns = 0
+        self.stale_refused = 0
+
+    def lease_request(self, request: LeaseRequest) -> tuple[str, float | None]:
+        """Grant or refuse the lease.
+
+        Returns:
+            Why not (empty when granted), and the age of the request's echo [s] if it had one.
+        """
+        now_s = self._clock.now_s()
+        is_renewal = self.lease.is_held_by(request.session, self.lease.lease_id)
+        verdict = self._freshness.renew(request.echo) if request.echo is not None else None
+        if is_renewal and verdict is not None and verdict.reason:
+            self.stale_refused += 1
+            return f"this renewal came too late: {verdict.reason}", verdict.age_s
+        reason = self.lease.request(request.session, request.site_name, now_s)
+        if not reason:
+            self._heard(request.echo)
+        return reason, verdict.age_s if verdict else None
+
+    def command_refusal(self, command: Command) -> tuple[str, float | None]:
+        """Why a command may not count, with the measured value; an empty reason when it may."""
+        if not self.lease.is_held_by(command.session, command.lease_id):
+            holder = self.lease.holder
+            return (f"{holder} is in control" if holder else "you are not in control: the lease ended"), None
+        verdict = self._freshness.judge(command.echo)
+        if verdict.reason:
+            self.stale_refused += 1
+            return f"this command came too late: {verdict.reason}", verdict.age_s
+        self._heard(command.echo)
+        return "", verdict.age_s
+
+    def input_is_fresh(self, message: OperatorInput) -> bool:
+        """Whether an input of the operator's hand is fresh enough to move the robot."""
+        if self._freshness.judge(message.echo, _INPUT_TTL_MAX_S).reason:
+            self.stale_refused += 1
+            return False
+        self._heard(message.echo)
+        return True
+
+    def heartbeat(self, heartbeat: Heartbeat) -> None:
+        """Take a sign of life of the holder."""
+        if not self.lease.is_held_by(heartbeat.session, self.lease.lease_id):
+            return
+        if heartbeat.seq > self.heartbeat_seq or heartbeat.seq == 1:
+            self.heartbeat_seq = heartbeat.seq
+            self.heartbeat_received_ns = self._clock.now_ns()
+        self._heard(heartbeat.echo)
+
+    def silence_s(self, now_s: float) -> float:
+        """How far the operator's silence exceeds the link's usual delay and the watchdog's time [s]."""
+        usual_s = self._freshness.reference_s or 0.0
+        return now_s - self._newest_echo_ns * 1e-9 - usual_s - _SILENCE_S
+
+    def _heard(self, echo: Stamp | None) -> None:
+        if echo is not None and echo.boot == self._clock.boot:
+            self._newest_echo_ns = max(self._newest_echo_ns, echo.t_ns)

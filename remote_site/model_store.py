@@ -1,0 +1,62 @@
+"""The models that the remote site has received: decoded, checked, confirmed by their hash."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from common.errors import InvalidModel
+from common.messages import ModelTransfer
+from common.model_file import content_hash, decode
+from common.task import Task
+from common.tphsmm import TPHSMM
+
+
+@dataclass(frozen=True)
+class StoredModel:
+    """A verified model.
+
+    Args:
+        sha256: Of the bytes that arrived.
+        model: What they say.
+    """
+
+    sha256: str
+    model: TPHSMM
+
+
+class ModelStore:
+    """Keeps what fits the task; what does not fit changes nothing.
+
+    Args:
+        task: The task that this robot does.
+    """
+
+    def __init__(self, task: Task):
+        self._task = task
+        self._models: dict[str, StoredModel] = {}
+        self.newest: StoredModel | None = None
+
+    def receive(self, transfer: ModelTransfer) -> StoredModel:
+        """Check and keep a model.
+
+        Raises:
+            InvalidModel: When its hash, content, task or dimensions do not fit.
+        """
+        sha256 = content_hash(transfer.content)
+        if sha256 != transfer.sha256:
+            raise InvalidModel(
+                "model", "sha256", f"{transfer.sha256[:8]} was announced, {sha256[:8]} arrived"
+            )
+        if transfer.task != self._task.name:
+            raise InvalidModel("model", "task", f"{self._task.name!r}, got {transfer.task!r}")
+        model = decode(transfer.content)
+        if (model.n_dims, model.n_frames) != (self._task.n_dims, len(self._task.frame_names)):
+            expected = f"{self._task.n_dims} dimensions and {len(self._task.frame_names)} frames"
+            raise InvalidModel("model", "means", f"{expected}, got {model.n_dims} and {model.n_frames}")
+        stored = StoredModel(sha256, model)
+        self._models[sha256] = self.newest = stored
+        return stored
+
+    def get(self, sha256: str) -> StoredModel | None:
+        """The verified model with this hash, or None."""
+        return self._models.get(sha256)

@@ -1,0 +1,128 @@
+"""Previews and committed paths: asking for them, and whether a preview still describes what would happen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.messages import Stamp
+from remote_site.execution import Execution
+from remote_site.model_store import StoredModel
+from remote_site.planner import PlanRequest
+from remote_site.reproduction.executor import ExecutorSettings
+from remote_site.sensing import Sensing
+
+Array = NDArray[np.float64]
+
+_MAX_EFFECTOR_MOVE_M = 0.010
+_MAX_FRAME_MOVE_M = 0.050
+_MAX_AGE_S = 60.0
+_KEPT = 16
+_REPLAN_S = 1.0
+_REPLAN_FRAME_M = 0.005
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What a plan depends on.
+
+    Args:
+        position_m: The effector. Shape (D,) [m].
+        mean_frame_m: The first task frame's origin, averaged over its movement. Shape (D,) [m].
+        model_sha256: The model.
+        time_s: When, on the robot's clock [s].
+    """
+
+    position_m: Array
+    mean_frame_m: Array
+    model_sha256: str
+    time_s: float
+
+
+class Plans:
+    """The last previews by their id, and the committed path of the execution.
+
+    Args:
+        sensing: Where the robot and its frames are.
+        settings: Of an execution.
+        submit: Hands a request to the worker; never blocks.
+    """
+
+    def __init__(self, sensing: Sensing, settings: ExecutorSettings, submit: Callable[[PlanRequest], None]):
+        self._sensing, self._settings, self._submit = sensing, settings, submit
+        self._previews: dict[int, Situation] = {}
+        self._plan_count = 0
+        self._path_count = 0
+        self._committed_s = -np.inf
+        self._committed_frame_m: Array | None = None
+
+    def preview(self, stored: StoredModel, now: Stamp) -> int:
+        """Have the whole task rolled out from here. Returns the plan's id."""
+        self._plan_count += 1
+        self._request(stored, None, self._plan_count, now)
+        return self._plan_count
+
+    def commit(self, execution: Execution, now: Stamp) -> None:
+        """Have the rest of an execution rolled out: once a second at most, and when the frame moved."""
+        now_s, origin = now.t_ns * 1e-9, self._sensing.frames[0].b
+        moved = self._committed_frame_m is None or (
+            float(np.linalg.norm(origin - self._committed_frame_m)) > _REPLAN_FRAME_M
+        )
+        if moved and now_s - self._committed_s >= _REPLAN_S:
+            self._committed_s, self._committed_frame_m = now_s, origin
+            self._request(execution.stored, execution, 0, now)
+
+    def forget_commit(self) -> None:
+        """A new execution begins: its first path is due at once."""
+        self._committed_s, self._committed_frame_m = -np.inf, None
+
+    def situation(self, model_sha256: str, now: Stamp) -> Situation:
+        """What a plan made now would depend on."""
+        position = self._sensing.effector.position_m
+        return Situation(position, self._sensing.mean_frame_m(), model_sha256, now.t_ns * 1e-9)
+
+    def shown(self, request: PlanRequest) -> None:
+        """A preview is on its way to the operator: it can be executed from now on."""
+        position = request.effector.position_m
+        self._previews[request.plan_id] = Situation(
+            position, self._sensing.mean_frame_m(), request.stored.sha256, request.stamp.t_ns * 1e-9
+        )
+        if len(self._previews) > _KEPT:
+            del self._previews[min(self._previews)]
+
+    def refusal(self, plan_id: int, now: Situation) -> tuple[str, float | None]:
+        """Why a plan no longer holds, with the measured difference; an empty reason when it does."""
+        plan = self._previews.get(plan_id)
+        if plan is None:
+            return f"there is no plan {plan_id}: preview again", None
+        if plan.model_sha256 != now.model_sha256:
+            return "the model is not the one that was previewed: preview again", None
+        moved_m = float(np.linalg.norm(now.position_m - plan.position_m))
+        if moved_m > _MAX_EFFECTOR_MOVE_M:
+            return f"the robot moved {moved_m * 1e3:.0f} mm since the preview: preview again", moved_m
+        moved_m = float(np.linalg.norm(now.mean_frame_m - plan.mean_frame_m))
+        if moved_m > _MAX_FRAME_MOVE_M:
+            return f"the target moved {moved_m * 1e3:.0f} mm since the preview: preview again", moved_m
+        age_s = now.time_s - plan.time_s
+        if age_s > _MAX_AGE_S:
+            return f"the preview is {age_s:.0f} s old: preview again", age_s
+        return "", None
+
+    def _request(self, stored: StoredModel, execution: Execution | None, plan_id: int, now: Stamp) -> None:
+        self._path_count += 1
+        state = execution.executor.state() if execution is not None else None
+        self._submit(
+            PlanRequest(
+                path_id=self._path_count,
+                plan_id=plan_id,
+                stamp=now,
+                stored=stored,
+                settings=self._settings,
+                state=state,
+                effector=self._sensing.effector,
+                frames=tuple(self._sensing.frames),
+            )
+        )

@@ -1,0 +1,159 @@
+"""The remote process: link, supervisor, control loop."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from common import keys
+from common.clock import BootClock, Rate
+from common.codec import decode, encode
+from common.errors import InvalidMessage
+from common.keys import Channel
+from common.link import Request, ZenohLink
+from common.log import loop_logger
+from common.mailbox import Mailbox
+from common.messages import (
+    Command,
+    ExecutionReport,
+    Heartbeat,
+    LeaseRequest,
+    Message,
+    ModelTransfer,
+    OperatorInput,
+    ReportRequest,
+    Stop,
+)
+from common.task import Task
+from remote_site.config import RemoteConfig
+from remote_site.perception import OscillatingTarget, SimulatedPerception
+from remote_site.planner import Planner
+from remote_site.plant import PointPlant
+from remote_site.reproduction.executor import warm_up
+from remote_site.supervisor import Supervisor
+from remote_site.telemetry import Reporter
+
+_log = loop_logger(__name__)
+
+_MOST_PER_TICK = 256
+
+
+class RemoteSite:
+    """One robot behind a link.
+
+    Messages are decoded in the link's threads and handled by the control loop between two ticks, so
+    that the supervisor has one owner.
+
+    Args:
+        config: Endpoints, rates, limits.
+        task: What the robot does.
+    """
+
+    def __init__(self, config: RemoteConfig, task: Task):
+        self._config, self._task = config, task
+        self._stop = threading.Event()
+        self._inbox: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
+        self._clock = BootClock()
+
+    def stop(self) -> None:
+        """Ask the loop to end; safe in a signal handler."""
+        self._stop.set()
+
+    def run(self, ready: Callable[[], None]) -> None:
+        """Serve until stopped.
+
+        Args:
+            ready: Called once the endpoint is open, the kernels are compiled and the loop is about to run.
+
+        Raises:
+            LinkError: When the endpoint cannot be opened.
+        """
+        # The planner and the link's threads must not hold up a control tick.
+        sys.setswitchinterval(5e-4)
+        warm_up(self._task.n_dims)
+        self._link = ZenohLink(self._config.link)
+        planner = Planner(lambda *result: self._inbox.put(partial(self._supervisor.on_path, *result)))
+        try:
+            self._supervisor = self._make_supervisor(planner)
+            self._listen()
+            ready()
+            self._loop()
+        finally:
+            planner.close()
+            self._link.close()
+
+    def _make_supervisor(self, planner: Planner) -> Supervisor:
+        task, target = self._task, self._task.target
+        phase = float(np.random.default_rng(self._config.seed).uniform(0.0, 2.0 * np.pi))
+        perception = SimulatedPerception(
+            OscillatingTarget(target, phase), target.noise_std_m, self._config.seed
+        )  # fmt: skip
+        limits = task.limits
+        plant = PointPlant(
+            np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
+        )
+        return Supervisor(
+            task, self._config, plant, perception, self._clock, self._announce, planner.request
+        )  # fmt: skip
+
+    def _announce(self, channel: Channel, message: Message) -> None:
+        self._link.send(channel, encode(message))
+
+    # Receiving ----------------------------------------------------------------------------------
+
+    def _listen(self) -> None:
+        supervisor = self._supervisor
+        self._link.limit(keys.TELEMETRY, self._config.telemetry_budget_bytes_s)
+        for channel, kind, handle in (
+            (keys.STOP, Stop, supervisor.on_stop),
+            (keys.INPUT, OperatorInput, supervisor.on_input),
+            (keys.HEARTBEAT, Heartbeat, supervisor.contact.heartbeat),
+        ):
+            self._link.subscribe(channel, partial(self._on_message, kind, handle))
+        for channel, kind, handle in (
+            (keys.COMMAND, Command, supervisor.on_command),
+            (keys.LEASE, LeaseRequest, supervisor.on_lease),
+            (keys.MODEL, ModelTransfer, supervisor.on_model),
+            (keys.REPORT, ReportRequest, self._on_report),
+        ):
+            self._link.serve(channel, partial(self._on_request, kind, handle))
+
+    def _on_message(self, kind: type[Message], handle: Callable[..., None], data: bytes) -> None:
+        try:
+            message = decode(data, kind)
+        except InvalidMessage as error:
+            _log.warning("dropped: %s", error)
+        else:
+            self._inbox.put(partial(handle, message))
+
+    def _on_request(self, kind: type[Message], handle: Callable[..., Message], request: Request) -> None:
+        try:
+            message = decode(request.data, kind)
+        except InvalidMessage as error:
+            # No answer: to the asker this is a request that was not delivered.
+            _log.warning("not answered: %s", error)
+        else:
+            self._inbox.put(lambda: request.answer(encode(handle(message))))
+
+    def _on_report(self, _request: ReportRequest) -> ExecutionReport:
+        return self._supervisor.report(self._rate.overruns)
+
+    # The control loop ---------------------------------------------------------------------------
+
+    def _loop(self) -> None:
+        period_s = 1.0 / self._config.control_hz
+        every = max(1, round(self._config.control_hz / self._config.telemetry_hz))
+        reporter = Reporter(self._supervisor, self._clock)
+        self._rate = Rate(period_s, self._stop)
+        tick = 0
+        while self._rate.wait():
+            for handle in self._inbox.take_all():
+                handle()
+            self._supervisor.tick(period_s)
+            if tick % every == 0:
+                self._announce(keys.TELEMETRY, reporter.report())
+            tick += 1

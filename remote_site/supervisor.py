@@ -1,0 +1,297 @@
+"""The robot's authority: owns the mode, judges every command, decides what moves the plant each tick.
+
+Pure but for what it is given: time comes from the clock, what it has to say goes to `announce`. All of
+its methods are called by one thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from common import keys
+from common.clock import BootClock
+from common.control_mode import Action, ControlMode, Phase, mode_after
+from common.errors import InvalidModel
+from common.keys import Channel
+from common.messages import (
+    Command,
+    CommandReply,
+    Event,
+    ExecutionReport,
+    LeaseReply,
+    LeaseRequest,
+    Message,
+    ModelReply,
+    ModelTransfer,
+    OperatorInput,
+    PlannedPath,
+    Stamp,
+    Stop,
+)
+from common.task import Task
+from remote_site.command_judge import CommandJudge
+from remote_site.command_log import CommandLog
+from remote_site.config import RemoteConfig
+from remote_site.contact import OperatorContact
+from remote_site.coupling import Coupling
+from remote_site.execution import Execution
+from remote_site.model_store import ModelStore, StoredModel
+from remote_site.perception import Perception
+from remote_site.planner import PlanRequest
+from remote_site.plans import Plans
+from remote_site.plant import Plant
+from remote_site.reproduction.executor import ExecutorSettings
+from remote_site.sensing import Sensing
+from remote_site.stops import Stops
+
+_STANDING_M_S = 2e-3
+
+Announce = Callable[[Channel, Message], None]
+
+
+class Supervisor:
+    """Mode machine of one robot.
+
+    Args:
+        task: What the robot does.
+        config: Rates and limits.
+        plant: The machine.
+        perception: Its sensing.
+        clock: Its time.
+        announce: Sends a message to the operators; never blocks.
+        request_plan: Hands a rollout to the worker; never blocks.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        config: RemoteConfig,
+        plant: Plant,
+        perception: Perception,
+        clock: BootClock,
+        announce: Announce,
+        request_plan: Callable[[PlanRequest], None],
+    ):
+        self._task, self._plant, self._perception, self._clock = task, plant, perception, clock
+        self._announce = announce
+        self._settings = ExecutorSettings(
+            dt_s=1.0 / config.control_hz,
+            max_speed_m_s=task.limits.speed_m_s,
+            max_acceleration_m_s2=task.limits.acceleration_m_s2,
+        )
+        self.sensing = Sensing(plant, perception, config.control_hz, clock.now_s())
+        self.contact = OperatorContact(config, clock)
+        self.models = ModelStore(task)
+        self._plans = Plans(self.sensing, self._settings, request_plan)
+        self._stops = Stops(lambda acknowledgement: announce(keys.STOP_ACK, acknowledgement))
+        self._judge = CommandJudge(task, self.contact, self.models, self._plans)
+        self._log = CommandLog()
+        self.mode = ControlMode.DISARMED
+        self.coupling: Coupling | None = None
+        self.execution: Execution | None = None
+        self._last: Execution | None = None
+        self.path_id = 0
+        self._coupling_count = 0
+        self._event_seq = 0
+        self._until_standing: list[Command] = []
+        self._previewing: dict[int, Command] = {}
+
+    @property
+    def phase(self) -> Phase:
+        """Where the execution is."""
+        return self.execution.phase if self.execution else Phase.NONE
+
+    def stamp(self) -> Stamp:
+        """Now."""
+        return Stamp(self._clock.boot, self._clock.now_ns())
+
+    # What arrives -------------------------------------------------------------------------------
+
+    def on_lease(self, request: LeaseRequest) -> LeaseReply:
+        """Grant, renew or refuse the control of the robot."""
+        reason, age_s = self.contact.lease_request(request)
+        lease = self.contact.lease
+        return LeaseReply(
+            granted=not reason,
+            lease_id="" if reason else lease.lease_id,
+            holder=lease.holder,
+            reason=reason,
+            stamp=self.stamp(),
+            task=self._task.name,
+            n_dims=self._task.n_dims,
+            newest_age_s=age_s,
+        )
+
+    def on_model(self, transfer: ModelTransfer) -> ModelReply:
+        """Verify and keep a model; it becomes active with the next Execute that names it."""
+        try:
+            stored = self.models.receive(transfer)
+        except InvalidModel as error:
+            reason = str(error)[:500]
+            return ModelReply(accepted=False, sha256=transfer.sha256, reason=reason, stamp=self.stamp())
+        return ModelReply(accepted=True, sha256=stored.sha256, stamp=self.stamp())
+
+    def on_stop(self, stop: Stop) -> None:
+        """Stop, whoever asks and in whatever mode."""
+        if self._stops.receive(stop.stop_id, self.stamp()):
+            self._leave_motion(f"stopped by {stop.site_name}")
+            self.mode = ControlMode.STOPPED
+            self._event("stopped", f"stop by {stop.site_name}")
+
+    def on_input(self, message: OperatorInput) -> None:
+        """Follow the operator's hand, if coupled, by the holder, with this coupling, and fresh."""
+        coupling = self.coupling
+        expected = (self.contact.lease.lease_id, coupling.coupling_id if coupling else -1)
+        if coupling is None or (message.lease_id, message.coupling_id) != expected:
+            self.contact.stale_refused += 1
+        elif self.contact.input_is_fresh(message):
+            coupling.feed(message, self.sensing.effector.position_m, self._clock.now_s())
+
+    def on_command(self, command: Command) -> CommandReply:
+        """Run a command once, or answer it again."""
+        if (known := self._log.reply_to(command.command_id)) is not None:
+            return known
+        reason, measured = self._judge.refusal(command, self.mode, self.phase, self.stamp())
+        if not reason:
+            self._run(command)
+        reply = CommandReply(
+            command_id=command.command_id,
+            accepted=not reason,
+            reason=reason,
+            measured=measured,
+            mode=self.mode,
+            stamp=self.stamp(),
+        )
+        self._log.remember(reply)
+        return reply
+
+    def on_path(self, request: PlanRequest, path: PlannedPath | None, problem: str) -> None:
+        """A rollout is ready, or could not be made."""
+        if path is not None:
+            self._announce(keys.PATH, path)
+        if not request.plan_id:
+            if path is not None and self.execution is not None:
+                self.path_id = path.path_id
+            return
+        command = self._previewing.pop(request.plan_id)
+        if path is None:
+            self._event("failed", problem, command_id=command.command_id, succeeded=False)
+            return
+        self._plans.shown(request)
+        duration_s = (len(path.points) // (4 * path.n_dims) - 1) * path.step_s
+        self._complete(command, f"previewed {duration_s:.1f} s of motion", plan_id=request.plan_id)
+
+    def report(self, overruns: int) -> ExecutionReport:
+        """How the newest execution went so far; it stays after its end."""
+        return (
+            self._last.report(self.stamp(), overruns) if self._last else ExecutionReport(stamp=self.stamp())
+        )
+
+    # Commands -----------------------------------------------------------------------------------
+
+    def _run(self, command: Command) -> None:
+        """Do an allowed command; its second answer comes as an event."""
+        target = mode_after(self.mode, self.phase, command.action)
+        assert target is not None
+        stored = self.models.get(command.model_sha256)
+        if command.action is Action.PREVIEW and stored is not None:
+            self._previewing[self._plans.preview(stored, self.stamp())] = command
+            return
+        self._leave_motion(f"ended by {command.action}")
+        self.mode = target
+        if command.action is Action.EXECUTE and stored is not None:
+            self._execute(command, stored)
+        elif command.action is Action.COUPLE:
+            self._coupling_count += 1
+            self.coupling = Coupling(self._coupling_count, self._clock.now_s())
+            self._complete(command, "coupled", coupling_id=self._coupling_count)
+        else:
+            self._until_standing.append(command)
+
+    def _execute(self, command: Command, stored: StoredModel) -> None:
+        sensed = self.sensing
+        self.execution = self._last = Execution(
+            command, stored, self._settings, sensed.effector, sensed.frames, self.stamp()
+        )  # fmt: skip
+        self._event("executing", f"executing {stored.sha256[:8]}", command_id=command.command_id)
+        self._plans.forget_commit()
+
+    def _leave_motion(self, why: str) -> None:
+        """End whatever moves the robot; the plant brakes from the next tick on."""
+        if self.execution is not None and self.execution.arrived_after_s is None:
+            self._event("failed", why, succeeded=False, command_id=self.execution.command.command_id)
+        self.execution, self.coupling, self.path_id = None, None, 0
+
+    # The tick -----------------------------------------------------------------------------------
+
+    def tick(self, dt_s: float) -> None:
+        """One control period: sense, watch the operator, move."""
+        now_s = self._clock.now_s()
+        self.sensing.update(now_s)
+        lease_ended = self.contact.lease.expire(now_s)
+        if self.coupling is not None and (why := self._decouple_reason(self.coupling, lease_ended, now_s)):
+            self._leave_motion(why)
+            self.mode = ControlMode.HOLD
+            self._event("decoupled", why)
+        if self.execution is not None:
+            self._step(self.execution, now_s, dt_s)
+        elif self.coupling is not None:
+            self._follow(self.coupling, now_s, dt_s)
+        else:
+            self._plant.brake(dt_s)
+            self._settle()
+
+    def _decouple_reason(self, coupling: Coupling, lease_ended: bool, now_s: float) -> str:
+        """Why DIRECT must end now; empty while it may go on."""
+        if lease_ended or not self.contact.lease.lease_id:
+            return "the lease was lost"
+        if self.contact.silence_s(now_s) > 0.0:
+            return "nothing new was heard from the operator for 0.5 s longer than usual"
+        return coupling.end_reason(now_s)
+
+    def _follow(self, coupling: Coupling, now_s: float, dt_s: float) -> None:
+        reference = coupling.reference_m(now_s)
+        if reference is None:
+            self._plant.brake(dt_s)
+            coupling.stop_here(self.sensing.effector.position_m)
+        else:
+            self._plant.follow(reference, self._task.limits.speed_m_s * coupling.speed_scale(now_s), dt_s)
+
+    def _step(self, execution: Execution, now_s: float, dt_s: float) -> None:
+        """One period of an execution; a controller that fails stops the robot."""
+        under_way = execution.arrived_after_s is None
+        acceleration = execution.step(self.sensing.effector, self.sensing.frames, dt_s)
+        if not np.isfinite(acceleration).all():
+            self._plant.brake(dt_s)
+            self._leave_motion("the controller gave a number that is not finite")
+            self.mode = ControlMode.STOPPED
+            self._event("stopped", "the controller gave a number that is not finite", succeeded=False)
+            return
+        self._plant.accelerate(acceleration, dt_s)
+        execution.measure(self.sensing.effector, self._perception.true_origin_m(now_s), dt_s)
+        if under_way and execution.arrived_after_s is not None:
+            self._complete(execution.command, f"arrived after {execution.arrived_after_s:.2f} s")
+        elif under_way:
+            self._plans.commit(execution, self.stamp())
+
+    def _settle(self) -> None:
+        """Answer what waits for the robot to stand still."""
+        if np.linalg.norm(self._plant.read().velocity_m_s) > _STANDING_M_S:
+            return
+        for command in self._until_standing:
+            self._complete(command, "done")
+        self._until_standing.clear()
+        self._stops.stands(self.stamp())
+
+    def _complete(self, command: Command, text: str, **ids: int) -> None:
+        self._event("completed", text, command_id=command.command_id, **ids)
+
+    def _event(self, kind: str, text: str, **fields: Any) -> None:
+        self._event_seq += 1
+        self._announce(
+            keys.EVENT,
+            Event(seq=self._event_seq, stamp=self.stamp(), kind=kind, text=text, mode=self.mode, **fields),
+        )

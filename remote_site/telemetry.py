@@ -1,0 +1,63 @@
+"""The robot's report of itself, small enough for a narrow link."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from common.clock import BootClock
+from common.messages import Telemetry
+from common.task_frame import TaskFrame
+from remote_site.supervisor import Supervisor
+
+
+def rotation_of(frame: TaskFrame) -> tuple[float, ...]:
+    """Orientation of a frame: nothing for none, one angle in the plane, a rotation vector in space [rad]."""
+    if np.array_equal(frame.A, np.eye(frame.n_dims)):
+        return ()
+    if frame.n_dims == 2:
+        return (math.atan2(frame.A[1, 0], frame.A[0, 0]),)
+    from scipy.spatial.transform import Rotation
+
+    return tuple(Rotation.from_matrix(frame.A).as_rotvec())
+
+
+class Reporter:
+    """Makes the reports.
+
+    Args:
+        supervisor: What to report.
+        clock: The robot's time.
+    """
+
+    def __init__(self, supervisor: Supervisor, clock: BootClock):
+        self._supervisor, self._clock = supervisor, clock
+        self._seq = 0
+
+    def report(self) -> Telemetry:
+        """The robot as it is now."""
+        self._seq += 1
+        s, sensed, contact = self._supervisor, self._supervisor.sensing, self._supervisor.contact
+        now = s.stamp()
+        held_ms = (now.t_ns - contact.heartbeat_received_ns) * 1e-6 if contact.heartbeat_seq else 0.0
+        newest = s.models.newest
+        return Telemetry(
+            seq=self._seq,
+            stamp=now,
+            mode=s.mode,
+            phase=s.phase,
+            position_m=tuple(sensed.effector.position_m.tolist()),
+            frame_origin_m=tuple(sensed.frames[0].b.tolist()),
+            frame_rotation_rad=rotation_of(sensed.frames[0]),
+            component=s.execution.component if s.execution else -1,
+            elapsed_s=s.execution.elapsed_s if s.execution else 0.0,
+            path_id=s.path_id,
+            model=newest.sha256[:8] if newest else "",
+            coupling_id=s.coupling.coupling_id if s.coupling else 0,
+            holder=contact.lease.holder[:16],
+            heartbeat_echo=contact.heartbeat_seq,
+            heartbeat_held_ms=held_ms,
+            waiting=s.coupling is not None and s.coupling.waiting(self._clock.now_s()),
+            stale_refused=contact.stale_refused,
+        )
