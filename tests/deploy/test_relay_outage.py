@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import math
+import socket
+import threading
 from typing import Any
 
 import pytest
@@ -42,7 +44,7 @@ def test_a_stall_ends_by_itself_and_holds_for_connections_made_meanwhile(run, li
             began_s = now()
             bench.relay.outage("stall", 0.3)
             during = await bench.dial()
-            for (_, local_writer), (remote_reader, _) in (before, during):
+            for (_, local_writer), (remote_reader, _) in (during, before):
                 local_writer.write(b"x")
                 await remote_reader.readexactly(1)
                 assert now() - began_s >= 0.3
@@ -70,13 +72,22 @@ def test_a_blackhole_swallows_everything_and_then_cuts(run, linked):
 
 
 def test_a_blackhole_swallows_a_flood_without_stopping_the_relay(run, linked):
+    def flood(address: tuple[str, int], begun: threading.Event) -> None:
+        with socket.create_connection(address) as sock, pytest.raises(ConnectionError):
+            while True:
+                sock.sendall(bytes(2**20))
+                begun.set()
+
     async def scenario() -> None:
         async with linked(both_ways(queue_bytes=1000)) as bench:
-            (local_reader, local_writer), _ = await bench.dial()
-            bench.relay.outage("blackhole", 0.3)
-            local_writer.write(bytes(32 * 2**20))
-            await bench.assert_reset(local_reader)
+            bench.relay.outage("blackhole", FOREVER_S)
+            begun = threading.Event()  # the flood comes from a thread: it never waits for our event loop
+            flooding = asyncio.create_task(asyncio.to_thread(flood, bench.relay.address, begun))
+            await asyncio.to_thread(begun.wait, 30)
+            await bench.until(lambda status: status["uplink"]["swallowed_bytes"] > 2**22)
             assert bench.relay.status()["uplink"]["queued_bytes"] == 0
+            bench.relay.clear()
+            await flooding
 
     run(scenario)
 
