@@ -42,7 +42,7 @@ class Telemetry(
     rename={
         "stamp": "t", "position_m": "p", "frame_origin_m": "fo", "frame_rotation_rad": "fr", "mode": "m",
         "phase": "ph", "component": "c", "elapsed_s": "e", "path_id": "pi", "model": "mo",
-        "coupling_id": "ci", "holder": "h", "heartbeat_echo": "hb", "heartbeat_held_ms": "hh",
+        "coupling_id": "ci", "holder": "h", "lease": "l", "heartbeat_echo": "hb", "heartbeat_held_ms": "hh",
         "waiting": "w", "stale_refused": "sr", "seq": "s", "schema": "v",
     },
 ):  # fmt: skip
@@ -68,6 +68,8 @@ class Telemetry(
     coupling_id: Count = 0
     holder: Annotated[str, Meta(max_length=16)] = ""
     """Who holds the lease."""
+    lease: Annotated[str, Meta(max_length=4)] = ""
+    """First digits of the lease, so that its holder knows whether it still counts."""
     heartbeat_echo: Count = 0
     """Sequence number of the newest heartbeat of the lease's holder."""
     heartbeat_held_ms: float = 0.0

@@ -50,6 +50,10 @@ class Commanding:
         self._heartbeat_seq = 0
         self._heartbeat_s = self._renewed_s = float("-inf")
 
+    def in_control(self, robot: Telemetry | None) -> bool:
+        """Whether the robot itself reports that this site's lease counts."""
+        return robot is not None and bool(self.lease_id) and robot.lease == self.lease_id[:4]
+
     def tick(self, robot: Telemetry | None, now_s: float) -> None:
         """Say that this site is alive, renew the lease, give up what was never settled."""
         echo = robot.stamp if robot else None

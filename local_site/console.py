@@ -258,7 +258,7 @@ class Console:
             now_s=now_s,
             robot=self._robot,
             link=self._monitor.view(now_s),
-            in_control=bool(commanding.lease_id),
+            in_control=commanding.in_control(self._robot),
             why_not_in_control=commanding.why_not_in_control,
             pending=dict(commanding.pending),
             notices=tuple(self._notices),

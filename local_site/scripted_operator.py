@@ -30,6 +30,7 @@ _PATIENCE_S = 60.0
 _TRACKING_S = 10.0
 _DRIVE_S = 1.5
 _HAND_PERIOD_S = 1.0 / 30.0
+_ATTEMPTS = 3
 
 OutageKind = Literal["stall", "reset", "blackhole"]
 
@@ -127,18 +128,29 @@ class ScriptedOperator:
     def _command(self, action: Action, mode: ControlMode) -> None:
         """Give a command and wait for the robot's own report; try again, as a person would."""
         self._await("control of the robot", lambda p: p.in_control)
-        for attempt in range(3):
-            seen = len(self._console.picture.command_round_trips_s)
+        for attempt in range(1, _ATTEMPTS + 1):
+            n_answers = len(self._console.picture.command_round_trips_s)
+            n_refusals = self._refusals(action, self._console.picture)
+
+            def done(p: Picture, n: int = n_answers) -> bool:
+                return len(p.command_round_trips_s) > n and p.mode is mode
+
+            def over(p: Picture, n: int = n_refusals) -> bool:
+                return done(p) or self._refusals(action, p) > n
+
             self._console.submit(intents.Command(action))
-            done = self._console.wait_for(
-                lambda p, seen=seen: len(p.command_round_trips_s) > seen and p.mode is mode, _PATIENCE_S / 3
-            )
-            if done:
+            self._console.wait_for(over, _PATIENCE_S)
+            if done(self._console.picture):
                 took_s = self._console.picture.command_round_trips_s[-1]
                 self._say(f"{action}: the robot is in {mode.name}, answered after {took_s:.3f} s")
                 return
-            _log.warning("%s did not succeed at attempt %d: %s", action, attempt + 1, self._last_words())
+            _log.warning("attempt %d: %s", attempt, self._last_words())
+            self._await("control of the robot", lambda p: p.in_control)
         raise JobFailed(f"{action}: the robot did not reach {mode.name}: {self._last_words()}")
+
+    @staticmethod
+    def _refusals(action: Action, picture: Picture) -> int:
+        return sum(not notice.good and notice.what == action for notice in picture.notices)
 
     def _drive(self) -> None:
         """Drive in a small circle, one hand event every 33 ms."""

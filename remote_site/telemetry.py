@@ -56,6 +56,7 @@ class Reporter:
             model=newest.sha256[:8] if newest else "",
             coupling_id=s.coupling.coupling_id if s.coupling else 0,
             holder=contact.lease.holder[:16],
+            lease=contact.lease.lease_id[:4],
             heartbeat_echo=contact.heartbeat_seq,
             heartbeat_held_ms=held_ms,
             waiting=s.coupling is not None and s.coupling.waiting(self._clock.now_s()),

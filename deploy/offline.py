@@ -1,0 +1,107 @@
+"""`farhand learn`, `rollout`, `model`, `import`, `evaluate`: work on files, without robot or link."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from common.errors import FarhandError, InvalidConfiguration
+from common.model_file import content_hash, encode, load, save
+from common.tphsmm import TPHSMM
+
+
+def learn(demonstrations: Sequence[Path], out: Path, max_distance_m: float | None) -> int:
+    """Learn a model file from demonstration files."""
+    from local_site.learning.online_learner import LearnerSettings
+    from local_site.offline_learning import learn_files
+
+    if not demonstrations:
+        raise InvalidConfiguration("command line", "demonstrations", "at least one demonstration file")
+    settings = LearnerSettings(max_distance_m) if max_distance_m is not None else None
+    model = learn_files(demonstrations, settings)
+    save(model, out)
+    _say(f"learned {_components(model)} from {len(demonstrations)} demonstrations: {out}")
+    return 0
+
+
+def rollout(model_file: Path, like: Path, out: Path | None) -> int:
+    """Reproduce a model from a demonstration's start in its frames."""
+    from deploy.rollout import roll_out
+    from local_site.demonstration import Demonstration
+
+    model, demonstration = load(model_file), Demonstration.load(like)
+    motion = roll_out(model, demonstration)
+    ends_apart_m = float(np.linalg.norm(motion.position_m[-1] - demonstration.position_m[-1]))
+    _say(f"moved for {motion.time_s[-1]:.2f} s, ends {ends_apart_m * 1e3:.2f} mm from the demonstration's end")
+    if out is not None:
+        motion.save(out)
+        _say(f"written: {out}")
+    return 0
+
+
+def show(model_file: Path, figure: Path | None) -> int:
+    """Say what is in a model file."""
+    model = load(model_file)
+    content = encode(model)
+    _say(f"{model_file}: {_components(model)}, {model.n_dims} dimensions, frames {', '.join(model.frame_names)}")
+    _say(f"  learned from  {model.n_demonstrations} demonstrations, lambda {model.max_distance_m:g} m")
+    _say(f"  paths         {model.n_paths}")
+    _say(f"  size          {len(content)} B")
+    _say(f"  sha256        {content_hash(content)}")
+    _say("  component  points  duration_s        leads to")
+    for i in range(model.n_components):
+        deviation_s = float(np.sqrt(model.duration_variance_s2[i]))
+        duration = "end" if model.terminal[i] else f"{model.duration_mean_s[i]:.2f} +- {deviation_s:.2f}"
+        targets = [f"{k} ({model.transition[i, k]:.2f})" for k in np.flatnonzero(model.transition[i])]
+        begins = " begins here" if model.initial[i] > 0 else ""
+        _say(f"  {i:9d}  {model.counts[i]:6d}  {duration:16s}  {', '.join(targets) or '-'}{begins}")
+    if figure is not None:
+        _draw(model, figure)
+        _say(f"written: {figure}")
+    return 0
+
+
+def import_recording(kind: str, file: Path, out: Path) -> int:
+    """Turn a foreign recording into demonstration files."""
+    from local_site.foreign_recordings import import_recordings
+
+    written = import_recordings(kind, file, out)
+    _say(f"{len(written)} demonstrations: {written[0]} to {written[-1].name}")
+    return 0
+
+
+def evaluate(study: str, trials: int | None, seed: int, out: Path) -> int:
+    """Run a study."""
+    try:
+        from evaluation.study import run
+    except ImportError as error:
+        raise _MissingExtra("evaluation", error) from error
+    command = " ".join(["farhand", *sys.argv[1:]])
+    result = run(study, trials, seed, out, command)
+    _say(f"written: {result}")
+    return 0
+
+
+class _MissingExtra(FarhandError):
+    def __init__(self, extra: str, error: ImportError):
+        super().__init__(f"this needs the extra {extra!r} ({error.name} is missing): pip install 'farhand[{extra}]'")
+
+
+def _components(model: TPHSMM) -> str:
+    n_terminal = int(model.terminal.sum())
+    return f"{model.n_components - n_terminal} components and {n_terminal} terminal"
+
+
+def _draw(model: TPHSMM, figure: Path) -> None:
+    try:
+        from evaluation.model_figure import draw_model
+    except ImportError as error:
+        raise _MissingExtra("evaluation", error) from error
+    draw_model(model, figure)
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
