@@ -62,7 +62,7 @@ class Link(Protocol):
         ...
 
 
-class LinkSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Where the transport listens and connects. The remote site listens, the local site connects."""
 
     vehicle: str = "rov1"
@@ -77,7 +77,7 @@ class LinkSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """Longest time for a connection to open [s]; a handshake takes four one-way delays."""
 
 
-def zenoh_configuration(settings: LinkSettings) -> dict[str, Any]:
+def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
     """The transport's configuration: one explicit connection and nothing found by itself."""
     handshake_ms = round(settings.handshake_timeout_s * 1000)
     return {
@@ -137,7 +137,7 @@ class ZenohLink:
         LinkError: When the endpoint cannot be listened on or is not understood.
     """
 
-    def __init__(self, settings: LinkSettings):
+    def __init__(self, settings: EndpointSettings):
         try:
             configuration = zenoh.Config.from_json5(json.dumps(zenoh_configuration(settings)))
             self._session = zenoh.open(configuration)

@@ -6,13 +6,13 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from common.link import LinkSettings
+from common.link import EndpointSettings
 
 
 class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One operator's place."""
 
-    link: LinkSettings = LinkSettings(connect="tcp/127.0.0.1:7447")
+    link: EndpointSettings = EndpointSettings(connect="tcp/127.0.0.1:7447")
     link_control: str = ""
     """Control socket of the link process, host:port; empty: none, the link is a real one."""
     task: str = "planar"

@@ -18,7 +18,7 @@ import numpy as np
 
 from common import keys
 from common.codec import decode
-from common.control_mode import Action, mode_after, modes_allowing
+from common.control_mode import Action
 from common.errors import FarhandError, InvalidMessage
 from common.keys import Channel
 from common.link import Link
@@ -27,6 +27,7 @@ from common.log import loop_logger
 from common.messages import Event, ExecutionReport, Message, PlannedPath, ReportRequest, StopAck, Telemetry
 from common.task import Task
 from local_site import intents
+from local_site.command_check import check
 from local_site.commanding import Commanding
 from local_site.inquiries import Inquiries
 from local_site.model_sender import ModelSender
@@ -95,14 +96,7 @@ class Console:
 
     def ask_report(self, timeout_s: float = 15.0) -> ExecutionReport | None:
         """How the newest execution went, asked of the robot. None when no answer came."""
-        answers: queue.SimpleQueue[ExecutionReport | None] = queue.SimpleQueue()
-        self._inquiries.ask(
-            keys.REPORT, ReportRequest(), ExecutionReport, 0.0, lambda answer, _took_s: answers.put(answer)
-        )
-        try:
-            return answers.get(timeout=timeout_s)
-        except queue.Empty:
-            return None
+        return self._inquiries.ask_and_wait(keys.REPORT, ReportRequest(), ExecutionReport, timeout_s)
 
     def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float) -> bool:
         """Wait until a picture has a property. False when it did not in time."""
@@ -165,11 +159,13 @@ class Console:
                     self._library.undo()
                     self._tell("undo", "the last demonstration was undone")
                 case intents.LoadSamples():
-                    self._load_samples()
+                    self._library.learn(sample_strokes(self._task))
+                    self._tell("samples", "the samples were learned")
                 case intents.SendModel():
                     self._send_model()
         except FarhandError as error:
-            self._tell(type(intent).__name__.lower(), f"refused: {error}", good=False)
+            what = intent.action if isinstance(intent, intents.Command) else type(intent).__name__.lower()
+            self._tell(what, f"refused: {error}", good=False)
 
     # Intents ------------------------------------------------------------------------------------
 
@@ -178,25 +174,10 @@ class Console:
         if action is Action.STOP:
             self._stop.press(now_s)
             return
-        robot = self._robot
-        if robot is None:
-            raise NotNow("the robot has not reported yet")
-        if intent.shown_mode is not None and intent.shown_mode is not robot.mode:
-            raise NotNow(
-                f"page was behind: it showed {intent.shown_mode.name}, the robot is in {robot.mode.name}"
-            )
-        if action in self._commanding.pending:
-            raise NotNow(f"{action} is under way already")
-        if action is Action.RESET and self._stop.unacknowledged:
-            raise NotNow("your own stop is not acknowledged yet")
-        if mode_after(robot.mode, robot.phase, action) is None:
-            raise NotNow(f"{action} is not allowed in {robot.mode.name}, only in {modes_allowing(action)}")
-        sha256 = self._models.confirmed_sha256 if action in (Action.PREVIEW, Action.EXECUTE) else ""
-        if action in (Action.PREVIEW, Action.EXECUTE) and not sha256:
-            raise NotNow("the robot has confirmed no model: send it first")
-        if action is Action.COUPLE and self._library.recording:
-            raise NotNow("a demonstration is being recorded: end or undo it first")
-        self._commanding.command(action, robot, now_s, self._task.name, sha256, self._plan_id)
+        check(intent, self._draw(now_s))
+        assert self._robot is not None
+        sha256 = self._models.confirmed_sha256
+        self._commanding.command(action, self._robot, now_s, self._task.name, sha256, self._plan_id)
 
     def _record(self) -> None:
         if self.picture.coupled:
@@ -212,16 +193,6 @@ class Console:
             self._teleoperation.hand(
                 intent.position_m, intent.released, self._robot, self._commanding.lease_id
             )  # fmt: skip
-
-    def _load_samples(self) -> None:
-        if self._library.recording:
-            raise NotNow("a demonstration is being recorded: end or undo it first")
-        for stroke in sample_strokes(self._task):
-            self._library.record()
-            for point, time_s in zip(stroke.position_m, stroke.time_s, strict=True):
-                self._library.hand(point, float(time_s))
-            self._library.end()
-        self._tell("samples", "the samples were learned")
 
     def _send_model(self) -> None:
         if self._library.learned is None:

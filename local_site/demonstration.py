@@ -121,8 +121,12 @@ class Demonstration:
             self,
             time_s=self.time_s[keep],
             position_m=self.position_m[keep],
-            frame_origin_m=self.frame_origin_m[keep] if self.frame_origin_m.ndim == 3 else self.frame_origin_m,
-            frame_rotation=self.frame_rotation[keep] if self.frame_rotation.ndim == 4 else self.frame_rotation,
+            frame_origin_m=self.frame_origin_m[keep]
+            if self.frame_origin_m.ndim == 3
+            else self.frame_origin_m,
+            frame_rotation=self.frame_rotation[keep]
+            if self.frame_rotation.ndim == 4
+            else self.frame_rotation,
             quat_wxyz=None if self.quat_wxyz is None else self.quat_wxyz[keep],
         )
 
@@ -154,7 +158,9 @@ class Demonstration:
             with np.load(path, allow_pickle=False) as archive:
                 arrays = {name: archive[name] for name in archive.files}
         except OSError as error:
-            raise InvalidDemonstration(str(path), "", f"a readable .npz file ({error.strerror or error})") from error
+            raise InvalidDemonstration(
+                str(path), "", f"a readable .npz file ({error.strerror or error})"
+            ) from error
         except (ValueError, EOFError, AttributeError, zipfile.BadZipFile, KeyError) as error:
             raise InvalidDemonstration(str(path), "", "a whole .npz file of plain arrays") from error
         try:

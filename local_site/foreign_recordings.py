@@ -63,7 +63,9 @@ def read_recordings(kind: str, file: Path | str) -> list[Demonstration]:
     return [_demonstration(path, f"{kind} {path.name} {n + 1}/{count}", *r) for n, r in enumerate(recordings)]
 
 
-def _demonstration(path: Path, source: str, time: Array, position: Array, quat: Array | None) -> Demonstration:
+def _demonstration(
+    path: Path, source: str, time: Array, position: Array, quat: Array | None
+) -> Demonstration:
     n_dims = position.shape[1]
     try:
         return Demonstration(
@@ -116,6 +118,8 @@ def _phase(samples: Array) -> Array:
 
 
 def _shaped(array: NDArray, shape: tuple[int | None, ...]) -> Array:
-    if array.ndim != len(shape) or any(n is not None and n != m for n, m in zip(shape, array.shape, strict=True)):
+    if array.ndim != len(shape) or any(
+        n is not None and n != m for n, m in zip(shape, array.shape, strict=True)
+    ):
         raise ValueError(f"shape {shape}, got {array.shape}")
     return np.asarray(array, dtype=float)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 import threading
 import time
 from collections.abc import Callable
@@ -56,6 +57,15 @@ class Inquiries:
         """
         if not self._closed.is_set():
             self._workers.submit(self._ask, channel, encode(question), kind, give_up_s, answered)
+
+    def ask_and_wait(self, channel: Channel, question: Message, kind: type[M], timeout_s: float) -> M | None:
+        """Ask once and wait for the answer. None when none came in time."""
+        answers: queue.SimpleQueue[M | None] = queue.SimpleQueue()
+        self.ask(channel, question, kind, 0.0, lambda answer, _took_s: answers.put(answer))
+        try:
+            return answers.get(timeout=timeout_s)
+        except queue.Empty:
+            return None
 
     def close(self) -> None:
         """End all asking."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from local_site.demonstration import Demonstration
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner, Snapshot
+from local_site.samples import Stroke
 
 Array = NDArray[np.float64]
 
@@ -121,6 +123,18 @@ class TaskLibrary:
         assert self.learned is not None
         return self.learned
 
+    def learn(self, strokes: Sequence[Stroke]) -> None:
+        """Learn whole demonstrations, one after the other.
+
+        Raises:
+            NotNow: When one is being recorded.
+        """
+        for stroke in strokes:
+            self.record()
+            for position, time_s in zip(stroke.position_m, stroke.time_s, strict=True):
+                self.hand(position, float(time_s))
+            self.end()
+
     def undo(self) -> None:
         """Put everything back to before the last demonstration, bit for bit.
 
@@ -133,10 +147,6 @@ class TaskLibrary:
         self._learner.restore(snapshot)
         self.current, self._times = [], []
         self._publish()
-
-    def preview_model(self) -> TPHSMM | None:
-        """The model as it is in the middle of a demonstration; None before the first ended one."""
-        return self.learned.model if self.learned else None
 
     def _grid(self, n: int) -> Array:
         return np.array([self._times[-1] + LEARNING_PERIOD_S * step for step in range(1, n + 1)])

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from common.link import LinkSettings
+from common.link import EndpointSettings
 
 Positive = Annotated[float, Meta(gt=0)]
 
@@ -14,7 +14,7 @@ Positive = Annotated[float, Meta(gt=0)]
 class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One robot."""
 
-    link: LinkSettings = LinkSettings(listen="tcp/127.0.0.1:7447")
+    link: EndpointSettings = EndpointSettings(listen="tcp/127.0.0.1:7447")
     task: str = "planar"
     """Name of a task that comes with Farhand, or a task file."""
     seed: Annotated[int, Meta(ge=0)] = 0

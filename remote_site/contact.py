@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from common.clock import BootClock
-from common.messages import Command, Heartbeat, LeaseRequest, OperatorInput, Stamp
+from common.messages import Command, Heartbeat, LeaseReply, LeaseRequest, OperatorInput, Stamp
+from common.task import Task
 from remote_site.config import RemoteConfig
 from remote_site.freshness import Freshness
 from remote_site.lease import Lease
@@ -30,12 +31,22 @@ class OperatorContact:
         self.heartbeat_received_ns = 0
         self.stale_refused = 0
 
-    def lease_request(self, request: LeaseRequest) -> tuple[str, float | None]:
-        """Grant or refuse the lease.
+    def answer(self, request: LeaseRequest, task: Task, now: Stamp) -> LeaseReply:
+        """Grant, renew or refuse the lease, and say what the robot is."""
+        reason, age_s = self._refusal(request)
+        return LeaseReply(
+            granted=not reason,
+            lease_id="" if reason else self.lease.lease_id,
+            holder=self.lease.holder,
+            reason=reason,
+            stamp=now,
+            task=task.name,
+            n_dims=task.n_dims,
+            newest_age_s=age_s,
+        )
 
-        Returns:
-            Why not (empty when granted), and the age of the request's echo [s] if it had one.
-        """
+    def _refusal(self, request: LeaseRequest) -> tuple[str, float | None]:
+        """Take or renew the lease: why not (empty when granted), and the age of the request's echo [s]."""
         now_s = self._clock.now_s()
         is_renewal = self.lease.is_held_by(request.session, self.lease.lease_id)
         verdict = self._freshness.renew(request.echo) if request.echo is not None else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from common.errors import InvalidModel
-from common.messages import ModelTransfer
+from common.messages import ModelReply, ModelTransfer, Stamp
 from common.model_file import content_hash, decode
 from common.task import Task
 from common.tphsmm import TPHSMM
@@ -56,6 +56,14 @@ class ModelStore:
         stored = StoredModel(sha256, model)
         self._models[sha256] = self.newest = stored
         return stored
+
+    def answer(self, transfer: ModelTransfer, now: Stamp) -> ModelReply:
+        """Receive a model and confirm it by its hash, or say why not."""
+        try:
+            stored = self.receive(transfer)
+        except InvalidModel as error:
+            return ModelReply(accepted=False, sha256=transfer.sha256, reason=str(error)[:500], stamp=now)
+        return ModelReply(accepted=True, sha256=stored.sha256, stamp=now)
 
     def get(self, sha256: str) -> StoredModel | None:
         """The verified model with this hash, or None."""

@@ -140,7 +140,8 @@ class RemoteSite:
             self._inbox.put(lambda: request.answer(encode(handle(message))))
 
     def _on_report(self, _request: ReportRequest) -> ExecutionReport:
-        return self._supervisor.report(self._rate.overruns)
+        now, last = self._supervisor.stamp(), self._supervisor.last_execution
+        return last.report(now, self._rate.overruns) if last else ExecutionReport(stamp=now)
 
     # The control loop ---------------------------------------------------------------------------
 

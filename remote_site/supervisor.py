@@ -9,18 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from common import keys
 from common.clock import BootClock
 from common.control_mode import Action, ControlMode, Phase, mode_after
-from common.errors import InvalidModel
 from common.keys import Channel
 from common.messages import (
     Command,
     CommandReply,
     Event,
-    ExecutionReport,
     LeaseReply,
     LeaseRequest,
     Message,
@@ -39,6 +35,7 @@ from remote_site.contact import OperatorContact
 from remote_site.coupling import Coupling
 from remote_site.execution import Execution
 from remote_site.model_store import ModelStore, StoredModel
+from remote_site.motion import Motion, Outcome
 from remote_site.perception import Perception
 from remote_site.planner import PlanRequest
 from remote_site.plans import Plans
@@ -46,8 +43,6 @@ from remote_site.plant import Plant
 from remote_site.reproduction.executor import ExecutorSettings
 from remote_site.sensing import Sensing
 from remote_site.stops import Stops
-
-_STANDING_M_S = 2e-3
 
 Announce = Callable[[Channel, Message], None]
 
@@ -75,7 +70,7 @@ class Supervisor:
         announce: Announce,
         request_plan: Callable[[PlanRequest], None],
     ):
-        self._task, self._plant, self._perception, self._clock = task, plant, perception, clock
+        self._task, self._clock = task, clock
         self._announce = announce
         self._settings = ExecutorSettings(
             dt_s=1.0 / config.control_hz,
@@ -90,9 +85,8 @@ class Supervisor:
         self._judge = CommandJudge(task, self.contact, self.models, self._plans)
         self._log = CommandLog()
         self.mode = ControlMode.DISARMED
-        self.coupling: Coupling | None = None
-        self.execution: Execution | None = None
-        self._last: Execution | None = None
+        self.motion = Motion(plant, perception, self.sensing, task.limits)
+        self.last_execution: Execution | None = None
         self.path_id = 0
         self._coupling_count = 0
         self._event_seq = 0
@@ -102,7 +96,7 @@ class Supervisor:
     @property
     def phase(self) -> Phase:
         """Where the execution is."""
-        return self.execution.phase if self.execution else Phase.NONE
+        return self.motion.execution.phase if self.motion.execution else Phase.NONE
 
     def stamp(self) -> Stamp:
         """Now."""
@@ -112,27 +106,11 @@ class Supervisor:
 
     def on_lease(self, request: LeaseRequest) -> LeaseReply:
         """Grant, renew or refuse the control of the robot."""
-        reason, age_s = self.contact.lease_request(request)
-        lease = self.contact.lease
-        return LeaseReply(
-            granted=not reason,
-            lease_id="" if reason else lease.lease_id,
-            holder=lease.holder,
-            reason=reason,
-            stamp=self.stamp(),
-            task=self._task.name,
-            n_dims=self._task.n_dims,
-            newest_age_s=age_s,
-        )
+        return self.contact.answer(request, self._task, self.stamp())
 
     def on_model(self, transfer: ModelTransfer) -> ModelReply:
         """Verify and keep a model; it becomes active with the next Execute that names it."""
-        try:
-            stored = self.models.receive(transfer)
-        except InvalidModel as error:
-            reason = str(error)[:500]
-            return ModelReply(accepted=False, sha256=transfer.sha256, reason=reason, stamp=self.stamp())
-        return ModelReply(accepted=True, sha256=stored.sha256, stamp=self.stamp())
+        return self.models.answer(transfer, self.stamp())
 
     def on_stop(self, stop: Stop) -> None:
         """Stop, whoever asks and in whatever mode."""
@@ -143,7 +121,7 @@ class Supervisor:
 
     def on_input(self, message: OperatorInput) -> None:
         """Follow the operator's hand, if coupled, by the holder, with this coupling, and fresh."""
-        coupling = self.coupling
+        coupling = self.motion.coupling
         expected = (self.contact.lease.lease_id, coupling.coupling_id if coupling else -1)
         if coupling is None or (message.lease_id, message.coupling_id) != expected:
             self.contact.stale_refused += 1
@@ -173,7 +151,7 @@ class Supervisor:
         if path is not None:
             self._announce(keys.PATH, path)
         if not request.plan_id:
-            if path is not None and self.execution is not None:
+            if path is not None and self.motion.execution is not None:
                 self.path_id = path.path_id
             return
         command = self._previewing.pop(request.plan_id)
@@ -183,12 +161,6 @@ class Supervisor:
         self._plans.shown(request)
         duration_s = (len(path.points) // (4 * path.n_dims) - 1) * path.step_s
         self._complete(command, f"previewed {duration_s:.1f} s of motion", plan_id=request.plan_id)
-
-    def report(self, overruns: int) -> ExecutionReport:
-        """How the newest execution went so far; it stays after its end."""
-        return (
-            self._last.report(self.stamp(), overruns) if self._last else ExecutionReport(stamp=self.stamp())
-        )
 
     # Commands -----------------------------------------------------------------------------------
 
@@ -206,14 +178,14 @@ class Supervisor:
             self._execute(command, stored)
         elif command.action is Action.COUPLE:
             self._coupling_count += 1
-            self.coupling = Coupling(self._coupling_count, self._clock.now_s())
+            self.motion.coupling = Coupling(self._coupling_count, self._clock.now_s())
             self._complete(command, "coupled", coupling_id=self._coupling_count)
         else:
             self._until_standing.append(command)
 
     def _execute(self, command: Command, stored: StoredModel) -> None:
         sensed = self.sensing
-        self.execution = self._last = Execution(
+        self.motion.execution = self.last_execution = Execution(
             command, stored, self._settings, sensed.effector, sensed.frames, self.stamp()
         )  # fmt: skip
         self._event("executing", f"executing {stored.sha256[:8]}", command_id=command.command_id)
@@ -221,9 +193,10 @@ class Supervisor:
 
     def _leave_motion(self, why: str) -> None:
         """End whatever moves the robot; the plant brakes from the next tick on."""
-        if self.execution is not None and self.execution.arrived_after_s is None:
-            self._event("failed", why, succeeded=False, command_id=self.execution.command.command_id)
-        self.execution, self.coupling, self.path_id = None, None, 0
+        if self.motion.execution is not None and self.motion.execution.arrived_after_s is None:
+            self._event("failed", why, succeeded=False, command_id=self.motion.execution.command.command_id)
+        self.motion.end()
+        self.path_id = 0
 
     # The tick -----------------------------------------------------------------------------------
 
@@ -232,17 +205,24 @@ class Supervisor:
         now_s = self._clock.now_s()
         self.sensing.update(now_s)
         lease_ended = self.contact.lease.expire(now_s)
-        if self.coupling is not None and (why := self._decouple_reason(self.coupling, lease_ended, now_s)):
+        if self.motion.coupling is not None and (
+            why := self._decouple_reason(self.motion.coupling, lease_ended, now_s)
+        ):
             self._leave_motion(why)
             self.mode = ControlMode.HOLD
             self._event("decoupled", why)
-        if self.execution is not None:
-            self._step(self.execution, now_s, dt_s)
-        elif self.coupling is not None:
-            self._follow(self.coupling, now_s, dt_s)
-        else:
-            self._plant.brake(dt_s)
-            self._settle()
+        execution = self.motion.execution
+        match self.motion.step(now_s, dt_s):
+            case Outcome.UNDER_WAY if execution is not None:
+                self._plans.commit(execution, self.stamp())
+            case Outcome.ARRIVED if execution is not None:
+                self._complete(execution.command, f"arrived after {execution.arrived_after_s:.2f} s")
+            case Outcome.FAILED:
+                self._leave_motion("the controller gave a number that is not finite")
+                self.mode = ControlMode.STOPPED
+                self._event("stopped", "the controller gave a number that is not finite", succeeded=False)
+            case Outcome.STANDING:
+                self._settle()
 
     def _decouple_reason(self, coupling: Coupling, lease_ended: bool, now_s: float) -> str:
         """Why DIRECT must end now; empty while it may go on."""
@@ -252,35 +232,8 @@ class Supervisor:
             return "nothing new was heard from the operator for 0.5 s longer than usual"
         return coupling.end_reason(now_s)
 
-    def _follow(self, coupling: Coupling, now_s: float, dt_s: float) -> None:
-        reference = coupling.reference_m(now_s)
-        if reference is None:
-            self._plant.brake(dt_s)
-            coupling.stop_here(self.sensing.effector.position_m)
-        else:
-            self._plant.follow(reference, self._task.limits.speed_m_s * coupling.speed_scale(now_s), dt_s)
-
-    def _step(self, execution: Execution, now_s: float, dt_s: float) -> None:
-        """One period of an execution; a controller that fails stops the robot."""
-        under_way = execution.arrived_after_s is None
-        acceleration = execution.step(self.sensing.effector, self.sensing.frames, dt_s)
-        if not np.isfinite(acceleration).all():
-            self._plant.brake(dt_s)
-            self._leave_motion("the controller gave a number that is not finite")
-            self.mode = ControlMode.STOPPED
-            self._event("stopped", "the controller gave a number that is not finite", succeeded=False)
-            return
-        self._plant.accelerate(acceleration, dt_s)
-        execution.measure(self.sensing.effector, self._perception.true_origin_m(now_s), dt_s)
-        if under_way and execution.arrived_after_s is not None:
-            self._complete(execution.command, f"arrived after {execution.arrived_after_s:.2f} s")
-        elif under_way:
-            self._plans.commit(execution, self.stamp())
-
     def _settle(self) -> None:
         """Answer what waits for the robot to stand still."""
-        if np.linalg.norm(self._plant.read().velocity_m_s) > _STANDING_M_S:
-            return
         for command in self._until_standing:
             self._complete(command, "done")
         self._until_standing.clear()

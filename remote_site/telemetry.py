@@ -39,6 +39,7 @@ class Reporter:
         """The robot as it is now."""
         self._seq += 1
         s, sensed, contact = self._supervisor, self._supervisor.sensing, self._supervisor.contact
+        execution, coupling = s.motion.execution, s.motion.coupling
         now = s.stamp()
         held_ms = (now.t_ns - contact.heartbeat_received_ns) * 1e-6 if contact.heartbeat_seq else 0.0
         newest = s.models.newest
@@ -50,15 +51,15 @@ class Reporter:
             position_m=tuple(sensed.effector.position_m.tolist()),
             frame_origin_m=tuple(sensed.frames[0].b.tolist()),
             frame_rotation_rad=rotation_of(sensed.frames[0]),
-            component=s.execution.component if s.execution else -1,
-            elapsed_s=s.execution.elapsed_s if s.execution else 0.0,
+            component=execution.component if execution else -1,
+            elapsed_s=execution.elapsed_s if execution else 0.0,
             path_id=s.path_id,
             model=newest.sha256[:8] if newest else "",
-            coupling_id=s.coupling.coupling_id if s.coupling else 0,
+            coupling_id=coupling.coupling_id if coupling else 0,
             holder=contact.lease.holder[:16],
             lease=contact.lease.lease_id[:4],
             heartbeat_echo=contact.heartbeat_seq,
             heartbeat_held_ms=held_ms,
-            waiting=s.coupling is not None and s.coupling.waiting(self._clock.now_s()),
+            waiting=coupling is not None and coupling.waiting(self._clock.now_s()),
             stale_refused=contact.stale_refused,
         )
