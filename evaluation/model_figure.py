@@ -17,8 +17,10 @@ _FILES = (".png", ".pdf", ".svg")
 
 
 def draw_model(model: TPHSMM, file: Path) -> None:
-    """Draw a model's first task frame to a file: on the left its components and transitions in the
-    plane of the first two dimensions, on the right the duration of each component.
+    """Draw a model as its first task frame sees it.
+
+    On the left its components and transitions in the plane of the first two dimensions, on the right
+    the duration of each component.
 
     Args:
         model: What was learned.

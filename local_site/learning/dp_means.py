@@ -10,6 +10,10 @@ with u the unit direction of travel, sigma the distance travelled since the star
 *elapsed* the time since the component was entered and s the start of the demonstration. Its first
 2 D + 1 numbers decide the assignment; elapsed and s feed the regressions of the ramp reference and of
 the start, which are extensions of the paper.
+
+Before the hand has travelled a little it has no direction. Such a datapoint is compared without one and
+takes that of its component; a component which was founded by such datapoints takes that of the first
+datapoint that has one. Without this every demonstration would begin with a component of a single point.
 """
 
 from __future__ import annotations
@@ -67,7 +71,7 @@ class Motion(NamedTuple):
         return cls(np.array([-1]), zeros(2), zeros(frame), zeros(frame), zeros(n_frames), zeros(frame))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def assign_points(clusters, motion, points, times, max_distance, weights, hysteresis, labels):
     """Learn from datapoints in their order, until one needs a component for which there is no room.
 
@@ -84,12 +88,12 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
     Returns:
         How many datapoints were taken in.
     """
+    y = np.empty(clusters.means.shape[1:])
     for t in range(points.shape[0]):
         if clusters.size[0] == clusters.counts.size:
             return t
         previous = motion.component[0]
         _travel(motion, points[t], times[t], max_distance)
-        y = np.empty(clusters.means.shape[1:])
         _describe(y, motion, max_distance, weights)
         q = _nearest(clusters, y, points.shape[2], previous, max_distance, hysteresis)
         if q < 0:
@@ -97,15 +101,15 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         if q != previous:
             motion.component[0] = q
             motion.clock[1] = motion.clock[0]  # a datapoint owns the interval that it ends
-        elapsed = 2 * points.shape[2] + 1
-        y[:, elapsed] = times[t] - motion.clock[1]
+        y[:, 2 * points.shape[2] + 1] = times[t] - motion.clock[1]
+        _share_direction(clusters.means[q], y, points.shape[2])
         _update(clusters, q, y)
         motion.clock[0] = times[t]
         labels[t] = q
     return points.shape[0]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def add_end(clusters, motion, max_distance, weights):
     """Take the last datapoint into a terminal component, the nearest or a new one; return which."""
     n_dims = motion.position.shape[1]
@@ -125,7 +129,7 @@ def add_end(clusters, motion, max_distance, weights):
     return best
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _travel(motion, point, time, max_distance):
     """Move to the next datapoint: distance and direction depend on the path, not on its timing."""
     if motion.component[0] < 0:
@@ -134,29 +138,37 @@ def _travel(motion, point, time, max_distance):
         motion.clock[:] = time
         return
     for p in range(point.shape[0]):
-        step = point[p] - motion.position[p]
-        length = np.sqrt(np.sum(step * step))
-        if length > 0.0:
+        square = 0.0
+        for k in range(point.shape[1]):
+            square += (point[p, k] - motion.position[p, k]) ** 2
+        if square > 0.0:
+            length = np.sqrt(square)
             forget = np.exp(-length / (_DIRECTION_LENGTH * max_distance))
-            motion.direction[p] = forget * motion.direction[p] + (1.0 - forget) * step / length
+            for k in range(point.shape[1]):
+                unit = (point[p, k] - motion.position[p, k]) / length
+                motion.direction[p, k] = forget * motion.direction[p, k] + (1.0 - forget) * unit
             motion.travelled[p] += length
     motion.position[:] = point
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _describe(y, motion, max_distance, weights):
     """The vector y of the present datapoint, but for the elapsed time."""
     n_dims = motion.position.shape[1]
     for p in range(y.shape[0]):
-        norm = np.sqrt(np.sum(motion.direction[p] ** 2))
-        scale = weights[0] * max_distance / norm if norm > 0.0 else 0.0
-        y[p, :n_dims] = motion.position[p]
-        y[p, n_dims : 2 * n_dims] = scale * motion.direction[p]
+        square = 0.0
+        for k in range(n_dims):
+            square += motion.direction[p, k] ** 2
+        known = square > 0.0 and motion.travelled[p] >= _DIRECTION_LENGTH * max_distance
+        scale = weights[0] * max_distance / np.sqrt(square) if known else 0.0
+        for k in range(n_dims):
+            y[p, k] = motion.position[p, k]
+            y[p, n_dims + k] = scale * motion.direction[p, k]
+            y[p, 2 * n_dims + 2 + k] = motion.start[p, k]
         y[p, 2 * n_dims] = weights[1] * motion.travelled[p]
-        y[p, 2 * n_dims + 2 :] = motion.start[p]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _nearest(clusters, y, n_dims, previous, max_distance, hysteresis):
     """Nearest component that is not terminal, with hysteresis; -1 when all are beyond lambda."""
     best, best_distance = -1, np.inf
@@ -164,7 +176,7 @@ def _nearest(clusters, y, n_dims, previous, max_distance, hysteresis):
     for i in range(clusters.size[0]):
         if clusters.terminal[i]:
             continue
-        distance = _distance(clusters.means[i], y, 2 * n_dims + 1)
+        distance = _assignment_distance(clusters.means[i], y, n_dims)
         if i == previous:
             stay_distance = distance
         if distance < best_distance:
@@ -174,7 +186,36 @@ def _nearest(clusters, y, n_dims, previous, max_distance, hysteresis):
     return best if best_distance <= max_distance else -1
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def _has_direction(vector, n_dims):
+    for k in range(n_dims, 2 * n_dims):
+        if vector[k] != 0.0:
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def _assignment_distance(mean, y, n_dims):
+    """Distance in position, direction where both have one, and distance travelled."""
+    total = 0.0
+    for p in range(y.shape[0]):
+        directed = _has_direction(y[p], n_dims) and _has_direction(mean[p], n_dims)
+        for k in range(2 * n_dims + 1):
+            if directed or k < n_dims or k == 2 * n_dims:
+                total += (y[p, k] - mean[p, k]) ** 2
+    return np.sqrt(total / y.shape[0])
+
+
+@njit(cache=True, error_model="numpy")
+def _share_direction(mean, y, n_dims):
+    """Let the one that has no direction yet take that of the other."""
+    for p in range(y.shape[0]):
+        source, target = (y, mean) if not _has_direction(mean[p], n_dims) else (mean, y)
+        if not _has_direction(target[p], n_dims):
+            target[p, n_dims : 2 * n_dims] = source[p, n_dims : 2 * n_dims]
+
+
+@njit(cache=True, error_model="numpy")
 def _distance(mean, y, n_numbers):
     """Root mean square over the frames of the Euclidean distance, so that lambda stays in metres."""
     total = 0.0
@@ -184,24 +225,24 @@ def _distance(mean, y, n_numbers):
     return np.sqrt(total / y.shape[0])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _new_component(clusters):
     k = clusters.size[0]
     clusters.size[0] = k + 1
     return k
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _update(clusters, q, y):
     """Running mean and scatter: n += 1, S += (n-1)/n e e^T, mu += e/n."""
     clusters.counts[q] += 1
     n = clusters.counts[q]
+    share = (n - 1) / n
     for p in range(y.shape[0]):
-        e = y[p] - clusters.means[q, p]
-        for k in range(e.size):
-            for m in range(k + 1):
-                increment = (n - 1) / n * e[k] * e[m]
-                clusters.scatters[q, p, k, m] += increment
-                if m < k:
-                    clusters.scatters[q, p, m, k] += increment
-            clusters.means[q, p, k] += e[k] / n
+        mean, scatter = clusters.means[q, p], clusters.scatters[q, p]
+        for k in range(mean.size):
+            e_k = y[p, k] - mean[k]
+            for m in range(k, mean.size):  # mean[m] is still the old one
+                scatter[k, m] += share * e_k * (y[p, m] - mean[m])
+                scatter[m, k] = scatter[k, m]
+            mean[k] += e_k / n

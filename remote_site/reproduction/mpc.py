@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def solve(position, velocity, targets, precisions, control_cost, n_controls, dt):
     """Control commands that minimise Eq. 5.
 
@@ -48,7 +48,7 @@ def solve(position, velocity, targets, precisions, control_cost, n_controls, dt)
     return u
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _gains(targets, precisions, control_cost, n_controls, dt):
     """Backward recursion: u = offset - gain_p p - gain_v v at each of the N_c steps.
 
@@ -76,16 +76,16 @@ def _gains(targets, precisions, control_cost, n_controls, dt):
                     H[a, b] = b_p * gp[a, b] + b_v * mv
                 H[a, a] += control_cost  # B^T P B + R
             _cholesky(H)
-            _solve_columns(H, gp, gains_p[r])
-            _solve_columns(H, gv, gains_v[r])
-            _solve_vector(H, h, offsets[r])
+            _solve_columns(H, gp, gains_p, r)
+            _solve_columns(H, gv, gains_v, r)
+            _solve_vector(H, h, offsets, r)
         _propagate(pp, pv, vv, sp, sv, dt)  # A^T P A, A^T s
         if r < n_controls:
-            _subtract_control(pp, pv, vv, sp, sv, gp, gv, gains_p[r], gains_v[r], h)
+            _subtract_control(pp, pv, vv, sp, sv, gp, gv, gains_p, gains_v, h, r)
     return gains_p, gains_v, offsets
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _propagate(pp, pv, vv, sp, sv, dt):
     D = sp.size
     for a in range(D):
@@ -97,24 +97,24 @@ def _propagate(pp, pv, vv, sp, sv, dt):
             pv[a, b] += dt * pp[a, b]
 
 
-@njit(cache=True)
-def _subtract_control(pp, pv, vv, sp, sv, gp, gv, gain_p, gain_v, h):
+@njit(cache=True, error_model="numpy")
+def _subtract_control(pp, pv, vv, sp, sv, gp, gv, gain_p, gain_v, h, r):
     """P -= G^T H^-1 G and s -= G^T H^-1 B^T s, kept symmetric."""
     D = sp.size
     for a in range(D):
         for c in range(D):
-            sp[a] -= gain_p[c, a] * h[c]
-            sv[a] -= gain_v[c, a] * h[c]
+            sp[a] -= gain_p[r, c, a] * h[c]
+            sv[a] -= gain_v[r, c, a] * h[c]
             for b in range(D):
-                pv[a, b] -= gp[c, a] * gain_v[c, b]
+                pv[a, b] -= gp[c, a] * gain_v[r, c, b]
         for b in range(a + 1):
             for c in range(D):
-                pp[a, b] -= 0.5 * (gp[c, a] * gain_p[c, b] + gp[c, b] * gain_p[c, a])
-                vv[a, b] -= 0.5 * (gv[c, a] * gain_v[c, b] + gv[c, b] * gain_v[c, a])
+                pp[a, b] -= 0.5 * (gp[c, a] * gain_p[r, c, b] + gp[c, b] * gain_p[r, c, a])
+                vv[a, b] -= 0.5 * (gv[c, a] * gain_v[r, c, b] + gv[c, b] * gain_v[r, c, a])
             pp[b, a], vv[b, a] = pp[a, b], vv[a, b]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _cholesky(H):
     """In place, H = L L^T in the lower triangle."""
     D = H.shape[0]
@@ -128,22 +128,34 @@ def _cholesky(H):
             H[i, j] /= H[j, j]
 
 
-@njit(cache=True)
-def _solve_vector(L, b, out):
+@njit(cache=True, error_model="numpy")
+def _solve_vector(L, b, out, r):
+    """out[r] = (L L^T)^-1 b."""
     D = b.size
     for i in range(D):
-        out[i] = b[i]
+        total = b[i]
         for k in range(i):
-            out[i] -= L[i, k] * out[k]
-        out[i] /= L[i, i]
+            total -= L[i, k] * out[r, k]
+        out[r, i] = total / L[i, i]
     for i in range(D - 1, -1, -1):
+        total = out[r, i]
         for k in range(i + 1, D):
-            out[i] -= L[k, i] * out[k]
-        out[i] /= L[i, i]
+            total -= L[k, i] * out[r, k]
+        out[r, i] = total / L[i, i]
 
 
-@njit(cache=True)
-def _solve_columns(L, B, out):
+@njit(cache=True, error_model="numpy")
+def _solve_columns(L, B, out, r):
+    """out[r] = (L L^T)^-1 B, column by column."""
     D = L.shape[0]
     for c in range(D):
-        _solve_vector(L, B[:, c], out[:, c])
+        for i in range(D):
+            total = B[i, c]
+            for k in range(i):
+                total -= L[i, k] * out[r, k, c]
+            out[r, i, c] = total / L[i, i]
+        for i in range(D - 1, -1, -1):
+            total = out[r, i, c]
+            for k in range(i + 1, D):
+                total -= L[k, i] * out[r, k, c]
+            out[r, i, c] = total / L[i, i]
