@@ -18,7 +18,9 @@ SCHEMA = 1
 Id = Annotated[str, Meta(max_length=64)]
 Text = Annotated[str, Meta(max_length=500)]
 Count = Annotated[int, Meta(ge=0)]
-Vector = Annotated[tuple[float, ...], Meta(min_length=2, max_length=3)]
+Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
+"""Bounded, so that sums and differences of what arrived stay finite [m]."""
+Vector = Annotated[tuple[Coordinate, ...], Meta(min_length=2, max_length=3)]
 Sha256 = Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")]
 
 
@@ -40,10 +42,10 @@ class Telemetry(
     frozen=True,
     kw_only=True,
     rename={
-        "stamp": "t", "position_m": "p", "frame_origin_m": "fo", "frame_rotation_rad": "fr", "mode": "m",
-        "phase": "ph", "component": "c", "elapsed_s": "e", "path_id": "pi", "model": "mo",
-        "coupling_id": "ci", "holder": "h", "lease": "l", "heartbeat_echo": "hb", "heartbeat_held_ms": "hh",
-        "waiting": "w", "stale_refused": "sr", "seq": "s", "schema": "v",
+        "stamp": "t", "position_m": "p", "frame_origin_m": "o", "frame_rotation_rad": "r", "mode": "m",
+        "phase": "f", "component": "c", "elapsed_s": "e", "path_id": "i", "model": "g",
+        "coupling_id": "k", "holder": "h", "lease": "l", "heartbeat_echo": "b", "heartbeat_held_ms": "d",
+        "waiting": "w", "stale_refused": "x", "seq": "s", "schema": "v",
     },
 ):  # fmt: skip
     """The robot's report of itself, newest only. At most 200 B: short names, single precision."""
@@ -67,7 +69,7 @@ class Telemetry(
     """First digits of the newest verified model's hash."""
     coupling_id: Count = 0
     holder: Annotated[str, Meta(max_length=16)] = ""
-    """Who holds the lease."""
+    """Who holds the lease, cut to 16 bytes."""
     lease: Annotated[str, Meta(max_length=4)] = ""
     """First digits of the lease, so that its holder knows whether it still counts."""
     heartbeat_echo: Count = 0

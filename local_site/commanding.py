@@ -47,7 +47,8 @@ class Commanding:
         self.pending: dict[Action, Pending] = {}
         self.round_trips_s: list[float] = []
         self._lease_stamp_ns, self._lease_boot = 0, ""
-        self._heartbeat_seq = 0
+        # Not from zero: the robot echoes its holder's heartbeats, and another site's must not look like ours.
+        self._heartbeat_seq = secrets.randbelow(2**31)
         self._heartbeat_s = self._renewed_s = float("-inf")
 
     def in_control(self, robot: Telemetry | None) -> bool:

@@ -38,14 +38,19 @@ class CommandJudge:
                 None,
             )
         if command.action in (Action.EXECUTE, Action.PREVIEW):
-            return self._motion_refusal(command, now)
+            return self._motion_refusal(command, mode, now)
         return "", None
 
-    def _motion_refusal(self, command: Command, now: Stamp) -> tuple[str, float | None]:
+    def _motion_refusal(
+        self, command: Command, mode: ControlMode, now: Stamp
+    ) -> tuple[str, float | None]:  # fmt: skip
         if command.task != self._task.name:
             return f"this robot does {self._task.name!r}, not {command.task!r}", None
         if self._models.get(command.model_sha256) is None:
             return f"the robot has no model {command.model_sha256[:8] or '(none named)'}: send it first", None
         if command.action is Action.EXECUTE and self._task.require_preview:
-            return self._plans.refusal(command.plan_id, self._plans.situation(command.model_sha256, now))
+            if mode is ControlMode.DIRECT:
+                return "this task is previewed before it is executed: clutch and preview first", None
+            situation = self._plans.situation(command.model_sha256, now)
+            return self._plans.refusal(command.plan_id, situation, self._contact.usual_age_s)
         return "", None

@@ -27,6 +27,7 @@ class OperatorContact:
         self.lease = Lease(config.lease_s)
         self._freshness = Freshness(clock, config.max_age_s, 1.0 / config.telemetry_hz)
         self._newest_echo_ns = 0
+        self._heartbeat_session = ""
         self.heartbeat_seq = 0
         self.heartbeat_received_ns = 0
         self.stale_refused = 0
@@ -48,8 +49,11 @@ class OperatorContact:
     def _refusal(self, request: LeaseRequest) -> tuple[str, float | None]:
         """Take or renew the lease: why not (empty when granted), and the age of the request's echo [s]."""
         now_s = self._clock.now_s()
+        self.lease.expire(now_s)
         is_renewal = self.lease.is_held_by(request.session, self.lease.lease_id)
-        verdict = self._freshness.renew(request.echo) if request.echo is not None else None
+        # What is usual is learned from the holder alone: another site may be nearer or further away.
+        judge = self._freshness.renew if is_renewal or not self.lease.lease_id else self._freshness.judge
+        verdict = judge(request.echo) if request.echo is not None else None
         if is_renewal and verdict is not None and verdict.reason:
             self.stale_refused += 1
             return f"this renewal came too late: {verdict.reason}", verdict.age_s
@@ -82,16 +86,25 @@ class OperatorContact:
         """Take a sign of life of the holder."""
         if not self.lease.is_held_by(heartbeat.session, self.lease.lease_id):
             return
-        if heartbeat.seq > self.heartbeat_seq or heartbeat.seq == 1:
-            self.heartbeat_seq = heartbeat.seq
+        if heartbeat.seq > self.heartbeat_seq or heartbeat.session != self._heartbeat_session:
+            self._heartbeat_session, self.heartbeat_seq = heartbeat.session, heartbeat.seq
             self.heartbeat_received_ns = self._clock.now_ns()
         self._heard(heartbeat.echo)
 
-    def silence_s(self, now_s: float) -> float:
-        """How far the operator's silence exceeds the link's usual delay and the watchdog's time [s]."""
-        usual_s = self._freshness.reference_s or 0.0
-        return now_s - self._newest_echo_ns * 1e-9 - usual_s - _SILENCE_S
+    @property
+    def usual_age_s(self) -> float:
+        """How old a message usually is when it arrives [s]; zero before that is known."""
+        return self._freshness.reference_s or 0.0
+
+    def lost_reason(self, lease_id: str, now_s: float) -> str:
+        """Why who had this lease is not there to drive any more; empty while they are."""
+        if lease_id != self.lease.lease_id:
+            return "the lease was lost"
+        if now_s - self._newest_echo_ns * 1e-9 - self.usual_age_s > _SILENCE_S:
+            return f"nothing new was heard from the operator for {_SILENCE_S} s longer than usual"
+        return ""
 
     def _heard(self, echo: Stamp | None) -> None:
-        if echo is not None and echo.boot == self._clock.boot:
+        # A stamp that was never given out must not quieten the watchdog.
+        if echo is not None and echo.boot == self._clock.boot and echo.t_ns <= self._clock.now_ns():
             self._newest_echo_ns = max(self._newest_echo_ns, echo.t_ns)

@@ -22,11 +22,12 @@ class Coupling:
 
     Args:
         coupling_id: What each input must carry.
+        lease_id: Whose it is: it ends with that lease.
         now_s: When it was made, on the robot's clock [s].
     """
 
-    def __init__(self, coupling_id: int, now_s: float):
-        self.coupling_id = coupling_id
+    def __init__(self, coupling_id: int, lease_id: str, now_s: float):
+        self.coupling_id, self.lease_id = coupling_id, lease_id
         self._began_s = now_s
         self._last_input_s = now_s
         self._last_seq = -1
@@ -35,14 +36,14 @@ class Coupling:
         self.released = False
 
     def feed(self, message: OperatorInput, robot_position_m: Array, now_s: float) -> None:
-        """Take one input of the operator; late and repeated ones are ignored.
+        """Take one input of the operator; late, repeated and misshapen ones are ignored.
 
         Args:
             message: The input, already checked for age, lease and coupling.
             robot_position_m: Where the robot is: the anchor of a new beginning. Shape (D,) [m].
             now_s: Now [s].
         """
-        if message.seq <= self._last_seq:
+        if message.seq <= self._last_seq or len(message.position_m) != robot_position_m.size:
             return
         self._last_seq = message.seq
         hand = np.array(message.position_m)

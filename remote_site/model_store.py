@@ -53,6 +53,8 @@ class ModelStore:
         if (model.n_dims, model.n_frames) != (self._task.n_dims, len(self._task.frame_names)):
             expected = f"{self._task.n_dims} dimensions and {len(self._task.frame_names)} frames"
             raise InvalidModel("model", "means", f"{expected}, got {model.n_dims} and {model.n_frames}")
+        if not model.terminal.any():
+            raise InvalidModel("model", "terminal", "a component where a demonstration ended; end one first")
         stored = StoredModel(sha256, model)
         self._models[sha256] = self.newest = stored
         return stored

@@ -93,7 +93,7 @@ class Plans:
         if len(self._previews) > _KEPT:
             del self._previews[min(self._previews)]
 
-    def refusal(self, plan_id: int, now: Situation) -> tuple[str, float | None]:
+    def refusal(self, plan_id: int, now: Situation, round_trip_s: float) -> tuple[str, float | None]:
         """Why a plan no longer holds, with the measured difference; an empty reason when it does."""
         plan = self._previews.get(plan_id)
         if plan is None:
@@ -107,7 +107,7 @@ class Plans:
         if moved_m > _MAX_FRAME_MOVE_M:
             return f"the target moved {moved_m * 1e3:.0f} mm since the preview: preview again", moved_m
         age_s = now.time_s - plan.time_s
-        if age_s > _MAX_AGE_S:
+        if age_s > _MAX_AGE_S + round_trip_s:
             return f"the preview is {age_s:.0f} s old: preview again", age_s
         return "", None
 

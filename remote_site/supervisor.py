@@ -122,8 +122,8 @@ class Supervisor:
     def on_input(self, message: OperatorInput) -> None:
         """Follow the operator's hand, if coupled, by the holder, with this coupling, and fresh."""
         coupling = self.motion.coupling
-        expected = (self.contact.lease.lease_id, coupling.coupling_id if coupling else -1)
-        if coupling is None or (message.lease_id, message.coupling_id) != expected:
+        theirs = (message.lease_id, message.coupling_id)
+        if coupling is None or theirs != (coupling.lease_id, coupling.coupling_id):
             self.contact.stale_refused += 1
         elif self.contact.input_is_fresh(message):
             coupling.feed(message, self.sensing.effector.position_m, self._clock.now_s())
@@ -148,13 +148,15 @@ class Supervisor:
 
     def on_path(self, request: PlanRequest, path: PlannedPath | None, problem: str) -> None:
         """A rollout is ready, or could not be made."""
+        command = self._previewing.pop(request.plan_id, None)
+        if request.plan_id and command is None:
+            return  # a newer preview has replaced it
         if path is not None:
             self._announce(keys.PATH, path)
-        if not request.plan_id:
+        if command is None:
             if path is not None and self.motion.execution is not None:
                 self.path_id = path.path_id
             return
-        command = self._previewing.pop(request.plan_id)
         if path is None:
             self._event("failed", problem, command_id=command.command_id, succeeded=False)
             return
@@ -170,7 +172,11 @@ class Supervisor:
         assert target is not None
         stored = self.models.get(command.model_sha256)
         if command.action is Action.PREVIEW and stored is not None:
-            self._previewing[self._plans.preview(stored, self.stamp())] = command
+            for older in self._previewing.values():
+                self._event(
+                    "failed", "replaced by a newer preview", command_id=older.command_id, succeeded=False
+                )
+            self._previewing = {self._plans.preview(stored, self.stamp()): command}
             return
         self._leave_motion(f"ended by {command.action}")
         self.mode = target
@@ -178,7 +184,7 @@ class Supervisor:
             self._execute(command, stored)
         elif command.action is Action.COUPLE:
             self._coupling_count += 1
-            self.motion.coupling = Coupling(self._coupling_count, self._clock.now_s())
+            self.motion.coupling = Coupling(self._coupling_count, command.lease_id, self._clock.now_s())
             self._complete(command, "coupled", coupling_id=self._coupling_count)
         else:
             self._until_standing.append(command)
@@ -204,14 +210,14 @@ class Supervisor:
         """One control period: sense, watch the operator, move."""
         now_s = self._clock.now_s()
         self.sensing.update(now_s)
-        lease_ended = self.contact.lease.expire(now_s)
-        if self.motion.coupling is not None and (
-            why := self._decouple_reason(self.motion.coupling, lease_ended, now_s)
+        self.contact.lease.expire(now_s)
+        coupling, execution = self.motion.coupling, self.motion.execution
+        if coupling is not None and (
+            why := self.contact.lost_reason(coupling.lease_id, now_s) or coupling.end_reason(now_s)
         ):
             self._leave_motion(why)
             self.mode = ControlMode.HOLD
             self._event("decoupled", why)
-        execution = self.motion.execution
         match self.motion.step(now_s, dt_s):
             case Outcome.UNDER_WAY if execution is not None:
                 self._plans.commit(execution, self.stamp())
@@ -223,14 +229,6 @@ class Supervisor:
                 self._event("stopped", "the controller gave a number that is not finite", succeeded=False)
             case Outcome.STANDING:
                 self._settle()
-
-    def _decouple_reason(self, coupling: Coupling, lease_ended: bool, now_s: float) -> str:
-        """Why DIRECT must end now; empty while it may go on."""
-        if lease_ended or not self.contact.lease.lease_id:
-            return "the lease was lost"
-        if self.contact.silence_s(now_s) > 0.0:
-            return "nothing new was heard from the operator for 0.5 s longer than usual"
-        return coupling.end_reason(now_s)
 
     def _settle(self) -> None:
         """Answer what waits for the robot to stand still."""
@@ -246,5 +244,7 @@ class Supervisor:
         self._event_seq += 1
         self._announce(
             keys.EVENT,
-            Event(seq=self._event_seq, stamp=self.stamp(), kind=kind, text=text, mode=self.mode, **fields),
+            Event(
+                seq=self._event_seq, stamp=self.stamp(), kind=kind, text=text[:500], mode=self.mode, **fields
+            ),
         )

@@ -23,6 +23,11 @@ def rotation_of(frame: TaskFrame) -> tuple[float, ...]:
     return tuple(Rotation.from_matrix(frame.A).as_rotvec())
 
 
+def _cut(text: str, n_bytes: int) -> str:
+    """The beginning of a text that fits into so many bytes."""
+    return text.encode()[:n_bytes].decode(errors="ignore")
+
+
 class Reporter:
     """Makes the reports.
 
@@ -56,7 +61,7 @@ class Reporter:
             path_id=s.path_id,
             model=newest.sha256[:8] if newest else "",
             coupling_id=coupling.coupling_id if coupling else 0,
-            holder=contact.lease.holder[:16],
+            holder=_cut(contact.lease.holder, 16),
             lease=contact.lease.lease_id[:4],
             heartbeat_echo=contact.heartbeat_seq,
             heartbeat_held_ms=held_ms,
