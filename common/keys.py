@@ -43,6 +43,7 @@ COMMAND = Channel("op/cmd", Urgency.COMMAND, must_arrive=True)
 LEASE = Channel("op/lease", Urgency.COMMAND, must_arrive=True)
 INPUT = Channel("op/pose", Urgency.STREAM, must_arrive=False, keep=8)
 HEARTBEAT = Channel("op/hb", Urgency.STREAM, must_arrive=False, keep=8)
+TARGET = Channel("op/target", Urgency.EVENT, must_arrive=True, keep=4)
 MODEL = Channel("op/model", Urgency.BULK, must_arrive=True)
 REPORT = Channel("op/report", Urgency.EVENT, must_arrive=True)
 
@@ -52,4 +53,4 @@ TELEMETRY = Channel("rov/tele/state", Urgency.TELEMETRY, must_arrive=False)
 EVENT = Channel("rov/event", Urgency.EVENT, must_arrive=True, keep=256)
 PATH = Channel("rov/path", Urgency.BULK, must_arrive=False, keep=4)
 
-ALL = (STOP, COMMAND, LEASE, INPUT, HEARTBEAT, MODEL, REPORT, STOP_ACK, TELEMETRY, EVENT, PATH)
+ALL = (STOP, COMMAND, LEASE, INPUT, HEARTBEAT, TARGET, MODEL, REPORT, STOP_ACK, TELEMETRY, EVENT, PATH)

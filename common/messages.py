@@ -102,6 +102,13 @@ class OperatorInput(Message, frozen=True, kw_only=True):
     """The drag ended: the dead-man was let go."""
 
 
+class MoveTarget(Message, frozen=True, kw_only=True):
+    """Moves the mean of a simulated target, for whoever holds the lease. A real robot does not serve it."""
+
+    lease_id: Id
+    position_m: Vector
+
+
 class LeaseRequest(Message, frozen=True, kw_only=True):
     """Asks for, or renews, the control of the robot. Moves nothing."""
 

@@ -163,6 +163,8 @@ class Console:
                     self._tell("samples", "the samples were learned")
                 case intents.SendModel():
                     self._send_model()
+                case intents.MoveTarget():
+                    self._teleoperation.move_target(intent.position_m, self._commanding.lease_id)
         except FarhandError as error:
             what = intent.action if isinstance(intent, intents.Command) else type(intent).__name__.lower()
             self._tell(what, f"refused: {error}", good=False)
@@ -237,6 +239,7 @@ class Console:
             n_demonstrations=len(library.strokes),
             can_undo=library.can_undo,
             learned=library.learned,
+            forming=library.forming(),
             confirmed_sha256=self._models.confirmed_sha256,
             sending_model=self._models.sending,
             strokes=(*library.strokes, *current),

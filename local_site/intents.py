@@ -60,4 +60,15 @@ class Hand:
     released: bool = False
 
 
-Intent = Command | Record | End | Undo | LoadSamples | SendModel | Hand
+@dataclass(frozen=True)
+class MoveTarget:
+    """Move the robot's simulated target.
+
+    Args:
+        position_m: Where its mean is to be. Length D [m].
+    """
+
+    position_m: tuple[float, ...]
+
+
+Intent = Command | Record | End | Undo | LoadSamples | SendModel | Hand | MoveTarget

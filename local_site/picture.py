@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from common.control_mode import Action, ControlMode, Phase
 from common.link_monitor import LinkView
 from common.messages import PlannedPath, Telemetry
+from common.tphsmm import TPHSMM
 from local_site.stop_sender import StopStatus
 from local_site.task_library import LearnedModel
 
@@ -65,7 +66,8 @@ class Picture:
         recording: Whether a demonstration is being made.
         n_demonstrations: Learned ones.
         can_undo: Whether there is one to forget.
-        learned: The model.
+        learned: The model of all ended demonstrations.
+        forming: The model with the demonstration under way, None without one.
         confirmed_sha256: The model that the robot has confirmed last.
         sending_model: Whether one is on its way.
         strokes: What was demonstrated, each of shape (T, D) [m], the one under way last.
@@ -87,6 +89,7 @@ class Picture:
     n_demonstrations: int
     can_undo: bool
     learned: LearnedModel | None
+    forming: TPHSMM | None
     confirmed_sha256: str
     sending_model: bool
     strokes: tuple[NDArray[np.float64], ...]

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from common.errors import FarhandError
+from common.errors import FarhandError, InvalidDemonstration
 from common.model_file import content_hash, encode
 from common.model_file import save as save_model
 from common.task import Task
@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 LEARNING_PERIOD_S = 0.02
 """Strokes are resampled to this period, whatever the rate of the hand's events [s]."""
 _MIN_SAMPLES = 5
+_MAX_PAUSE_S = 600.0
+"""The hand reports nothing while it rests; after longer than this its clock is wrong [s]."""
 
 
 class NotNow(FarhandError):
@@ -65,6 +67,8 @@ class TaskLibrary:
         self.strokes: tuple[Array, ...] = ()
         self.current: list[Array] = []
         self._times: list[float] = []
+        self._last_hand: tuple[Array, float] = (np.zeros(task.n_dims), 0.0)
+        self._forming: tuple[int, TPHSMM] | None = None
         self.learned: LearnedModel | None = None
 
     @property
@@ -87,22 +91,25 @@ class TaskLibrary:
             raise NotNow("a demonstration is being recorded already: end or undo it first")
         self._undo.append((self._learner.snapshot(), self.strokes))
         self._learner.start()
-        self.current, self._times = [], []
+        self.current, self._times, self._forming = [], [], None
 
     def hand(self, position_m: Array, time_s: float) -> None:
         """Learn from where the hand is now, at the learning rate; between two events it moved straight.
 
         Raises:
-            InvalidDemonstration: When a number is not finite or time runs backwards; nothing is learned.
+            InvalidDemonstration: When the position has another dimension, a number is not finite, or time
+                runs backwards or jumps; nothing is learned.
         """
+        position = np.array(position_m, dtype=float)
+        self._check_hand(position, time_s)
         if not self.current:
-            self._observe(np.array([position_m]), np.array([time_s]))
-            return
-        n = int(np.floor((time_s - self._times[-1]) / LEARNING_PERIOD_S + 1e-9))
-        if n >= 1:
-            part = np.arange(1, n + 1)[:, None] * LEARNING_PERIOD_S / (time_s - self._times[-1])
-            last = self.current[-1]
-            self._observe(last + np.minimum(part, 1.0) * (np.asarray(position_m) - last), self._grid(n))
+            self._observe(position[None], np.array([time_s]))
+        elif n := int(np.floor((time_s - self._times[-1]) / LEARNING_PERIOD_S + 1e-9)):
+            from_position, from_s = self._last_hand
+            times_s = self._times[-1] + LEARNING_PERIOD_S * np.arange(1, n + 1)
+            part = np.minimum((times_s - from_s) / (time_s - from_s), 1.0)[:, None]
+            self._observe(from_position + part * (position - from_position), times_s)
+        self._last_hand = position, time_s
 
     def end(self) -> LearnedModel:
         """Keep the demonstration and make the model.
@@ -119,6 +126,7 @@ class TaskLibrary:
         points = np.array(self.current)
         self.strokes = (*self.strokes, points)
         self._save_demonstration(points)
+        self.current, self._times, self._forming = [], [], None
         self._publish()
         assert self.learned is not None
         return self.learned
@@ -145,11 +153,28 @@ class TaskLibrary:
             raise NotNow("there is no demonstration to undo")
         snapshot, self.strokes = self._undo.pop()
         self._learner.restore(snapshot)
-        self.current, self._times = [], []
+        self.current, self._times, self._forming = [], [], None
         self._publish()
 
-    def _grid(self, n: int) -> Array:
-        return np.array([self._times[-1] + LEARNING_PERIOD_S * step for step in range(1, n + 1)])
+    def forming(self) -> TPHSMM | None:
+        """The model as it is in the middle of a demonstration; None without one, or before its first point."""
+        if not self.current:
+            return None
+        if self._forming is None or self._forming[0] != len(self.current):
+            self._forming = (len(self.current), self._learner.model())
+        return self._forming[1]
+
+    def _check_hand(self, position_m: Array, time_s: float) -> None:
+        if not self.recording:
+            raise InvalidDemonstration("demonstration", "", "start the demonstration first")
+        if position_m.shape != (self._task.n_dims,) or not np.isfinite(position_m).all():
+            expected = f"{self._task.n_dims} finite numbers, got {position_m.tolist()}"
+            raise InvalidDemonstration("demonstration", "position_m", expected)
+        if not np.isfinite(time_s):
+            raise InvalidDemonstration("demonstration", "time_s", f"a finite number, got {time_s}")
+        if self.current and not 0.0 <= time_s - self._last_hand[1] <= _MAX_PAUSE_S:
+            expected = f"from 0 to {_MAX_PAUSE_S:g} s after {self._last_hand[1]:g} s, got {time_s:g} s"
+            raise InvalidDemonstration("demonstration", "time_s", expected)
 
     def _observe(self, points: Array, times_s: Array) -> None:
         self._learner.observe_many(points, self.frames, times_s.tolist())

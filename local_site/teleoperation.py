@@ -5,7 +5,7 @@ from __future__ import annotations
 from common import keys
 from common.codec import encode
 from common.link import Link
-from common.messages import OperatorInput, Telemetry
+from common.messages import MoveTarget, OperatorInput, Telemetry
 
 
 class Teleoperation:
@@ -38,3 +38,12 @@ class Teleoperation:
             released=released,
         )
         self._link.send(keys.INPUT, encode(message))
+
+    def move_target(self, position_m: tuple[float, ...], lease_id: str) -> None:
+        """Have the robot's simulated target move; without control of the robot it stays where it is.
+
+        Args:
+            position_m: Where its mean is to be. Length D [m].
+            lease_id: Proof of control.
+        """
+        self._link.send(keys.TARGET, encode(MoveTarget(lease_id=lease_id, position_m=position_m)))

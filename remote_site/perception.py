@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -27,22 +26,35 @@ class Perception(Protocol):
         ...
 
 
-@dataclass(frozen=True)
 class OscillatingTarget:
-    """The paper's moving U: a plain oscillation about its mean.
+    """The paper's moving U: a plain oscillation about a mean, which can be moved.
 
     Args:
         settings: Mean, amplitude and period.
         phase_rad: Phase at time zero [rad].
+        slide_m_s: Speed at which a moved mean travels [m/s].
     """
 
-    settings: Target
-    phase_rad: float = 0.0
+    def __init__(self, settings: Target, phase_rad: float = 0.0, slide_m_s: float = 0.3):
+        self._settings, self._phase_rad, self._slide_m_s = settings, phase_rad, slide_m_s
+        self._mean = self._goal = np.array(settings.origin_m)
+        self._moved_s = 0.0
+
+    def move_to(self, mean_m: Array, now_s: float) -> None:
+        """Have the mean slide to another place from now on. Shape (D,) [m]."""
+        self._mean, self._goal, self._moved_s = self._mean_m(now_s), np.array(mean_m), now_s
 
     def origin_m(self, now_s: float) -> Array:
         """Its centre. Shape (D,) [m]."""
-        angle = 2.0 * math.pi * now_s / self.settings.period_s + self.phase_rad
-        return np.array(self.settings.origin_m) + np.array(self.settings.amplitude_m) * math.sin(angle)
+        settings = self._settings
+        angle = 2.0 * math.pi * now_s / settings.period_s + self._phase_rad
+        return self._mean_m(now_s) + np.array(settings.amplitude_m) * math.sin(angle)
+
+    def _mean_m(self, now_s: float) -> Array:
+        way = self._goal - self._mean
+        length = float(np.linalg.norm(way))
+        travelled = self._slide_m_s * max(now_s - self._moved_s, 0.0)
+        return self._goal if travelled >= length else self._mean + way * (travelled / length)
 
 
 class PositionFilter:
@@ -101,3 +113,7 @@ class SimulatedPerception:
     def true_origin_m(self, now_s: float) -> Array:
         """See `Perception.true_origin_m`."""
         return self._target.origin_m(now_s)
+
+    def move_to(self, mean_m: Array, now_s: float) -> None:
+        """See `OscillatingTarget.move_to`."""
+        self._target.move_to(mean_m, now_s)

@@ -24,6 +24,7 @@ from common.messages import (
     LeaseRequest,
     Message,
     ModelTransfer,
+    MoveTarget,
     OperatorInput,
     ReportRequest,
     Stop,
@@ -57,6 +58,8 @@ class RemoteSite:
         self._config, self._task = config, task
         self._stop = threading.Event()
         self._inbox: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
+        # A flood of other messages must push out neither a stop nor the answer to a preview.
+        self._first: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
         self._clock = BootClock()
 
     def stop(self) -> None:
@@ -76,7 +79,7 @@ class RemoteSite:
         sys.setswitchinterval(5e-4)
         warm_up(self._task.n_dims)
         self._link = ZenohLink(self._config.link)
-        planner = Planner(lambda *result: self._inbox.put(partial(self._supervisor.on_path, *result)))
+        planner = Planner(lambda *result: self._first.put(partial(self._supervisor.on_path, *result)))
         try:
             self._supervisor = self._make_supervisor(planner)
             self._listen()
@@ -89,9 +92,9 @@ class RemoteSite:
     def _make_supervisor(self, planner: Planner) -> Supervisor:
         task, target = self._task, self._task.target
         phase = float(np.random.default_rng(self._config.seed).uniform(0.0, 2.0 * np.pi))
-        perception = SimulatedPerception(
+        perception = self._perception = SimulatedPerception(
             OscillatingTarget(target, phase), target.noise_std_m, self._config.seed
-        )  # fmt: skip
+        )
         limits = task.limits
         plant = PointPlant(
             np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
@@ -112,6 +115,7 @@ class RemoteSite:
             (keys.STOP, Stop, supervisor.on_stop),
             (keys.INPUT, OperatorInput, supervisor.on_input),
             (keys.HEARTBEAT, Heartbeat, supervisor.contact.heartbeat),
+            (keys.TARGET, MoveTarget, self._on_move_target),
         ):
             self._link.subscribe(channel, partial(self._on_message, kind, handle))
         for channel, kind, handle in (
@@ -128,7 +132,7 @@ class RemoteSite:
         except InvalidMessage as error:
             _log.warning("dropped: %s", error)
         else:
-            self._inbox.put(partial(handle, message))
+            (self._first if kind is Stop else self._inbox).put(partial(handle, message))
 
     def _on_request(self, kind: type[Message], handle: Callable[..., Message], request: Request) -> None:
         try:
@@ -138,6 +142,15 @@ class RemoteSite:
             _log.warning("not answered: %s", error)
         else:
             self._inbox.put(lambda: request.answer(encode(handle(message))))
+
+    def _on_move_target(self, message: MoveTarget) -> None:
+        """The simulated target is dragged by whoever holds the lease; it stays in the workspace."""
+        lease = self._supervisor.contact.lease
+        if not lease.lease_id or message.lease_id != lease.lease_id:
+            return
+        if len(message.position_m) == self._task.n_dims:
+            mean_m = np.clip(message.position_m, 0.0, self._task.workspace_m)
+            self._perception.move_to(mean_m, self._clock.now_s())
 
     def _on_report(self, _request: ReportRequest) -> ExecutionReport:
         now, last = self._supervisor.stamp(), self._supervisor.last_execution
@@ -152,7 +165,7 @@ class RemoteSite:
         self._rate = Rate(period_s, self._stop)
         tick = 0
         while self._rate.wait():
-            for handle in self._inbox.take_all():
+            for handle in self._first.take_all() + self._inbox.take_all():
                 handle()
             self._supervisor.tick(period_s)
             if tick % every == 0:
