@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from numpy.typing import NDArray
+
+from common.task_frame import TaskFrame
+from local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from tests.strategies import dims, seeds, stroke
+
+
+def taught(rng: np.random.Generator, n_dims: int, n: int) -> tuple[OnlineLearner, list[NDArray], list[NDArray]]:
+    learner, motions, labels = OnlineLearner(LearnerSettings(0.3), n_dims), [], []
+    for _ in range(n):
+        motions.append(stroke(rng, n_dims, 100))
+        learner.start()
+        times = (0.02 * np.arange(100.0)).tolist()
+        labels.append(learner.observe_many(motions[-1], [TaskFrame.identity(n_dims)], times))
+        learner.end()
+    return learner, motions, labels
+
+
+@settings(deadline=None, derandomize=True, max_examples=15)
+@given(seed=seeds, n_dims=dims)
+def test_the_ramp_is_the_least_squares_line_through_the_assigned_points(seed: int, n_dims: int):
+    learner, (motion,), (labels,) = taught(np.random.default_rng(seed), n_dims, 1)
+    model = learner.model()
+    floor = learner.settings.min_std**2 * np.eye(n_dims)
+    for i in np.flatnonzero(~model.terminal):
+        samples = np.flatnonzero(labels == i)
+        if np.any(np.diff(samples) > 1) or samples[0] == 0 or samples.size < 5:
+            continue
+        elapsed = 0.02 * np.arange(1, samples.size + 1)
+        line = np.linalg.lstsq(np.stack([np.ones_like(elapsed), elapsed], axis=1), motion[samples], rcond=None)[0]
+        shrunk = elapsed.var() / (elapsed.var() + 0.01**2)  # the floor of the elapsed time's variance
+        np.testing.assert_allclose(model.slopes[0, i], shrunk * line[1], atol=1e-9)
+        np.testing.assert_allclose(model.elapsed_mean_s[i], elapsed.mean(), atol=1e-12)
+        centred = motion[samples] - motion[samples].mean(axis=0)
+        scatter = centred.T @ centred / samples.size
+        explained = shrunk * np.outer(line[1], line[1]) * elapsed.var()
+        np.testing.assert_allclose(model.residual_covariances[0, i], scatter - explained + floor, atol=1e-9)
+
+
+@settings(deadline=None, derandomize=True, max_examples=15)
+@given(seed=seeds)
+def test_starts_are_those_of_the_demonstrations_that_visited(seed: int):
+    learner, motions, labels = taught(np.random.default_rng(seed), 2, 3)
+    model = learner.model()
+    for i in np.flatnonzero(~model.terminal):
+        starts = np.concatenate([np.repeat(m[:1], (k == i).sum(), axis=0) for m, k in zip(motions, labels, strict=True)])
+        np.testing.assert_allclose(model.start_means[0, i], starts.mean(axis=0), atol=1e-12)
+
+
+def test_one_demonstration_is_warped_linearly_from_its_start_to_its_end():
+    learner, _, _ = taught(np.random.default_rng(1), 2, 1)
+    model = learner.model()
+    for i in range(model.n_components):
+        np.testing.assert_allclose(model.start_gains[0, i], (1.0 - model.phase[i]) * np.eye(2), atol=1e-9)
+
+
+def test_the_end_of_a_motion_does_not_depend_on_its_start():
+    learner, _, _ = taught(np.random.default_rng(2), 3, 4)
+    model = learner.model()
+    assert not model.start_gains[:, model.terminal].any()
+    assert not model.slopes[:, model.terminal].any()
+
+
+def test_a_model_of_an_unfinished_demonstration_is_valid():
+    learner = OnlineLearner(LearnerSettings(0.3), 2)
+    learner.start()
+    learner.observe(np.zeros(2), [TaskFrame.identity(2)], 0.0)
+    model = learner.model()
+    assert (model.n_components, model.n_paths, model.n_demonstrations) == (1, 0, 0)
