@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,9 +25,14 @@ Array = NDArray[np.float64]
 
 LEARNING_PERIOD_S = 0.02
 """Strokes are resampled to this period, whatever the rate of the hand's events [s]."""
+_NEWEST = "newest.farhand"
 _MIN_SAMPLES = 5
 _MAX_PAUSE_S = 600.0
 """The hand reports nothing while it rests; after longer than this its clock is wrong [s]."""
+
+
+class NotSaved(FarhandError):
+    """What was learned or undone counts, but could not be written to disk."""
 
 
 class NotNow(FarhandError):
@@ -104,7 +110,7 @@ class TaskLibrary:
         self._check_hand(position, time_s)
         if not self.current:
             self._observe(position[None], np.array([time_s]))
-        elif n := int(np.floor((time_s - self._times[-1]) / LEARNING_PERIOD_S + 1e-9)):
+        elif (n := int(np.floor((time_s - self._times[-1]) / LEARNING_PERIOD_S + 1e-9))) >= 1:
             from_position, from_s = self._last_hand
             times_s = self._times[-1] + LEARNING_PERIOD_S * np.arange(1, n + 1)
             part = np.minimum((times_s - from_s) / (time_s - from_s), 1.0)[:, None]
@@ -116,6 +122,7 @@ class TaskLibrary:
 
         Raises:
             NotNow: When none is being made, or it is too short to learn from; then it is forgotten.
+            NotSaved: When it was learned, but could not be written to disk.
         """
         if not self.recording:
             raise NotNow("no demonstration is being recorded: press Record first")
@@ -123,13 +130,16 @@ class TaskLibrary:
             self.undo()
             raise NotNow("the demonstration was too short and was not kept: draw the whole motion")
         self._learner.end()
-        points = np.array(self.current)
-        self.strokes = (*self.strokes, points)
-        self._save_demonstration(points)
+        demonstration = self._demonstration()
+        self.strokes = (*self.strokes, demonstration.position_m)
         self.current, self._times, self._forming = [], [], None
-        self._publish()
-        assert self.learned is not None
-        return self.learned
+        learned = self._update_model()
+        assert learned is not None
+        name = f"demonstration-{time.strftime('%Y%m%dT%H%M%S')}-{len(self.strokes):02d}.npz"
+        with self._on_disk() as folder:
+            demonstration.save(folder / name)
+            save_model(learned.model, folder / _NEWEST)
+        return learned
 
     def learn(self, strokes: Sequence[Stroke]) -> None:
         """Learn whole demonstrations, one after the other.
@@ -148,13 +158,19 @@ class TaskLibrary:
 
         Raises:
             NotNow: When there is none.
+            NotSaved: When it was undone, but not on disk.
         """
         if not self._undo:
             raise NotNow("there is no demonstration to undo")
         snapshot, self.strokes = self._undo.pop()
         self._learner.restore(snapshot)
         self.current, self._times, self._forming = [], [], None
-        self._publish()
+        learned = self._update_model()
+        with self._on_disk() as folder:
+            if learned is None:
+                (folder / _NEWEST).unlink(missing_ok=True)
+            else:
+                save_model(learned.model, folder / _NEWEST)
 
     def forming(self) -> TPHSMM | None:
         """The model as it is in the middle of a demonstration; None without one, or before its first point."""
@@ -181,25 +197,32 @@ class TaskLibrary:
         self.current.extend(points)
         self._times.extend(times_s)
 
-    def _publish(self) -> None:
-        """Make the model of all ended demonstrations, on disk as well."""
-        if self._learner.n_demonstrations == 0:
-            self.learned = None
-            return
-        model = self._learner.model()
-        content = encode(model)
-        self.learned = LearnedModel(model, content, content_hash(content))
-        self._folder.mkdir(parents=True, exist_ok=True)
-        save_model(model, self._folder / "newest.farhand")
+    def _update_model(self) -> LearnedModel | None:
+        """Make the model of all ended demonstrations; None without any."""
+        self.learned = None
+        if self._learner.n_demonstrations:
+            model = self._learner.model()
+            content = encode(model)
+            self.learned = LearnedModel(model, content, content_hash(content))
+        return self.learned
 
-    def _save_demonstration(self, points: Array) -> None:
-        self._folder.mkdir(parents=True, exist_ok=True)
-        demonstration = Demonstration(
+    def _demonstration(self) -> Demonstration:
+        """The one that is being recorded, as it goes into its file."""
+        return Demonstration(
             time_s=np.array(self._times) - self._times[0],
-            position_m=points,
+            position_m=np.array(self.current),
             frame_origin_m=np.array([frame.b for frame in self.frames]),
             frame_rotation=np.array([frame.A for frame in self.frames]),
             frame_names=self._task.frame_names,
         )
-        stamp = time.strftime("%Y%m%dT%H%M%S")
-        demonstration.save(self._folder / f"demonstration-{stamp}-{len(self.strokes):02d}.npz")
+
+    @contextmanager
+    def _on_disk(self) -> Iterator[Path]:
+        """The task's folder, to write into."""
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            yield self._folder
+        except OSError as error:
+            raise NotSaved(
+                f"kept in memory only: {self._folder} cannot be written ({error.strerror})"
+            ) from error
