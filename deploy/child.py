@@ -18,6 +18,9 @@ from common.errors import ProcessFailed
 READY_FD = "FARHAND_READY_FD"
 """Names the file descriptor on which a child says that it is ready."""
 
+PARENT_PID = "FARHAND_PARENT_PID"
+"""Names the parent, so that a child sees that it has died."""
+
 _END_PATIENCE_S = 10.0
 _LAST_WORDS = 12
 
@@ -38,6 +41,8 @@ def end_with_parent() -> None:
     if READY_FD in os.environ and sys.platform == "linux":
         PR_SET_PDEATHSIG = 1
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+        if os.getppid() != int(os.environ.pop(PARENT_PID, os.getppid())):
+            os.kill(os.getpid(), signal.SIGTERM)  # it died before it could be watched
 
 
 class Child:
@@ -71,7 +76,7 @@ class Child:
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=asyncio.subprocess.DEVNULL,
                 stderr=asyncio.subprocess.PIPE,
-                env={**os.environ, READY_FD: str(write_fd)},
+                env={**os.environ, READY_FD: str(write_fd), PARENT_PID: str(os.getpid())},
                 pass_fds=[write_fd],
                 start_new_session=True,  # Ctrl-C in the terminal is the parent's to pass on, in order
             )  # fmt: skip

@@ -273,6 +273,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except FarhandError as error:
         sys.stderr.write(f"farhand: {error}\n")
         return 2 if isinstance(error, InvalidInput) else 1
+    except OSError as error:
+        sys.stderr.write(f"farhand: {error.filename or 'the system'}: {error.strerror or error}\n")
+        return 1
     except KeyboardInterrupt:
         return 130
 

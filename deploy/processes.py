@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import signal
 import sys
 from collections.abc import Callable
@@ -12,6 +13,7 @@ from typing import TypeVar
 
 import msgspec
 
+from common.codec import field_of
 from common.errors import FarhandError, InvalidConfiguration
 from common.task import load_toml
 from deploy.child import end_with_parent, say_ready
@@ -37,11 +39,13 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
         if value is None:
             continue
         section, field = ("link", name.removeprefix("link_")) if name in _LINK_FIELDS else ("", name)
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InvalidConfiguration("command line", name, f"a finite number, got {value}")
         (plain[section] if section else plain)[field] = value
     try:
         return msgspec.convert(plain, kind)
     except msgspec.ValidationError as error:
-        raise InvalidConfiguration("command line", "", str(error)) from error
+        raise InvalidConfiguration("command line", *field_of(error)) from error
 
 
 _LINK_FIELDS = ("link_listen", "link_connect", "link_vehicle")

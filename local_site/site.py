@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from common.errors import LinkError
+from common.errors import InvalidConfiguration, LinkError
 from common.link import ZenohLink
 from common.link_control import RelayControl
 from common.task import Task
@@ -58,9 +58,9 @@ class LocalSite:
             LinkError: When the robot does not report in time.
             JobFailed: When a step of the job did not come to its end.
         """
+        control = relay_control(self._config.link_control)
         with _Opened(self._config, self._task, self._library, self._stop) as console:
             ready()
-            control = relay_control(self._config.link_control)
             return ScriptedOperator(console, self._task, control, outage, self._config.seed).run()
 
 
@@ -94,8 +94,14 @@ class _Opened:
 
 
 def relay_control(address: str) -> RelayControl | None:
-    """The link process's control at host:port, or None for an empty address."""
+    """The link process's control at host:port, or None for an empty address.
+
+    Raises:
+        InvalidConfiguration: When the address is not of that form.
+    """
     if not address:
         return None
     host, _, port = address.rpartition(":")
+    if not host or not port.isdecimal():
+        raise InvalidConfiguration("configuration", "link_control", f"host:port, got {address!r}")
     return RelayControl(host, int(port))

@@ -112,7 +112,7 @@ class TaskLibrary:
             self._observe(position[None], np.array([time_s]))
         elif (n := int(np.floor((time_s - self._times[-1]) / LEARNING_PERIOD_S + 1e-9))) >= 1:
             from_position, from_s = self._last_hand
-            times_s = self._times[-1] + LEARNING_PERIOD_S * np.arange(1, n + 1)
+            times_s: Array = self._times[-1] + LEARNING_PERIOD_S * np.arange(1.0, n + 1.0)
             part = np.minimum((times_s - from_s) / (time_s - from_s), 1.0)[:, None]
             self._observe(from_position + part * (position - from_position), times_s)
         self._last_hand = position, time_s
