@@ -8,6 +8,7 @@ A file has the arrays ``schema`` (int), ``time_s`` (T,), ``position_m`` (T, 2|3)
 from __future__ import annotations
 
 import zipfile
+import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -155,18 +156,30 @@ class Demonstration:
             InvalidDemonstration: Naming the file, the field and what was expected.
         """
         try:
-            with np.load(path, allow_pickle=False) as archive:
-                arrays = {name: archive[name] for name in archive.files}
-        except OSError as error:
-            raise InvalidDemonstration(
-                str(path), "", f"a readable .npz file ({error.strerror or error})"
-            ) from error
-        except (ValueError, EOFError, AttributeError, zipfile.BadZipFile, KeyError) as error:
-            raise InvalidDemonstration(str(path), "", "a whole .npz file of plain arrays") from error
-        try:
-            return cls(**_fields(arrays))
+            return cls(**_fields(plain_arrays(path)))
         except InvalidInput as error:
             raise InvalidDemonstration(str(path), error.field, error.expected) from None
+
+
+def plain_arrays(path: Path | str) -> dict[str, NDArray]:
+    """All arrays of a `.npz` file, without unpickling anything.
+
+    Raises:
+        InvalidDemonstration: Naming the file, when it cannot be read or is of another kind.
+    """
+    try:
+        with Path(path).open("rb") as file:  # numpy leaves a file open that it does not understand
+            archive = np.load(file, allow_pickle=False)
+            if not isinstance(archive, np.lib.npyio.NpzFile):
+                raise ValueError("not an archive")
+            with archive:
+                return {name: archive[name] for name in archive.files}
+    except OSError as error:
+        raise InvalidDemonstration(
+            str(path), "", f"a readable .npz file ({error.strerror or error})"
+        ) from error
+    except (ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
+        raise InvalidDemonstration(str(path), "", "a whole .npz file of plain arrays") from error
 
 
 def _fields(arrays: dict[str, NDArray]) -> dict:

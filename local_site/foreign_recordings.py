@@ -7,7 +7,6 @@ letters    letters drawn with an arm: `.npy` (N, T, 2); cm
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidDemonstration
-from local_site.demonstration import Demonstration
+from local_site.demonstration import Demonstration, plain_arrays
 
 Array = NDArray[np.float64]
 
@@ -55,7 +54,7 @@ def read_recordings(kind: str, file: Path | str) -> list[Demonstration]:
         recordings = _READERS[kind](path)
     except OSError as error:
         raise InvalidDemonstration(str(path), "", f"a readable file ({error.strerror or error})") from error
-    except (ValueError, TypeError, KeyError, EOFError, IndexError, zipfile.BadZipFile) as error:
+    except (ValueError, TypeError, KeyError, EOFError, IndexError) as error:
         raise InvalidDemonstration(str(path), "", f"a {kind} recording ({error})") from error
     if not recordings:
         raise InvalidDemonstration(str(path), "", "one recording or more")
@@ -86,14 +85,23 @@ Recording = tuple[Array, Array, "Array | None"]
 
 def _read_lasa(path: Path) -> list[Recording]:
     if path.suffix == ".mat":
-        from scipy.io import loadmat  # only here: it takes longer to import than the rest of the module
-
-        demos = loadmat(path, simplify_cells=True)["demos"]
+        demos = _mat_structure(path, "demos")
         return [(np.ravel(d["t"]), np.asarray(d["pos"], dtype=float).T / 1000.0, None) for d in demos]
-    with np.load(path, allow_pickle=False) as archive:
-        positions, times = _shaped(archive["pos"], (None, None, 2)), archive["t"]
-    times = np.broadcast_to(times, positions.shape[:2])
+    arrays = plain_arrays(path)
+    positions = _shaped(arrays["pos"], (None, None, 2))
+    times = np.broadcast_to(arrays["t"], positions.shape[:2])
     return [(t, p / 1000.0, None) for t, p in zip(times, positions, strict=True)]
+
+
+def _mat_structure(path: Path, name: str) -> list[dict]:
+    from scipy.io import loadmat  # only here: it takes longer to import than the rest of the module
+
+    try:
+        return list(loadmat(path, simplify_cells=True)[name])
+    except OSError:
+        raise
+    except Exception as error:  # a foreign file fails in the reader in many ways, all of one meaning
+        raise ValueError(f"a MATLAB file with {name!r}") from error
 
 
 def _read_robotasks(path: Path) -> list[Recording]:
