@@ -50,6 +50,7 @@ class Telemetry(
 ):  # fmt: skip
     """The robot's report of itself, newest only. At most 200 B: short names, single precision."""
 
+    schema: int = SCHEMA  # said again, for its short name to count
     seq: Count
     stamp: Stamp
     mode: ControlMode

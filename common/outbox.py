@@ -55,6 +55,8 @@ class Outbox:
         """Give a name its byte budget [B/s]; zero or less lifts it."""
         with self._changed:
             self._budgets[newest_only] = bytes_per_s
+            self._not_before_s.pop(newest_only, None)
+            self._changed.notify()
 
     def close(self) -> None:
         """End the thread; what still waits is not sent."""
