@@ -31,7 +31,7 @@ class Up:
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
     port: int = 8080
-    """Port of the web view."""
+    """Port of the web page on this machine."""
     seed: int = 0
     """Of everything random."""
     data_dir: str = ""
@@ -85,6 +85,8 @@ class Local:
     """Control socket of the link process, host:port; without one the link is a real one."""
     task: str | None = None
     """Name of a task that comes with Farhand, or a task file."""
+    port: int | None = None
+    """Port of the web page; without one, or with 0, there is no page."""
     site_name: str | None = None
     """What the robot and other operators call this place."""
     data_dir: str | None = None
@@ -106,7 +108,7 @@ class Local:
 
         overrides = {
             "link_connect": self.connect, "link_control": self.link_control, "task": self.task,
-            "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
+            "page_port": self.port, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
             "connect_timeout_s": self.connect_timeout_s,
         }  # fmt: skip
         if self.demo:

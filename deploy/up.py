@@ -16,6 +16,7 @@ from typing import Any
 
 from common.errors import ProcessFailed
 from deploy.child import Child
+from deploy.listener import bind
 
 _log = logging.getLogger(__name__)
 
@@ -68,13 +69,14 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
 
 
 def run_up(settings: Together, port: int, data_dir: str) -> int:
-    """Both sites and the link until Ctrl-C.
+    """Both sites and the link, with the page of the local site, until Ctrl-C.
 
     Raises:
+        LinkError: When the page's port is in use.
         ProcessFailed: When a process ended by itself.
     """
-    local = [f"--data-dir={data_dir}"] if data_dir else []
-    _log.info("the page on port %d comes with a later version: `farhand demo` does the job by script", port)
+    bind((_HOST, port)).close()  # better now in one line than as a child's last words
+    local = [f"--port={port}", *([f"--data-dir={data_dir}"] if data_dir else [])]
     status = asyncio.run(_together(settings, local))
     return 0 if status == INTERRUPTED else status
 
@@ -123,13 +125,23 @@ async def _start_and_wait(
     )  # fmt: skip
     children += [remote, link]
     _log.info("starting the remote site and the link (%s)", settings.link)
-    _, ports = await asyncio.gather(remote.start(), link.start())
-    connect = [f"--connect=tcp/{_HOST}:{ports['port']}", f"--link-control={_HOST}:{ports['control_port']}"]
-    local = Child("local", ["local", *connect, task, seed, *local_arguments])
-    children.append(local)
-    _log.info("starting the local site")
-    await local.start()
+    remote_ready = asyncio.create_task(remote.start())
+    try:
+        ports = await link.start()
+        connect = [
+            f"--connect=tcp/{_HOST}:{ports['port']}",
+            f"--link-control={_HOST}:{ports['control_port']}",
+        ]
+        local = Child("local", ["local", *connect, task, seed, *local_arguments])
+        children.append(local)
+        _log.info("starting the local site")
+        # The local site needs the link's port alone: while the remote site starts, so does the page.
+        facts, _ = await asyncio.gather(local.start(), remote_ready)
+    finally:
+        remote_ready.cancel()
     _log.info("all three are ready")
+    for line in first_steps(facts.get("page", "")):
+        _log.info(line)
     ends = {asyncio.create_task(child.wait()): child for child in children}
     try:
         done, _ = await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
@@ -141,6 +153,17 @@ async def _start_and_wait(
     if ended is local and "--demo" in local_arguments and status >= 0:
         return status  # it has done its job, or said why not
     raise ProcessFailed(ended.obituary())
+
+
+def first_steps(page: str) -> list[str]:
+    """What the user does first; nothing without a page."""
+    if not page:
+        return []
+    return [
+        f"the page: {page}",
+        "  first: press `Load samples`, `Send model`, `Arm`, `Preview`, `Execute`; or `Record` and draw into the U",
+        "  Ctrl-C ends all three",
+    ]
 
 
 def _free_port() -> int:

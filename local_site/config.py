@@ -21,6 +21,10 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     """What the robot and other operators call this place."""
     data_dir: str = ""
     """Where demonstrations and models are kept; empty: the user's data folder."""
+    page_port: Annotated[int, Meta(ge=0, le=65535)] = 0
+    """Port of the web page; 0: no page."""
+    page_host: Annotated[str, Meta(min_length=1)] = "127.0.0.1"
+    """Address that the page is served at. It has no access control: keep it on this machine."""
     connect_timeout_s: Annotated[float, Meta(gt=0)] = 60.0
     """How long to wait for the first report of the robot [s]."""
     seed: Annotated[int, Meta(ge=0)] = 0

@@ -6,7 +6,7 @@ import logging
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from common.errors import InvalidConfiguration, LinkError
 from common.link import ZenohLink
@@ -16,6 +16,9 @@ from local_site.config import LocalConfig
 from local_site.console import Console
 from local_site.scripted_operator import PlannedOutage, ScriptedOperator
 from local_site.task_library import TaskLibrary
+
+if TYPE_CHECKING:
+    from local_site.view.page import Page
 
 _log = logging.getLogger(__name__)
 
@@ -38,10 +41,18 @@ class LocalSite:
         """Ask the site to end; safe in a signal handler."""
         self._stop.set()
 
-    def run(self, ready: Callable[[], None]) -> None:
-        """Serve until stopped. See `run_script` for the arguments and errors."""
-        with _Opened(self._config, self._task, self._library, self._stop):
-            ready()
+    def run(self, ready: Callable[..., None]) -> None:
+        """Serve until stopped.
+
+        Args:
+            ready: Called once the robot has reported; with the page's address, if there is a page.
+
+        Raises:
+            LinkError: When the robot does not report in time.
+            PortInUse: When the page's port cannot be had.
+        """
+        with _Opened(self._config, self._task, self._library, self._stop, self._config.page_port) as opened:
+            ready(**({"page": opened.page.address} if opened.page is not None else {}))
             self._stop.wait()
 
     def run_script(self, outage: PlannedOutage | None, ready: Callable[[], None]) -> dict[str, Any]:
@@ -59,25 +70,30 @@ class LocalSite:
             JobFailed: When a step of the job did not come to its end.
         """
         control = relay_control(self._config.link_control)
-        with _Opened(self._config, self._task, self._library, self._stop) as console:
+        with _Opened(self._config, self._task, self._library, self._stop) as opened:
             ready()
-            return ScriptedOperator(console, self._task, control, outage, self._config.seed).run()
+            return ScriptedOperator(opened.console, self._task, control, outage, self._config.seed).run()
 
 
 class _Opened:
-    """The console while the link is open, connected to the robot."""
+    """The console while the link is open, connected to the robot; with a page if a port is given."""
 
-    def __init__(self, config: LocalConfig, task: Task, library: TaskLibrary, stop: threading.Event):
-        self._config, self._stop = config, stop
+    def __init__(
+        self, config: LocalConfig, task: Task, library: TaskLibrary, stop: threading.Event, page_port: int = 0
+    ):
+        self._config, self._task, self._stop, self._page_port = config, task, stop, page_port
         self._link = ZenohLink(config.link)
-        self._console = Console(task, library, self._link, config.site_name)
+        self.console = Console(task, library, self._link, config.site_name)
+        self.page: Page | None = None
 
-    def __enter__(self) -> Console:
+    def __enter__(self) -> _Opened:
         try:
-            self._console.start()
+            self.console.start()
+            if self._page_port:
+                self.page = self._open_page()
             where, timeout_s = self._config.link.connect, self._config.connect_timeout_s
             _log.info("connecting to the robot at %s", where)
-            reported = self._console.wait_for(lambda p: p.robot is not None or self._stop.is_set(), timeout_s)
+            reported = self.console.wait_for(lambda p: p.robot is not None or self._stop.is_set(), timeout_s)
             if not reported:
                 raise LinkError(
                     f"no robot reported at {where} within {timeout_s:g} s: is the remote site running, "
@@ -86,11 +102,25 @@ class _Opened:
         except BaseException:
             self.__exit__()
             raise
-        return self._console
+        return self
 
     def __exit__(self, *_: object) -> None:
-        self._console.close()
+        if self.page is not None:
+            self.page.close()
+        self.console.close()
         self._link.close()
+
+    def _open_page(self) -> Page:
+        """The page, before the robot has reported: it says that it waits."""
+        from local_site.view.page import (
+            Page,
+        )  # costs half a second, which a site without a page need not wait
+
+        control = relay_control(self._config.link_control)
+        page = Page(self.console, self._task, control, self._config.page_host, self._page_port)
+        page.start()
+        _log.info("the page is at %s", page.address)
+        return page
 
 
 def relay_control(address: str) -> RelayControl | None:

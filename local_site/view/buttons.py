@@ -1,0 +1,121 @@
+"""The operator's buttons: each an intent; enabled only where the table of modes and the console allow it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import viser
+
+from common.control_mode import Action, ControlMode, allowed_actions
+from local_site import intents
+from local_site.picture import Picture
+
+OnPress = Callable[[int, "ButtonSpec"], None]
+Colour = str
+
+
+@dataclass(frozen=True)
+class ButtonSpec:
+    """One button.
+
+    Args:
+        label: What it says; a verb.
+        make: The intent that it asks for, given the mode that the page shows.
+        enabled: Whether it may be pressed.
+        pending: Whether what it asked for is under way.
+    """
+
+    label: str
+    make: Callable[[ControlMode | None], intents.Intent]
+    enabled: Callable[[Picture], bool]
+    pending: Callable[[Picture], bool] = lambda picture: False
+    colour: Colour = "blue"
+
+
+def _command(action: Action, label: str, colour: Colour = "blue") -> ButtonSpec:
+    return ButtonSpec(
+        label,
+        lambda shown: intents.Command(action, shown),
+        lambda picture: _command_enabled(action, picture),
+        lambda picture: action in picture.pending,
+        colour,
+    )
+
+
+def _command_enabled(action: Action, picture: Picture) -> bool:
+    """What the console would refuse is not offered; the console judges again when it is pressed."""
+    if action is Action.STOP:
+        return True
+    mode = picture.mode
+    if mode is None or not picture.in_control or action in picture.pending:
+        return False
+    if action not in allowed_actions(mode, picture.phase):
+        return False
+    match action:
+        case Action.PREVIEW | Action.EXECUTE:
+            return bool(picture.confirmed_sha256)
+        case Action.COUPLE:
+            return not picture.recording
+        case Action.RESET:
+            return picture.stop is None or picture.stop.standing
+    return True
+
+
+def _can_send(picture: Picture) -> bool:
+    learned = picture.learned
+    return learned is not None and not picture.sending_model and learned.sha256 != picture.confirmed_sha256
+
+
+STOP = _command(Action.STOP, "STOP", "red")
+TEACH = (
+    ButtonSpec("Record", lambda _: intents.Record(), lambda p: not p.recording and not p.coupled),
+    ButtonSpec("End", lambda _: intents.End(), lambda p: p.recording),
+    ButtonSpec("Undo", lambda _: intents.Undo(), lambda p: p.can_undo, colour="gray"),
+    ButtonSpec("Load samples", lambda _: intents.LoadSamples(), lambda p: not p.recording, colour="gray"),
+    ButtonSpec("Send model", lambda _: intents.SendModel(), _can_send, lambda p: p.sending_model),
+)
+ROBOT = (
+    _command(Action.ARM, "Arm"),
+    _command(Action.DISARM, "Disarm", "gray"),
+    _command(Action.COUPLE, "Couple"),
+    _command(Action.CLUTCH, "Clutch"),
+    _command(Action.PREVIEW, "Preview", "gray"),
+    _command(Action.EXECUTE, "Execute", "green"),
+    _command(Action.ABORT, "Abort", "orange"),
+    _command(Action.RESET, "Reset", "gray"),
+)
+
+
+class Buttons:
+    """Some buttons on the page, where they are made.
+
+    Args:
+        gui: Of the server.
+        specs: Which.
+        on_press: Called with the tab and the button, from the server's thread; must only enqueue.
+    """
+
+    def __init__(self, gui: viser.GuiApi, specs: tuple[ButtonSpec, ...], on_press: OnPress):
+        self._handles = [(spec, self._add(gui, spec, on_press)) for spec in specs]
+
+    def draw(self, picture: Picture) -> None:
+        """Enable what may be pressed, mark what is under way."""
+        for spec, handle in self._handles:
+            disabled, pending = not spec.enabled(picture), spec.pending(picture)
+            if handle.disabled != disabled:
+                handle.disabled = disabled
+            colour = "yellow" if pending else spec.colour
+            if handle.color != colour:
+                handle.color = colour
+
+    @staticmethod
+    def _add(gui: viser.GuiApi, spec: ButtonSpec, on_press: OnPress) -> viser.GuiButtonHandle:
+        handle = gui.add_button(spec.label, color=spec.colour)
+
+        async def pressed(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            if event.client_id is not None:
+                on_press(event.client_id, spec)
+
+        handle.on_click(pressed)
+        return handle

@@ -1,0 +1,114 @@
+"""The operator's hand on the local board: strokes that teach, or drive the robot while coupled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import viser
+
+from local_site import intents
+from local_site.picture import Picture
+from local_site.view import palette, shapes
+from local_site.view.boards import LINE_Z_M, MARK_Z_M, Board, add_flat, add_lines
+
+HAND_SPEED_M_S = 0.3
+"""A stroke is taken as drawn at this speed: the browser's event times are its own load, not the motion."""
+_HAND_RADIUS_M = 0.012
+
+
+class StrokeClock:
+    """Time of a stroke by the length of its path, so that it does not depend on the browser's pace."""
+
+    def __init__(self) -> None:
+        self._last: tuple[float, float] | None = None
+        self.time_s = 0.0
+
+    def at(self, position_m: tuple[float, float]) -> float:
+        """Time of the motion when the hand is there [s]."""
+        if self._last is not None:
+            self.time_s += math.dist(self._last, position_m) / HAND_SPEED_M_S
+        self._last = position_m
+        return self.time_s
+
+
+class Drawing:
+    """Turns drags on the local board into intents, and draws the strokes. Used by the page's thread.
+
+    Args:
+        scene: Of the server.
+        board: The local one.
+        submit: To the console.
+        explain: Tells the operator something.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        board: Board,
+        submit: Callable[[intents.Intent], None],
+        explain: Callable[[str], None],
+    ):
+        self._scene, self._name, self._submit, self._explain = scene, board.name, submit, explain
+        self._clock = StrokeClock()
+        self._recording = self._coupled = False
+        self._hand_at: tuple[float, float] | None = None
+        self._shown: tuple[int, ...] = ()
+        self._lines: viser.LineSegmentsHandle | None = None
+        self._hand = add_flat(
+            scene, f"{board.name}/hand", shapes.disc(_HAND_RADIUS_M), palette.LOCAL, MARK_Z_M, visible=False
+        )
+
+    def drag(self, phase: str, position_m: tuple[float, float]) -> None:
+        """The mouse moved with its button down, or let go."""
+        if not (self._recording or self._coupled):
+            if phase == "start":
+                self._explain("nothing follows your hand now: press Record to teach, or Couple to drive")
+            return
+        self._hand_at = position_m
+        self._submit(intents.Hand(position_m, self._clock.at(position_m), released=phase == "end"))
+
+    def let_go(self) -> None:
+        """The tab that held the hand is gone: an open drag ends."""
+        if self._coupled and self._hand_at is not None:
+            self._submit(intents.Hand(self._hand_at, self._clock.time_s, released=True))
+
+    def draw(self, picture: Picture) -> None:
+        """Show the strokes and the hand."""
+        if picture.recording and not self._recording:
+            self._clock = StrokeClock()
+        self._recording, self._coupled = picture.recording, picture.coupled
+        sizes = tuple(len(stroke) for stroke in picture.strokes)
+        if sizes != self._shown:
+            self._shown = sizes
+            self._draw_strokes(picture)
+        shows_hand = self._hand_at is not None and (self._recording or self._coupled)
+        if not shows_hand:
+            self._hand_at = None
+        elif (at := (*self._hand_at, MARK_Z_M)) != tuple(self._hand.position):  # pyright: ignore[reportOptionalIterable]
+            self._hand.position = at
+        if self._hand.visible != shows_hand:
+            self._hand.visible = shows_hand
+
+    def _draw_strokes(self, picture: Picture) -> None:
+        """All strokes as one set of lines: the ended ones grey, the one under way white."""
+        points, colours = [], []
+        for index, stroke in enumerate(picture.strokes):
+            current = (
+                picture.recording
+                and index == len(picture.strokes) - 1
+                and len(picture.strokes) > (picture.n_demonstrations)
+            )
+            thinned = stroke if len(stroke) < 3 else np.vstack([stroke[:-1:2], stroke[-1:]])
+            lines = shapes.segments(thinned, LINE_Z_M)
+            points.append(lines)
+            colours.append(
+                np.full(lines.shape, palette.CURRENT_STROKE if current else palette.STROKE, np.uint8)
+            )
+        if self._lines is not None and not sum(map(len, points)):
+            self._lines.visible = False
+        elif points:
+            self._lines = add_lines(
+                self._scene, f"{self._name}/strokes", np.concatenate(points), np.concatenate(colours), 3.0
+            )

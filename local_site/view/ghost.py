@@ -1,0 +1,67 @@
+"""Where the robot is by now: the committed path at (stamp + time since receipt + half the round trip)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.control_mode import ControlMode
+from common.messages import PlannedPath
+from local_site.picture import Picture
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """The prediction at one moment.
+
+    Args:
+        position_m: In the task frame. Shape (D,) [m].
+        left_s: Time to the end of the path [s]; not positive beyond it.
+        done: The path is at its end: the motion is expected to be done.
+    """
+
+    position_m: Array
+    left_s: float
+    done: bool
+
+
+def path_points(path: PlannedPath) -> Array:
+    """The points of a path in the task frame. Shape (N, D) [m]."""
+    return np.frombuffer(path.points, "<f4").reshape(-1, path.n_dims).astype(float)
+
+
+def shown_path(picture: Picture) -> PlannedPath | None:
+    """The path to draw: the committed one during an execution, a preview that still counts in HOLD."""
+    path, robot = picture.path, picture.robot
+    if path is None or robot is None or path.stamp.boot != robot.stamp.boot:
+        return None
+    if picture.mode is ControlMode.AUTONOMOUS:
+        return path
+    previewed = path.plan_id and path.plan_id == picture.plan_id
+    return path if picture.mode is ControlMode.HOLD and previewed else None
+
+
+def predict(picture: Picture, now_s: float) -> Ghost | None:
+    """The robot now, by the path that it has committed to; None without an execution.
+
+    Args:
+        picture: What the console knows.
+        now_s: Now, on the console's clock [s].
+    """
+    path, robot = shown_path(picture), picture.robot
+    if path is None or robot is None or picture.mode is not ControlMode.AUTONOMOUS or path.plan_id:
+        return None
+    since_receipt_s = picture.link.silent_s + now_s - picture.now_s
+    robot_now_s = robot.stamp.t_ns * 1e-9 + since_receipt_s + 0.5 * (picture.link.round_trip_s or 0.0)
+    points = path_points(path)
+    at = (robot_now_s - path.stamp.t_ns * 1e-9) / path.step_s
+    last = len(points) - 1
+    low = int(np.clip(np.floor(at), 0, last))
+    high = min(low + 1, last)
+    part = float(np.clip(at - low, 0.0, 1.0))
+    position = points[low] + part * (points[high] - points[low])
+    return Ghost(position, (last - at) * path.step_s, done=at >= last)

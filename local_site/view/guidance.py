@@ -1,0 +1,87 @@
+"""What to do next, and what was said last: refusals with their reasons, ends of commands."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+
+import viser
+
+from common.control_mode import ControlMode, Phase
+from local_site.picture import Notice, Picture
+from local_site.view.html import Html, element
+
+_SHOWN = 4
+
+
+class Guidance:
+    """The advice and the newest messages. Used by the page's thread.
+
+    Args:
+        gui: Of the server.
+    """
+
+    def __init__(self, gui: viser.GuiApi):
+        self._advice, self._messages = Html(gui), Html(gui)
+        self._own: deque[Notice] = deque(maxlen=_SHOWN)
+
+    def explain(self, words: str) -> None:
+        """Tell the operator why the page itself did nothing."""
+        if not self._own or self._own[-1].text != words or time.monotonic() - self._own[-1].time_s > 1.0:
+            self._own.append(Notice(time.monotonic(), "page", words, good=False))
+
+    def draw(self, picture: Picture) -> None:
+        """Show both."""
+        self._advice.show(
+            f'<div class="fh-advice"><i>next</i>{element("advice", advice(picture), tag="div")}</div>'
+        )
+        notices = sorted([*picture.notices[-_SHOWN:], *self._own], key=lambda notice: notice.time_s)[-_SHOWN:]
+        lines = [_line(notice, newest=notice is notices[-1]) for notice in reversed(notices)]
+        self._messages.show(f'<div class="fh-messages" data-tp="messages">{"".join(lines)}</div>')
+
+
+def _line(notice: Notice, newest: bool) -> str:
+    measured = f" ({notice.measured:.3g})" if notice.measured is not None else ""
+    kind = "fh-said" if notice.good else "fh-refused"
+    return element(
+        "message", f"{notice.what}: {notice.text}{measured}", f"{kind}{' fh-newest' * newest}", "div"
+    )
+
+
+def advice(picture: Picture) -> str:
+    """The next step of the job, for someone who sees the page for the first time."""
+    stop = picture.stop
+    if stop is not None and not stop.standing:
+        return "The stop is being resent until the robot confirms it."
+    if picture.mode is None:
+        return "Wait for the robot's first report."
+    if picture.mode is ControlMode.STOPPED:
+        return "Stopped. Press Reset when it is safe to go on."
+    if picture.recording:
+        return "Draw with the mouse on the LOCAL board, into the U, then press End."
+    if picture.mode is ControlMode.DIRECT:
+        return "Drag on the LOCAL board: the robot follows. Let go, or press Clutch, to decouple."
+    if picture.mode is ControlMode.AUTONOMOUS:
+        if picture.phase is Phase.ARRIVED:
+            return "Arrived: it tracks the U. Drag the robot's U, press Execute again, or Clutch to end."
+        return "The robot executes the model by itself, whatever the link does. Abort ends it."
+    return _teaching_advice(picture) or _executing_advice(picture)
+
+
+def _teaching_advice(picture: Picture) -> str:
+    learned = picture.learned
+    if learned is None:
+        return "Teach: press Record and draw into the U on the LOCAL board, or press Load samples."
+    if picture.sending_model:
+        return "The model is on its way: wait until the robot confirms it."
+    if learned.sha256 != picture.confirmed_sha256:
+        return "Press Send model, or Record another demonstration first."
+    return ""
+
+
+def _executing_advice(picture: Picture) -> str:
+    if picture.mode is ControlMode.DISARMED:
+        return "The robot has the model. Press Arm."
+    if not picture.plan_id:
+        return "Press Preview to see the plan, Execute to run it, or Couple to drive by hand."
+    return "Press Execute to run the model, or Couple to drive by hand."

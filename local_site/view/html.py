@@ -1,0 +1,42 @@
+"""A piece of HTML on the page that is sent only when it has changed."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import viser
+
+
+class Html:
+    """One piece.
+
+    Args:
+        gui: Of the server, or of one tab.
+        content: What it shows first.
+    """
+
+    def __init__(self, gui: viser.GuiApi, content: str = ""):
+        self._handle = gui.add_html(content)
+        self._content = content
+
+    def show(self, content: str) -> None:
+        """Show this."""
+        if content != self._content:
+            self._content = content
+            self._handle.content = content
+
+    def remove(self) -> None:
+        """Take it off the page."""
+        self._handle.remove()
+
+
+def element(name: str, text: object, kind: str = "", tag: str = "span", **attributes: Any) -> str:
+    """An element with the attribute `data-tp` that the tests hold on to, its text escaped."""
+    more = "".join(f' {key}="{html.escape(str(value))}"' for key, value in attributes.items())
+    return f'<{tag} data-tp="{name}" class="{kind}"{more}>{html.escape(str(text))}</{tag}>'
+
+
+def text(value: object) -> str:
+    """Escaped text."""
+    return html.escape(str(value))

@@ -1,0 +1,176 @@
+"""The operator's page: one thread owns it, draws the console's picture and turns events into intents."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+
+import viser
+
+from common.link_control import RelayControl
+from common.log import loop_logger
+from common.task import Task
+from local_site.console import Console
+from local_site.picture import Picture
+from local_site.view import buttons
+from local_site.view.boards import Board, add_backdrop
+from local_site.view.buttons import Buttons, ButtonSpec
+from local_site.view.drawing import Drawing
+from local_site.view.guidance import Guidance
+from local_site.view.html import Html, element
+from local_site.view.link_history import LinkHistory
+from local_site.view.link_panel import LinkPanel
+from local_site.view.link_worker import LinkWorker
+from local_site.view.model_drawing import ModelDrawing
+from local_site.view.robot_drawing import RobotDrawing, add_target
+from local_site.view.server import PageServer
+from local_site.view.status_strip import StatusStrip
+from local_site.view.tabs import Tabs
+from local_site.view.target_drag import TargetDrag
+from local_site.view.transition_graph import TransitionGraph
+
+_log = loop_logger(__name__)
+
+_PERIOD_S = 1.0 / 30.0
+_BEAT_S = 0.5
+DOCK_PX = 300
+
+
+class Page:
+    """The page of one console.
+
+    Args:
+        console: What is shown and asked.
+        task: Its workspace is the boards.
+        control: The link process, None without one.
+        host: Address to serve at.
+        port: Port; 0 takes a free one.
+
+    Raises:
+        PortInUse: When something else has the port.
+    """
+
+    def __init__(self, console: Console, task: Task, control: RelayControl | None, host: str, port: int):
+        self._console = console
+        self._events: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._shown: Picture = console.picture
+        self._server = PageServer(host, port)
+        self._host = host
+        self._worker = LinkWorker(control) if control is not None else None
+        self._build_panels(self._server.gui)
+        self._build_scene(self._server.scene, task)
+        self._tabs = Tabs(self._server, task, self._events.put, self._drawing.let_go)
+        self._beat_s, self._beats = float("-inf"), 0
+        self._thread = threading.Thread(target=self._run, name="page", daemon=True)
+
+    @property
+    def address(self) -> str:
+        """Where a browser finds it."""
+        return f"http://{self._host}:{self._server.get_port()}"
+
+    def start(self) -> None:
+        """Begin to draw and to listen."""
+        if self._worker is not None:
+            self._worker.start()
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the page; the tabs say that it is gone."""
+        self._events.put(None)
+        self._thread.join(timeout=5.0)
+        if self._worker is not None:
+            self._worker.close()
+        self._server.stop()
+
+    # What is on the page ------------------------------------------------------------------------
+
+    def _build_panels(self, gui: viser.GuiApi) -> None:
+        gui.main_panel.dock_left()
+        gui.main_panel.set_width(DOCK_PX)
+        self._beat = Html(gui)
+        self._strip, self._graph, self._history = StatusStrip(gui), TransitionGraph(gui), LinkHistory(gui)
+        self._buttons = [Buttons(gui, (buttons.STOP,), self._on_press)]
+        self._guidance = Guidance(gui)
+        for title, specs in (("Teach", buttons.TEACH), ("Robot", buttons.ROBOT)):
+            with gui.add_folder(title):
+                self._buttons.append(Buttons(gui, specs, self._on_press))
+        self._link = LinkPanel(gui, self._worker, self._act) if self._worker is not None else None
+
+    def _build_scene(self, scene: viser.SceneApi, task: Task) -> None:
+        scene.configure_default_lights(cast_shadow=False)
+        scene.configure_environment_map(hdri=None)
+        scene.set_up_direction("+y")
+        local, remote = Board(scene, task, remote=False), Board(scene, task, remote=True)
+        add_backdrop(scene, local.size_m)
+        frame = f"{local.name}/target"
+        scene.add_frame(frame, show_axes=False, position=(*task.target.origin_m[:2], 0.0))
+        add_target(scene, frame)
+        self._local_model = ModelDrawing(scene, frame)
+        self._drawing = Drawing(scene, local, self._console.submit, self._guidance.explain)
+        self._robot = RobotDrawing(scene, remote)
+        target = TargetDrag(self._console.submit)
+        local.listen(local.surface, lambda tab, *drag: self._act(tab, partial(self._drawing.drag, *drag)))
+        remote.listen(self._robot.target, lambda tab, *drag: self._act(tab, partial(target.drag, *drag)))
+
+    # Events, from the server's threads: they only enqueue ---------------------------------------
+
+    def _on_press(self, tab: int, spec: ButtonSpec) -> None:
+        if spec is buttons.STOP:
+            # Anybody may stop, and nothing may hold it up: not this page's thread either.
+            self._console.submit(spec.make(None))
+            return
+        self._act(tab, lambda: self._console.submit(spec.make(self._shown.mode)))
+
+    def _act(self, tab: int, do: Callable[[], None]) -> None:
+        self._events.put(partial(self._do_if_active, tab, do))
+
+    # The owner ----------------------------------------------------------------------------------
+
+    def _do_if_active(self, tab: int, do: Callable[[], None]) -> None:
+        if self._tabs.sessions.acts(tab):
+            do()
+        else:
+            self._guidance.explain("another tab is active, this one watches: close that one to act here")
+
+    def _run(self) -> None:
+        due_s = time.monotonic()
+        while True:
+            try:
+                event = self._events.get(timeout=max(due_s - time.monotonic(), 0.0))
+            except queue.Empty:
+                due_s = time.monotonic() + _PERIOD_S
+                event = self._draw
+            if event is None:
+                return
+            try:
+                event()
+            except Exception:
+                # One bad event must not take the page away from the operator.
+                _log.exception("the page could not do something")
+
+    def _draw(self) -> None:
+        """Show the newest picture; each part sends only what has changed."""
+        picture, now_s = self._console.picture, time.monotonic()
+        self._shown = picture
+        if now_s - self._beat_s >= _BEAT_S:
+            self._beat_s, self._beats = now_s, self._beats + 1
+            self._beat.show(element("beat", self._beats, "fh-beat"))
+        with self._server.atomic():
+            model = picture.forming or (picture.learned.model if picture.learned else None)
+            self._local_model.show(model)
+            self._drawing.draw(picture)
+            ghost = self._robot.draw(picture, now_s)
+        self._server.flush()
+        for group in self._buttons:
+            group.draw(picture)
+        self._guidance.draw(picture)
+        self._strip.draw(picture, ghost, now_s)
+        active = picture.robot.component if picture.robot is not None else -1
+        self._graph.draw(model, active)
+        self._history.draw(picture, self._link.link_name if self._link else "link", now_s)
+        if self._link is not None:
+            self._link.draw(now_s)
+        self._tabs.draw()

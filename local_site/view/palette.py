@@ -1,0 +1,32 @@
+"""The colours of the page: grey is normal, saturated is abnormal; local blue, remote amber, predicted green."""
+
+from __future__ import annotations
+
+import colorsys
+
+Rgb = tuple[int, int, int]
+
+BACKDROP: Rgb = (16, 19, 24)
+LOCAL_BOARD: Rgb = (30, 44, 66)
+REMOTE_BOARD: Rgb = (58, 47, 33)
+LOCAL_GRID: Rgb = (54, 73, 104)
+REMOTE_GRID: Rgb = (92, 77, 57)
+LOCAL: Rgb = (96, 165, 250)
+REMOTE: Rgb = (251, 178, 60)
+PREDICTED: Rgb = (74, 222, 128)
+OLD: Rgb = (140, 140, 140)
+TARGET: Rgb = (226, 232, 240)
+STROKE: Rgb = (148, 163, 184)
+CURRENT_STROKE: Rgb = (255, 255, 255)
+
+
+def component_colour(phase: float) -> Rgb:
+    """Colour of a component by where in the motion it is visited, from 0 (violet) to 1 (yellow)."""
+    hue = 0.78 - 0.64 * min(max(phase, 0.0), 1.0)
+    red, green, blue = colorsys.hls_to_rgb(hue, 0.62, 0.72)
+    return round(255 * red), round(255 * green), round(255 * blue)
+
+
+def css(colour: Rgb) -> str:
+    """A colour for HTML."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)

@@ -1,0 +1,65 @@
+"""The web server of the page: viser, kept to this machine, quiet, and without its public relay."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import socket
+from pathlib import Path
+
+import viser
+from viser import _messages
+
+from common.errors import FarhandError
+
+_FILES = Path(__file__).parent
+
+
+class PortInUse(FarhandError):
+    """The page's port cannot be had."""
+
+
+class PageServer(viser.ViserServer):
+    """A viser server on one port, or none.
+
+    Args:
+        host: Address to bind; there is no access control, so keep it on this machine.
+        port: Port; 0 takes a free one.
+
+    Raises:
+        PortInUse: When something else has the port.
+    """
+
+    def __init__(self, host: str, port: int):
+        _require_free(host, port)
+        logging.getLogger("websockets").setLevel(logging.WARNING)
+        # viser greets on the standard output, which belongs to the command line.
+        with contextlib.redirect_stdout(io.StringIO()):
+            super().__init__(host=host, port=port, label="Farhand", verbose=False)
+        if port and self.get_port() != port:
+            self.stop()
+            raise PortInUse(
+                f"port {port} of {host} was taken by another program meanwhile: choose another one"
+            )
+        self.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
+        self.gui.add_html(f"<style>{(_FILES / 'page.css').read_text()}</style>")
+        # viser has no public way to give the page a script of its own; it keeps this message for late tabs.
+        script = _messages.RunJavascriptMessage(source=(_FILES / "page.js").read_text())
+        self._websock_server.queue_message(script)
+
+    def request_share_url(self, verbose: bool = True) -> str | None:
+        """Refused: it would open the operator's console to the internet; any tab could ask for it."""
+        return None
+
+
+def _require_free(host: str, port: int) -> None:
+    """Viser would quietly take the next port."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            raise PortInUse(
+                f"the page cannot be served at {host} port {port} ({error.strerror}): choose another one with --port"
+            ) from error

@@ -1,0 +1,155 @@
+"""The status strip along the top: what the robot reported, how old it is, what is under way.
+
+The attributes `data-tp` are a contract: tests, and nobody's eyes alone, read the page by them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import viser
+
+from common.control_mode import ControlMode, Phase
+from common.link_monitor import LinkHealth
+from common.messages import Telemetry
+from local_site.picture import Picture
+from local_site.view.ghost import Ghost
+from local_site.view.html import Html, element, text
+
+_LINK_WORDS = {
+    LinkHealth.NEVER: "LOST",
+    LinkHealth.OK: "OK",
+    LinkHealth.LATE: "DEGRADED",
+    LinkHealth.LOST: "LOST",
+}
+_HOLDERS = {ControlMode.DIRECT: "OPERATOR", ControlMode.AUTONOMOUS: "REMOTE MPC"}
+_AGE_STEP_S = 0.03
+"""An age that changed by less is not shown anew while the link is well."""
+
+
+class StatusStrip:
+    """The strip and the titles of the boards below it. Used by the page's thread.
+
+    Args:
+        gui: Of the server.
+    """
+
+    def __init__(self, gui: viser.GuiApi):
+        self._strip, self._alarm, self._titles = Html(gui), Html(gui), Html(gui)
+        self._age_s: float | None = None
+
+    def draw(self, picture: Picture, ghost: Ghost | None, now_s: float) -> None:
+        """Show the newest state."""
+        age = self._age(picture, now_s)
+        self._strip.show(f'<div class="fh-strip">{_cells(picture, age, now_s)}</div>')
+        self._alarm.show(_alarm(picture, now_s))
+        self._titles.show(
+            f'<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> {_local_words(picture)}</div>'
+            f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(picture, age, ghost)}</div></div>'
+        )
+
+    def _age(self, picture: Picture, now_s: float) -> str:
+        """Age of the newest report: steady while reports arrive, counting when they do not."""
+        if picture.link.age_s is None:
+            return "unknown"
+        well = picture.link.health is LinkHealth.OK
+        age_s = picture.link.age_s + (now_s - picture.now_s)
+        if well and self._age_s is not None and abs(age_s - self._age_s) < _AGE_STEP_S:
+            age_s = self._age_s
+        self._age_s = age_s
+        return f"{age_s:.2f} s" if well else f"{age_s:.1f} s"
+
+
+def _cells(picture: Picture, age: str, now_s: float) -> str:
+    mode = picture.mode
+    link = _LINK_WORDS[picture.link.health]
+    holder = _HOLDERS.get(mode, "NOBODY") if mode is not None else "NOBODY"
+    pending = ", ".join(_pending_words(picture, now_s))
+    learned = picture.learned
+    n_components = int((~learned.model.terminal).sum()) if learned else 0
+    return "".join(
+        (
+            _cell("mode", element("mode", mode.name if mode else "UNKNOWN", f"fh-mode fh-{mode or 'unknown'}")
+                  + element("phase", picture.phase.upper() if picture.phase is not Phase.NONE else "", "fh-note")),
+            _cell("in control", element("holder", holder)
+                  + element("lease", _lease_words(picture), "fh-note")),
+            _cell("age of data", element("age", age)),
+            _cell("link", element("link", link, f"fh-link fh-{link.lower()}")
+                  + element("silence", _silence_words(picture, now_s), "fh-note")),
+            _cell("model", f"{element('demos', picture.n_demonstrations)} demos, "
+                  f"{element('components', n_components)} components"
+                  + element("model", _model_words(picture), "fh-note")),
+            _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet")),
+            element("recording", "RECORDING" if picture.recording else "", "fh-recording"),
+        )
+    )  # fmt: skip
+
+
+def _cell(title: str, content: str) -> str:
+    return f'<div class="fh-cell"><i>{title}</i><div>{content}</div></div>'
+
+
+def _alarm(picture: Picture, now_s: float) -> str:
+    """What must not be overlooked: a stop that the robot has not confirmed."""
+    stop = picture.stop
+    if stop is None or stop.standing:
+        return element("stop", "", "fh-no-alarm", tag="div")
+    waited_s = math.floor(now_s - stop.pressed_s)
+    if stop.received:
+        return element("stop", f"STOP RECEIVED, the robot is braking ({waited_s} s)", "fh-alarm", tag="div")
+    continues = f", robot continues ({picture.mode.name})" if picture.mode is not None else ""
+    words = f"STOP NOT DELIVERED {waited_s} s{continues}"
+    return element("stop", words, "fh-alarm", tag="div")
+
+
+def _pending_words(picture: Picture, now_s: float) -> list[str]:
+    words = [
+        f"{action} {math.floor(now_s - pending.since_s)} s" for action, pending in picture.pending.items()
+    ]
+    return [*words, "send model"] if picture.sending_model else words
+
+
+def _lease_words(picture: Picture) -> str:
+    if picture.in_control:
+        return "you hold the robot"
+    return picture.why_not_in_control or "asking for the robot"
+
+
+def _silence_words(picture: Picture, now_s: float) -> str:
+    link = picture.link
+    if link.health is LinkHealth.OK or math.isinf(link.silent_s):
+        return ""
+    return f"silent for {math.floor(link.silent_s + now_s - picture.now_s)} s"
+
+
+def _model_words(picture: Picture) -> str:
+    if picture.learned is None:
+        return ""
+    if picture.confirmed_sha256 == picture.learned.sha256:
+        return "robot has it"
+    return "on its way" if picture.sending_model else "robot lacks it"
+
+
+def _local_words(picture: Picture) -> str:
+    if picture.recording:
+        return "recording: draw into the U"
+    return "your hand drives the robot: drag here" if picture.coupled else "your board"
+
+
+def _remote_words(picture: Picture, age: str, ghost: Ghost | None) -> str:
+    robot = picture.robot
+    if robot is None:
+        return "no report yet"
+    old = picture.link.health is not LinkHealth.OK
+    seen = element("seen", f"OLD: seen {age} ago" if old else f"seen {age} ago", "fh-old" if old else "")
+    return seen + text(_motion_words(robot, ghost))
+
+
+def _motion_words(robot: Telemetry, ghost: Ghost | None) -> str:
+    if robot.waiting:
+        return " · waiting for input"
+    if robot.phase is Phase.ARRIVED:
+        return " · arrived, tracking the U"
+    if ghost is None:
+        return ""
+    return " · expected done" if ghost.done else f" · {math.ceil(ghost.left_s)} s to go"

@@ -1,0 +1,109 @@
+"""The learned components and their transitions, live: the paper's Fig. 3, left, with durations."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from common.tphsmm import TPHSMM
+from local_site.view import palette
+from local_site.view.html import Html
+
+_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 480.0, 170.0, 26.0, 26.0, 30.0, 34.0
+_RADIUS = 13.0
+
+
+class TransitionGraph:
+    """The graph in the lower strip. Used by the page's thread.
+
+    Args:
+        gui: Of the server.
+    """
+
+    def __init__(self, gui: viser.GuiApi):
+        self._html = Html(gui)
+        self._shown: tuple[TPHSMM | None, int] | None = None
+
+    def draw(self, model: TPHSMM | None, active: int) -> None:
+        """Show a model, or none, with the component that is being executed, or -1."""
+        if self._shown is not None and self._shown[0] is model and self._shown[1] == active:
+            return
+        self._shown = (model, active)
+        content = graph_svg(model, active) if model is not None else _EMPTY
+        self._html.show(
+            f'<div class="fh-lower fh-graph" data-tp="graph" data-active="{active}">{content}</div>'
+        )
+
+
+_EMPTY = '<div class="fh-caption">learned model</div><div class="fh-empty">nothing was learned yet</div>'
+
+
+def graph_svg(model: TPHSMM, active: int) -> str:
+    """The graph as SVG: from left to right by where in the motion a component is visited."""
+    places = node_places(model)
+    parts = [
+        _edge(places[i], places[k], model.transition[i, k])
+        for i, k in zip(*np.nonzero(model.transition), strict=True)
+    ]
+    parts += [_node(model, index, place, index == active) for index, place in enumerate(places)]
+    return (
+        f'<div class="fh-caption">learned model: components, transitions, durations</div>'
+        f'<svg viewBox="0 0 {_WIDTH:.0f} {_HEIGHT:.0f}" preserveAspectRatio="xMidYMid meet">'
+        '<defs><marker id="fh-tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="6" markerHeight="6" orient="auto">'
+        '<path d="M0 0 L8 4 L0 8 z" fill="#94a3b8"/></marker></defs>' + "".join(parts) + "</svg>"
+    )
+
+
+def node_places(model: TPHSMM) -> np.ndarray:
+    """Where each component is drawn, so that none covers another. Shape (K, 2) [px]."""
+    phase = np.where(model.terminal, 1.0, model.phase)
+    spread = max(float(np.ptp(phase)), 1e-9)
+    x = _LEFT + (phase - phase.min()) / spread * (_WIDTH - _LEFT - _RIGHT)
+    y = np.full(model.n_components, 0.5 * (_TOP + _HEIGHT - _BOTTOM))
+    heights = np.linspace(_TOP, _HEIGHT - _BOTTOM, max(model.n_paths, 1) if model.n_paths > 1 else 1)
+    if heights.size == 1:
+        heights = np.array([0.5 * (_TOP + _HEIGHT - _BOTTOM)])
+    lane_end = np.full(heights.size, -np.inf)
+    # Components that lie beside each other on the board lie beside each other here: upper ones first.
+    for index in sorted(range(model.n_components), key=lambda i: (x[i], -model.means[0, i, 1])):
+        free = np.flatnonzero(x[index] - lane_end >= 3.4 * _RADIUS)
+        lane = int(free[0]) if free.size else int(np.argmin(lane_end))
+        x[index] = max(x[index], lane_end[lane] + 3.4 * _RADIUS) if np.isfinite(lane_end[lane]) else x[index]
+        lane_end[lane], y[index] = x[index], heights[lane]
+    over = x.max() - (_WIDTH - _RIGHT)
+    if over > 0.0:
+        x = _LEFT + (x - x.min()) * (_WIDTH - _LEFT - _RIGHT) / (x.max() - x.min())
+    return np.column_stack([x, y])
+
+
+def _edge(start: np.ndarray, end: np.ndarray, probability: float) -> str:
+    way = end - start
+    length = float(np.hypot(*way))
+    if length < 1e-6:
+        return ""
+    direction = way / length
+    bend = 0.12 * length * np.array([-direction[1], direction[0]])
+    a, b, middle = start + direction * _RADIUS, end - direction * (_RADIUS + 2.0), 0.5 * (start + end) + bend
+    return (
+        f'<path d="M{a[0]:.1f} {a[1]:.1f} Q{middle[0]:.1f} {middle[1]:.1f} {b[0]:.1f} {b[1]:.1f}" fill="none" '
+        f'stroke="#94a3b8" stroke-width="{0.8 + 2.0 * probability:.2f}" marker-end="url(#fh-tip)"/>'
+    )
+
+
+def _node(model: TPHSMM, index: int, place: np.ndarray, active: bool) -> str:
+    x, y = place
+    colour = palette.css(palette.component_colour(float(model.phase[index])))
+    ring = "#ffffff" if active else ("#cbd5e1" if model.terminal[index] else "none")
+    begins = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{_RADIUS + 3.5}" fill="none" stroke="#f87171"/>'
+    words = (
+        "end"
+        if model.terminal[index]
+        else (f"{model.duration_mean_s[index]:.1f}±{np.sqrt(model.duration_variance_s2[index]):.1f} s")
+    )
+    return (
+        (begins if model.initial[index] > 0 and not active else "")
+        + f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{_RADIUS}" fill="{colour}" stroke="{ring}" '
+        f'stroke-width="{4 if active else 2}"/>'
+        f'<text x="{x:.1f}" y="{y + 4:.1f}" class="fh-number">{index + 1}</text>'
+        f'<text x="{x:.1f}" y="{y + _RADIUS + 14:.1f}" class="fh-duration">{words}</text>'
+    )
