@@ -15,7 +15,12 @@ def problem(n_steps: int, n_dims: int = 3):
     random = np.random.default_rng(0)
     roots = random.normal(size=(n_steps, n_dims, n_dims))
     precisions = roots @ roots.transpose(0, 2, 1) + np.eye(n_dims)
-    return random.normal(size=n_dims), random.normal(size=n_dims), random.normal(size=(n_steps, n_dims)), precisions
+    return (
+        random.normal(size=n_dims),
+        random.normal(size=n_dims),
+        random.normal(size=(n_steps, n_dims)),
+        precisions,
+    )
 
 
 class DenseMpc:

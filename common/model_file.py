@@ -117,7 +117,9 @@ def _unpacked(data: bytes, source: str) -> dict[str, Any]:
     try:
         content = msgpack.unpackb(data)
     except (ValueError, msgpack.UnpackException) as error:
-        raise InvalidModel(source, "", "a whole model file; this one is truncated or of another kind") from error
+        raise InvalidModel(
+            source, "", "a whole model file; this one is truncated or of another kind"
+        ) from error
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise InvalidModel(source, "kind", f"{KIND!r}; this is not a model file")
     if content.get("schema") != SCHEMA_VERSION:

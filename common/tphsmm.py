@@ -94,7 +94,9 @@ class TPHSMM:
         object.__setattr__(self, "frame_names", tuple(self.frame_names))
         means = np.asarray(self.means)
         if means.ndim != 3 or 0 in means.shape or means.shape[1] > _MAX_COMPONENTS:
-            raise InvalidModel("model", "means", f"shape (P, K, D) with 1 to 4096 components, got {means.shape}")
+            raise InvalidModel(
+                "model", "means", f"shape (P, K, D) with 1 to 4096 components, got {means.shape}"
+            )
         sizes = dict(zip("PKD", means.shape, strict=True))
         for name, (axes, kind) in ARRAY_FIELDS.items():
             array = _checked(name, getattr(self, name), tuple(sizes[axis] for axis in axes), kind)
@@ -127,7 +129,9 @@ class TPHSMM:
         if np.abs(rows - 1.0).max() > _ROW_SUM_TOLERANCE:
             raise InvalidModel("model", "transition, exit", "rows of [transition | exit] that sum to 1")
         if np.diag(self.transition).any():
-            raise InvalidModel("model", "transition", "a zero diagonal: how long to stay is the duration's part")
+            raise InvalidModel(
+                "model", "transition", "a zero diagonal: how long to stay is the duration's part"
+            )
         if (self.exit[self.terminal] < 1.0 - _ROW_SUM_TOLERANCE).any():
             raise InvalidModel("model", "exit", "1 for every terminal component")
 

@@ -35,7 +35,9 @@ def rollout(model_file: Path, like: Path, out: Path | None) -> int:
     model, demonstration = load(model_file), Demonstration.load(like)
     motion = roll_out(model, demonstration)
     ends_apart_m = float(np.linalg.norm(motion.position_m[-1] - demonstration.position_m[-1]))
-    _say(f"moved for {motion.time_s[-1]:.2f} s, ends {ends_apart_m * 1e3:.2f} mm from the demonstration's end")
+    _say(
+        f"moved for {motion.time_s[-1]:.2f} s, ends {ends_apart_m * 1e3:.2f} mm from the demonstration's end"
+    )
     if out is not None:
         motion.save(out)
         _say(f"written: {out}")
@@ -46,7 +48,9 @@ def show(model_file: Path, figure: Path | None) -> int:
     """Say what is in a model file."""
     model = load(model_file)
     content = encode(model)
-    _say(f"{model_file}: {_components(model)}, {model.n_dims} dimensions, frames {', '.join(model.frame_names)}")
+    _say(
+        f"{model_file}: {_components(model)}, {model.n_dims} dimensions, frames {', '.join(model.frame_names)}"
+    )
     _say(f"  learned from  {model.n_demonstrations} demonstrations, lambda {model.max_distance_m:g} m")
     _say(f"  paths         {model.n_paths}")
     _say(f"  size          {len(content)} B")
@@ -87,7 +91,9 @@ def evaluate(study: str, trials: int | None, seed: int, out: Path) -> int:
 
 class _MissingExtra(FarhandError):
     def __init__(self, extra: str, error: ImportError):
-        super().__init__(f"this needs the extra {extra!r} ({error.name} is missing): pip install 'farhand[{extra}]'")
+        super().__init__(
+            f"this needs the extra {extra!r} ({error.name} is missing): pip install 'farhand[{extra}]'"
+        )
 
 
 def _components(model: TPHSMM) -> str:

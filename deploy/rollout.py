@@ -14,7 +14,9 @@ from remote_site.reproduction import rollout
 from remote_site.reproduction.executor import ExecutorSettings
 
 
-def roll_out(model: TPHSMM, demonstration: Demonstration, settings: ExecutorSettings | None = None) -> Demonstration:
+def roll_out(
+    model: TPHSMM, demonstration: Demonstration, settings: ExecutorSettings | None = None
+) -> Demonstration:
     """Execute the model on the point plant from the demonstration's start, in its frames.
 
     Raises:

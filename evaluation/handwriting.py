@@ -97,7 +97,10 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     summary: Case = {}
     lines = ["# Handwriting", "", (__doc__ or "").split("\n", 1)[1].strip(), ""]
     shapes = [r for r in results if r["part"] == "shape"]
-    lines += ["| set | below the spread | 95 % interval | median error % | worst % |", "|---|---|---|---|---|"]
+    lines += [
+        "| set | below the spread | 95 % interval | median error % | worst % |",
+        "|---|---|---|---|---|",
+    ]
     for key, title in _SETS.items():
         part = [r for r in shapes if r["set"] == key]
         if not part:
@@ -112,7 +115,10 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
             f"| {c['median_error']:.2f} | {c['worst_error']:.2f} |"
         )
     overall = _counts(shapes)
-    summary |= {"success_rate": overall["below_spread"] / overall["n"], "success_interval": overall["interval"]}
+    summary |= {
+        "success_rate": overall["below_spread"] / overall["n"],
+        "success_interval": overall["interval"],
+    }
     lines += ["", *_misses(shapes), "", *_table(shapes)]
     sampling = [r for r in results if r["part"] == "sampling"]
     if sampling:
@@ -146,7 +152,9 @@ def _misses(shapes: list[Case]) -> list[str]:
 
 
 def _table(shapes: list[Case]) -> list[str]:
-    lines = ["| shape | error % | spread % | nearest person % | end % | components | paths | duration ratio |"]
+    lines = [
+        "| shape | error % | spread % | nearest person % | end % | components | paths | duration ratio |"
+    ]
     lines += ["|---|---|---|---|---|---|---|---|"]
     for r in shapes:
         mark = "" if r["success"] else " (miss)"

@@ -29,7 +29,11 @@ _SAMPLINGS = (
     + [("n points equally far apart", n) for n in (50, 100, 200, 400, 1000)]
 )
 # Fraction of the extent, weight of direction, weight of travelled distance.
-_ASSIGNMENTS = {"default rule": (0.25, 1.0, 0.5), "small lambda": (0.1, 0.0, 0.0), "small lambda, rule": (0.1, 1.0, 0.5)}
+_ASSIGNMENTS = {
+    "default rule": (0.25, 1.0, 0.5),
+    "small lambda": (0.1, 0.0, 0.0),
+    "small lambda, rule": (0.1, 1.0, 0.5),
+}
 
 _TEXT = """\
 ## Sampling
@@ -57,7 +61,14 @@ sample kept in all):
 def cases(path: Path) -> list[Case]:
     """All samplings, assignments and ways to choose a branch."""
     return [
-        {"part": "sampling", "file": str(path), "kind": kind, "n": n, "assignment": name, "by_start": by_start}
+        {
+            "part": "sampling",
+            "file": str(path),
+            "kind": kind,
+            "n": n,
+            "assignment": name,
+            "by_start": by_start,
+        }
         for (kind, n), name, by_start in product(_SAMPLINGS, _ASSIGNMENTS, (False, True))
     ]
 

@@ -30,7 +30,9 @@ def draw_model(model: TPHSMM, file: Path) -> None:
         InvalidConfiguration: When the file is of another kind.
     """
     if file.suffix not in _FILES:
-        raise InvalidConfiguration("command line", "figure", f"a file ending in {', '.join(_FILES)}, got {file}")
+        raise InvalidConfiguration(
+            "command line", "figure", f"a file ending in {', '.join(_FILES)}, got {file}"
+        )
     figure = Figure(figsize=(10.0, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.2, 1.0))
     colours = matplotlib.colormaps["viridis"](0.9 * model.phase)
@@ -46,16 +48,25 @@ def _draw_components(axes: Axes, model: TPHSMM, colours: np.ndarray) -> None:
         angle = np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1]))
         width, height = 4.0 * np.sqrt(values[1]), 4.0 * np.sqrt(values[0])  # two standard deviations
         line = {"edgecolor": "black", "linewidth": 1.6} if model.terminal[i] else {}
-        axes.add_patch(Ellipse(tuple(mean), width, height, angle=angle, facecolor=(*colours[i][:3], 0.45), **line))
+        axes.add_patch(
+            Ellipse(tuple(mean), width, height, angle=angle, facecolor=(*colours[i][:3], 0.45), **line)
+        )
         axes.annotate(str(i), tuple(mean), ha="center", va="center", fontsize=9, zorder=4)
     for i, k in zip(*np.nonzero(model.transition), strict=True):
         arrow = {"arrowstyle": "-|>", "color": "0.25", "shrinkA": 9, "shrinkB": 9,
                  "linewidth": 0.6 + 1.6 * model.transition[i, k], "connectionstyle": "arc3,rad=0.12"}  # fmt: skip
         axes.annotate("", tuple(means[k]), tuple(means[i]), arrowprops=arrow, zorder=3)
     starts = means[model.initial > 0]
-    axes.scatter(*starts.T, s=320, facecolor="none", edgecolor="tab:red", label="a demonstration began", zorder=3)
+    axes.scatter(
+        *starts.T, s=320, facecolor="none", edgecolor="tab:red", label="a demonstration began", zorder=3
+    )
     axes.plot(0.0, 0.0, "k+", markersize=12, label=f"frame {model.frame_names[0]}")
-    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title="Components (2 standard deviations), transitions")
+    axes.set(
+        aspect="equal",
+        xlabel="x [m]",
+        ylabel="y [m]",
+        title="Components (2 standard deviations), transitions",
+    )
     axes.autoscale_view()
     axes.margins(0.08)
     axes.legend(loc="best", fontsize=8)
@@ -70,4 +81,9 @@ def _draw_durations(axes: Axes, model: TPHSMM, colours: np.ndarray) -> None:
         axes.fill_between(time_s, density, alpha=0.25, color=colours[i])
         axes.plot(time_s, density, color=colours[i])
         axes.annotate(str(i), (mean, 1.02), ha="center", fontsize=9)
-    axes.set(xlabel="duration [s]", ylabel="relative probability", title="Duration of each component", ylim=(0, 1.12))
+    axes.set(
+        xlabel="duration [s]",
+        ylabel="relative probability",
+        title="Duration of each component",
+        ylim=(0, 1.12),
+    )

@@ -40,7 +40,11 @@ def recording(rng: np.random.Generator, n_dims: int, n_points: int) -> tuple[Arr
 
 
 def learned(
-    n_dims: int = 2, n_frames: int = 1, n_demonstrations: int = 3, seed: int = 0, settings: LearnerSettings | None = None
+    n_dims: int = 2,
+    n_frames: int = 1,
+    n_demonstrations: int = 3,
+    seed: int = 0,
+    settings: LearnerSettings | None = None,
 ) -> TPHSMM:
     """A small model of strokes to the origin of every frame."""
     rng = np.random.default_rng(seed)

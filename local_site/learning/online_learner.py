@@ -137,7 +137,10 @@ class OnlineLearner:
         return int(self.observe_many(np.asarray(point, dtype=float)[None], [frames], [time_s])[0])
 
     def observe_many(
-        self, points: Array, frames: Sequence[Sequence[TaskFrame]] | Sequence[TaskFrame], times_s: Sequence[float]
+        self,
+        points: Array,
+        frames: Sequence[Sequence[TaskFrame]] | Sequence[TaskFrame],
+        times_s: Sequence[float],
     ) -> NDArray[np.int64]:
         """Learn from consecutive datapoints, exactly as one by one, and return their components.
 

@@ -26,7 +26,9 @@ _START_SPREAD = 0.2
 _START_WEIGHT = 3.0
 
 
-def parameters(clusters: Clusters, dwell: Dwell, settings: LearnerSettings, frame_names: tuple[str, ...]) -> TPHSMM:
+def parameters(
+    clusters: Clusters, dwell: Dwell, settings: LearnerSettings, frame_names: tuple[str, ...]
+) -> TPHSMM:
     """The model that the statistics describe."""
     size = int(clusters.size[0])
     n_dims = (clusters.means.shape[2] - 2) // 3
@@ -68,7 +70,12 @@ def parameters(clusters: Clusters, dwell: Dwell, settings: LearnerSettings, fram
 
 
 def _start_regression(
-    C_ps: Array, C_ss: Array, phase: Array, terminal: NDArray[np.bool_], n_demonstrations: int, max_distance: float
+    C_ps: Array,
+    C_ss: Array,
+    phase: Array,
+    terminal: NDArray[np.bool_],
+    n_demonstrations: int,
+    max_distance: float,
 ) -> tuple[Array, Array]:
     """How a component's mean moves with the start of the motion: G = (C_ps + (1 - phase) R) (C_ss + R)^-1.
 

@@ -13,7 +13,7 @@ from local_site.view.html import Html, text
 
 _PERIOD_S = 0.5
 _SPAN_S = 60.0
-_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 480.0, 170.0, 40.0, 12.0, 26.0, 22.0
+_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 480.0, 128.0, 44.0, 14.0, 12.0, 20.0
 _LIMITS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 600.0)
 
 

@@ -36,7 +36,8 @@ _log = loop_logger(__name__)
 
 _PERIOD_S = 1.0 / 30.0
 _BEAT_S = 0.5
-DOCK_PX = 300
+_LIGHT = 3.14
+_DOCK_PX = 300
 
 
 class Page:
@@ -89,7 +90,7 @@ class Page:
 
     def _build_panels(self, gui: viser.GuiApi) -> None:
         gui.main_panel.dock_left()
-        gui.main_panel.set_width(DOCK_PX)
+        gui.main_panel.set_width(_DOCK_PX)
         self._beat = Html(gui)
         self._strip, self._graph, self._history = StatusStrip(gui), TransitionGraph(gui), LinkHistory(gui)
         self._buttons = [Buttons(gui, (buttons.STOP,), self._on_press)]
@@ -100,7 +101,9 @@ class Page:
         self._link = LinkPanel(gui, self._worker, self._act) if self._worker is not None else None
 
     def _build_scene(self, scene: viser.SceneApi, task: Task) -> None:
-        scene.configure_default_lights(cast_shadow=False)
+        # Light from everywhere alike: the boards keep the colours of the palette.
+        scene.configure_default_lights(enabled=False, cast_shadow=False)
+        scene.add_light_ambient("/light", intensity=_LIGHT)
         scene.configure_environment_map(hdri=None)
         scene.set_up_direction("+y")
         local, remote = Board(scene, task, remote=False), Board(scene, task, remote=True)

@@ -33,7 +33,8 @@ class PageServer(viser.ViserServer):
 
     def __init__(self, host: str, port: int):
         _require_free(host, port)
-        logging.getLogger("websockets").setLevel(logging.WARNING)
+        # A port scan or a browser that gives up is no error of ours, and needs no traceback.
+        logging.getLogger("websockets").setLevel(logging.CRITICAL)
         # viser greets on the standard output, which belongs to the command line.
         with contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=host, port=port, label="Farhand", verbose=False)

@@ -94,5 +94,9 @@ class Tabs:
 
 def _banner(role: Role) -> str:
     words = _WORDS[role]
-    dim = "<style>.mantine-Button-root:not([data-stop]) { }</style>" if role is Role.WATCHING else ""
+    dim = (
+        "<style>.mantine-Paper-root[data-with-border] { opacity: .45; pointer-events: none; }</style>"
+        if role is Role.WATCHING
+        else ""
+    )
     return (element("role", words, "fh-role", tag="div") if words else "") + dim

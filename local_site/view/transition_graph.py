@@ -9,7 +9,7 @@ from common.tphsmm import TPHSMM
 from local_site.view import palette
 from local_site.view.html import Html
 
-_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 480.0, 170.0, 26.0, 26.0, 30.0, 34.0
+_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 480.0, 128.0, 30.0, 30.0, 22.0, 36.0
 _RADIUS = 13.0
 
 

@@ -34,7 +34,9 @@ def forward_variable(model: TPHSMM, component: int, elapsed_s: float, n_steps: i
     """
     p = duration_probabilities(model, dt)
     elapsed = min(round(elapsed_s / dt), p.shape[1] - 1)
-    return _forward(p, _survival(p), model.transition, model.exit, model.terminal, component, elapsed, n_steps)
+    return _forward(
+        p, _survival(p), model.transition, model.exit, model.terminal, component, elapsed, n_steps
+    )
 
 
 def duration_probabilities(model: TPHSMM, dt: float) -> Array:

@@ -105,7 +105,9 @@ class ProgressTracker:
             return Progress(int(np.argmin(first)), from_start=True)
         return Progress(int(np.argmin(np.where(self.model.terminal, np.inf, distances))))
 
-    def advance(self, now: Progress, position: Array, velocity: Array, gaussians: Gaussians, dt: float) -> Progress:
+    def advance(
+        self, now: Progress, position: Array, velocity: Array, gaussians: Gaussians, dt: float
+    ) -> Progress:
         """The progress one control period later.
 
         Args:
@@ -118,12 +120,21 @@ class ProgressTracker:
         q, elapsed = now.component, now.elapsed_s + dt
         here = gaussians.distance(q, position)
         if not now.free and here > _LOST:
-            return replace(now, component=gaussians.most_likely(position), elapsed_s=0.0, free=True, waiting=False, arrived=False)
+            return replace(
+                now,
+                component=gaussians.most_likely(position),
+                elapsed_s=0.0,
+                free=True,
+                waiting=False,
+                arrived=False,
+            )
         free = now.free and here >= _INSIDE
         if self.model.terminal[q]:
             e = velocity * _SETTLED_S
             settled = here < _CLOSE and e @ gaussians.precisions[q] @ e < _CLOSE**2
-            return replace(now, elapsed_s=elapsed, free=free, waiting=False, arrived=now.arrived or bool(settled))
+            return replace(
+                now, elapsed_s=elapsed, free=free, waiting=False, arrived=now.arrived or bool(settled)
+            )
         n, due = int(self.successors[q]), elapsed >= self.durations_s[q]
         if n >= 0 and self._may_advance(q, n, here, due, elapsed, position, gaussians):
             return replace(now, component=n, elapsed_s=0.0, free=free, waiting=False)

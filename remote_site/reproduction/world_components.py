@@ -50,7 +50,9 @@ class WorldComponents:
         entries, residual = gaussian_product(local_entries, model.residual_covariances, frames)
         exits, _ = gaussian_product(local_exits, model.residual_covariances, frames)
         factors = np.linalg.inv(
-            np.stack([f.covariance_to_world(c) for f, c in zip(frames, model.residual_covariances, strict=True)])
+            np.stack(
+                [f.covariance_to_world(c) for f, c in zip(frames, model.residual_covariances, strict=True)]
+            )
         )
         gaussians = Gaussians(means, covariances, np.linalg.inv(covariances))
         return cls(frames, gaussians, entries, exits, np.linalg.inv(residual), factors)

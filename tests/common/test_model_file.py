@@ -74,7 +74,9 @@ BROKEN = {
     "initial: finite": lambda c: c["arrays"]["initial"].update(
         data=np.full(c["arrays"]["initial"]["shape"], np.nan).tobytes()
     ),
-    "terminal: truth": lambda c: c["arrays"]["terminal"].update(data=b"\x02" * len(c["arrays"]["terminal"]["data"])),
+    "terminal: truth": lambda c: c["arrays"]["terminal"].update(
+        data=b"\x02" * len(c["arrays"]["terminal"]["data"])
+    ),
 }
 
 

@@ -25,7 +25,9 @@ def in_frames(rng: np.random.Generator, n_dims: int, n_frames: int) -> tuple[NDA
 
 @settings(deadline=None, derandomize=True, max_examples=25)
 @given(seed=seeds, n_dims=dims, n_frames=frame_counts)
-def test_means_and_scatters_are_the_batch_statistics_of_the_assigned_points(seed: int, n_dims: int, n_frames: int):
+def test_means_and_scatters_are_the_batch_statistics_of_the_assigned_points(
+    seed: int, n_dims: int, n_frames: int
+):
     points, times = in_frames(np.random.default_rng(seed), n_dims, n_frames)
     clusters, labels = assigned(points, times)
     for i in range(clusters.size[0]):
@@ -88,7 +90,9 @@ def test_ends_near_each_other_share_a_terminal_component():
     for last in (0.0, 0.5 * LAMBDA, 3.0 * LAMBDA):
         motion = Motion.begin(1, 2)
         points = np.linspace([[1.0, last]], [[0.0, last]], 40)
-        assign_points(clusters, motion, points, np.arange(40.0), LAMBDA, WEIGHTS, HYSTERESIS, np.zeros(40, np.int64))
+        assign_points(
+            clusters, motion, points, np.arange(40.0), LAMBDA, WEIGHTS, HYSTERESIS, np.zeros(40, np.int64)
+        )
         ends.append(add_end(clusters, motion, LAMBDA, WEIGHTS))
     assert ends[0] == ends[1] != ends[2]
     assert list(np.flatnonzero(clusters.terminal)) == sorted({ends[0], ends[2]})

@@ -153,7 +153,9 @@ def test_frames_that_move_during_a_demonstration_are_used_as_they_were():
 FRAMES = [TaskFrame.identity(2)]
 MALFORMED: dict[str, Callable[[OnlineLearner], object]] = {
     "a NaN": lambda x: x.observe(np.array([0.0, np.nan]), FRAMES, 9.0),
-    "a NaN among good ones": lambda x: x.observe_many(np.array([[0.0, 0.0], [np.inf, 0.0]]), FRAMES, [9.0, 9.1]),
+    "a NaN among good ones": lambda x: x.observe_many(
+        np.array([[0.0, 0.0], [np.inf, 0.0]]), FRAMES, [9.0, 9.1]
+    ),
     "a wrong shape": lambda x: x.observe(np.zeros(3), FRAMES, 9.0),
     "a wrong number of times": lambda x: x.observe_many(np.zeros((2, 2)), FRAMES, [9.0]),
     "time that goes backwards": lambda x: x.observe(np.zeros(2), FRAMES, 0.5),

@@ -9,7 +9,9 @@ from local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from tests.strategies import dims, seeds, stroke
 
 
-def taught(rng: np.random.Generator, n_dims: int, n: int) -> tuple[OnlineLearner, list[NDArray], list[NDArray]]:
+def taught(
+    rng: np.random.Generator, n_dims: int, n: int
+) -> tuple[OnlineLearner, list[NDArray], list[NDArray]]:
     learner, motions, labels = OnlineLearner(LearnerSettings(0.3), n_dims), [], []
     for _ in range(n):
         motions.append(stroke(rng, n_dims, 100))
@@ -31,7 +33,9 @@ def test_the_ramp_is_the_least_squares_line_through_the_assigned_points(seed: in
         if np.any(np.diff(samples) > 1) or samples[0] == 0 or samples.size < 5:
             continue
         elapsed = 0.02 * np.arange(1, samples.size + 1)
-        line = np.linalg.lstsq(np.stack([np.ones_like(elapsed), elapsed], axis=1), motion[samples], rcond=None)[0]
+        line = np.linalg.lstsq(
+            np.stack([np.ones_like(elapsed), elapsed], axis=1), motion[samples], rcond=None
+        )[0]
         shrunk = elapsed.var() / (elapsed.var() + 0.01**2)  # the floor of the elapsed time's variance
         np.testing.assert_allclose(model.slopes[0, i], shrunk * line[1], atol=1e-9)
         np.testing.assert_allclose(model.elapsed_mean_s[i], elapsed.mean(), atol=1e-12)
@@ -47,7 +51,9 @@ def test_starts_are_those_of_the_demonstrations_that_visited(seed: int):
     learner, motions, labels = taught(np.random.default_rng(seed), 2, 3)
     model = learner.model()
     for i in np.flatnonzero(~model.terminal):
-        starts = np.concatenate([np.repeat(m[:1], (k == i).sum(), axis=0) for m, k in zip(motions, labels, strict=True)])
+        starts = np.concatenate(
+            [np.repeat(m[:1], (k == i).sum(), axis=0) for m, k in zip(motions, labels, strict=True)]
+        )
         np.testing.assert_allclose(model.start_means[0, i], starts.mean(axis=0), atol=1e-12)
 
 

@@ -22,10 +22,17 @@ def descent(start: tuple[float, float], n: int = 200) -> Array:
     """From a start to above the goal, then straight down. Shape (n, 2)."""
     tau = np.linspace(0.0, 1.0, n)
     s = (10 * tau**3 - 15 * tau**4 + 6 * tau**5)[:, None]
-    return (1 - s) ** 3 * np.array(start) + 3 * s * (1 - s) ** 2 * np.array([-0.1, 0.5]) + 3 * s**2 * (1 - s) * [
-        0.0,
-        0.25,
-    ]
+    return (
+        (1 - s) ** 3 * np.array(start)
+        + 3 * s * (1 - s) ** 2 * np.array([-0.1, 0.5])
+        + 3
+        * s**2
+        * (1 - s)
+        * [
+            0.0,
+            0.25,
+        ]
+    )
 
 
 def descents(max_distance_m: float = 0.15) -> TPHSMM:

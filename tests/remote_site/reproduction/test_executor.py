@@ -20,7 +20,9 @@ SETTINGS = ExecutorSettings()
 
 @settings(deadline=None, derandomize=True, max_examples=8)
 @given(start=st.sampled_from(STARTS), x=st.floats(-2, 2), y=st.floats(-2, 2), angle=st.floats(-3, 3))
-def test_the_motion_is_reproduced_wherever_the_frame_is(start: tuple[float, float], x: float, y: float, angle: float):
+def test_the_motion_is_reproduced_wherever_the_frame_is(
+    start: tuple[float, float], x: float, y: float, angle: float
+):
     frames = still(np.array([x, y]), angle)
     result = run(Executor(MODEL, SETTINGS), frames[0].to_world(np.array(start)), lambda t: frames, 9.0)
     local = frames[0].to_local(result.positions)
@@ -100,16 +102,25 @@ def test_other_dimensions_and_more_frames_work_the_same_way(n_dims: int, n_frame
 
 
 def test_the_prediction_is_what_then_happens():
-    executor, start, frames = Executor(MODEL, SETTINGS), np.array([-0.6, 0.45]), still(np.array([0.2, 0.1]), 0.4)
+    executor, start, frames = (
+        Executor(MODEL, SETTINGS),
+        np.array([-0.6, 0.45]),
+        still(np.array([0.2, 0.1]), 0.4),
+    )
     executor.begin(start, np.zeros(2), frames)
     path = executor.predict(start, np.zeros(2), frames)
     result = run(executor, start, lambda t: frames, 9.0)
     assert path.done
     np.testing.assert_allclose(path.points_world[0], start)
-    np.testing.assert_allclose(path.points_world[1:-1], result.positions[4 : 5 * (len(path.points_world) - 2) : 5])
+    np.testing.assert_allclose(
+        path.points_world[1:-1], result.positions[4 : 5 * (len(path.points_world) - 2) : 5]
+    )
     np.testing.assert_allclose(frames[0].to_world(path.points_local), path.points_world)
     assert path.step_s == pytest.approx(0.1)
-    assert not executor.predict(start, np.zeros(2), frames, max_points=5).done or executor.state().progress.arrived
+    assert (
+        not executor.predict(start, np.zeros(2), frames, max_points=5).done
+        or executor.state().progress.arrived
+    )
 
 
 def test_a_prediction_changes_nothing_and_a_copy_continues_alike():
@@ -160,7 +171,12 @@ def test_a_model_that_never_ends_cannot_be_executed():
 
 
 def test_settings_that_do_not_fit_are_refused():
-    for values in ({"dt_s": 0.0}, {"max_speed_m_s": -1.0}, {"control_horizon_s": 2.0}, {"horizon_s": float("nan")}):
+    for values in (
+        {"dt_s": 0.0},
+        {"max_speed_m_s": -1.0},
+        {"control_horizon_s": 2.0},
+        {"horizon_s": float("nan")},
+    ):
         with pytest.raises(InvalidConfiguration):
             ExecutorSettings(**values)
 

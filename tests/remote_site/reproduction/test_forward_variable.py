@@ -21,7 +21,9 @@ def naive(model: TPHSMM, component: int, elapsed: int, n_steps: int) -> NDArray:
         following: dict[tuple[int, int], float] = {}
         for (i, age), weight in belief.items():
             survival = sum(p[i, age:])
-            hazard = 0.0 if model.terminal[i] else (p[i, age] / survival if age < d_max and survival > 0 else 1.0)
+            hazard = (
+                0.0 if model.terminal[i] else (p[i, age] / survival if age < d_max and survival > 0 else 1.0)
+            )
             if hazard < 1.0:
                 older = (i, age if model.terminal[i] else age + 1)
                 following[older] = following.get(older, 0.0) + weight * (1.0 - hazard)

@@ -22,7 +22,9 @@ def test_uniform_acceleration_is_estimated_exactly():
     t = DT * np.arange(200.0)[:, None]
     motion = watched(np.array([0.3, -0.1]) * t + 0.5 * np.array([0.02, 0.05]) * t**2)
     np.testing.assert_allclose(motion.acceleration[0], [0.02, 0.05], atol=1e-6)
-    np.testing.assert_allclose(motion.velocity[0], np.array([0.3, -0.1]) + np.array([0.02, 0.05]) * t[-1], atol=1e-6)
+    np.testing.assert_allclose(
+        motion.velocity[0], np.array([0.3, -0.1]) + np.array([0.02, 0.05]) * t[-1], atol=1e-6
+    )
 
 
 def test_noise_is_filtered():

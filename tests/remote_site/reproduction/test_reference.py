@@ -11,7 +11,9 @@ PRECISIONS = np.array([1.0, 2.0, 3.0])[:, None, None] * np.eye(2)
 
 
 def walk(component: int = 0, elapsed: float = 0.0, waiting: bool = False, n_steps: int = 12):
-    return reference(component, elapsed, waiting, SUCCESSORS, DURATIONS, ENTRIES, EXITS, PRECISIONS, n_steps, 0.1)
+    return reference(
+        component, elapsed, waiting, SUCCESSORS, DURATIONS, ENTRIES, EXITS, PRECISIONS, n_steps, 0.1
+    )
 
 
 def test_it_ramps_through_the_components_and_stands_still_at_the_end():

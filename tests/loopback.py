@@ -1,0 +1,72 @@
+"""A `Link` inside one process: both ends deliver at once, in the sender's thread, as long as it is up."""
+
+from __future__ import annotations
+
+import threading
+from collections import defaultdict
+from collections.abc import Callable
+
+from common.keys import Channel
+from common.link import Deliver, Request
+
+
+class Question:
+    """One that waits for its answer."""
+
+    def __init__(self, data: bytes):
+        self.data = data
+        self.reply: bytes | None = None
+        self.answered = threading.Event()
+
+    def answer(self, data: bytes) -> None:
+        self.reply = data
+        self.answered.set()
+
+
+class Loopback:
+    """One end. `pair` makes both."""
+
+    def __init__(self) -> None:
+        self.other = self
+        self.up = True
+        self.sent: list[tuple[Channel, bytes]] = []
+        """All that was handed over here, delivered or not."""
+        self._subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
+        self._servers: dict[Channel, Callable[[Request], None]] = {}
+
+    @classmethod
+    def pair(cls) -> tuple[Loopback, Loopback]:
+        one, other = cls(), cls()
+        one.other, other.other = other, one
+        return one, other
+
+    def cut(self) -> None:
+        """Nothing gets through any more, in either direction."""
+        self.up = self.other.up = False
+
+    def mend(self) -> None:
+        self.up = self.other.up = True
+
+    def send(self, channel: Channel, data: bytes) -> None:
+        self.sent.append((channel, data))
+        if self.up:
+            for deliver in self.other._subscribers[channel]:
+                deliver(data)
+
+    def subscribe(self, channel: Channel, deliver: Deliver) -> None:
+        self._subscribers[channel].append(deliver)
+
+    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
+        self._servers[channel] = handle
+
+    def ask(self, channel: Channel, data: bytes, timeout_s: float) -> bytes | None:
+        handle = self.other._servers.get(channel)
+        if handle is None or not self.up:
+            return None
+        question = Question(data)
+        handle(question)
+        question.answered.wait(timeout_s)
+        return question.reply
+
+    def close(self) -> None:
+        self.cut()

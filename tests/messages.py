@@ -1,0 +1,80 @@
+"""Every message class of the wire, with hypothesis strategies made from its own field types."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import msgspec
+from hypothesis import strategies as st
+from msgspec import inspect
+
+from common.messages import SCHEMA, Message
+
+
+def all_kinds() -> list[type[Message]]:
+    """Every class of message that there is."""
+    return sorted(Message.__subclasses__(), key=lambda kind: kind.__name__)
+
+
+@functools.cache
+def instances(kind: type[Message]) -> st.SearchStrategy[Message]:
+    """Any valid message of a class."""
+    described = inspect.type_info(kind)
+    assert isinstance(described, inspect.StructType)
+    fields = {f.name: _values(f.type) for f in described.fields if f.name != "schema"}
+    return st.fixed_dictionaries(fields).map(lambda values: kind(**values))
+
+
+def plain(message: Message) -> dict[str, Any]:
+    """What MessagePack would hold, as plain Python."""
+    return msgspec.to_builtins(message, builtin_types=(bytes,))
+
+
+def floats_in(value: Any, path: str = "") -> list[tuple[str, list[str | int]]]:
+    """Path of every number that may be a fraction, in words and as keys to follow."""
+    found: list[tuple[str, list[str | int]]] = []
+    if isinstance(value, float):
+        found.append((path, []))
+    items = (
+        value.items()
+        if isinstance(value, dict)
+        else enumerate(value)
+        if isinstance(value, list | tuple)
+        else ()
+    )
+    for key, inner in items:
+        inner_path = f"{path}[{key}]" if isinstance(key, int) else f"{path}.{key}".lstrip(".")
+        found += [(where, [key, *keys]) for where, keys in floats_in(inner, inner_path)]
+    return found
+
+
+def _values(described: inspect.Type) -> st.SearchStrategy[Any]:
+    match described:
+        case inspect.IntType(ge=low, le=high):
+            return st.integers(-(2**63) if low is None else low, 2**63 - 1 if high is None else high)
+        case inspect.FloatType(ge=low, le=high, gt=above):
+            return st.floats(low if low is not None else above, high, width=32, exclude_min=above is not None,
+                             allow_nan=False, allow_infinity=False)  # fmt: skip
+        case inspect.StrType(pattern=None, max_length=longest):
+            return st.text(st.characters(exclude_categories=["Cs"]), max_size=min(longest or 40, 40))
+        case inspect.StrType(pattern="^([0-9a-f]{64})?$"):
+            return st.sampled_from(["", "0" * 64, "0123456789abcdef" * 4])
+        case inspect.BytesType():
+            return st.binary(max_size=64)
+        case inspect.BoolType():
+            return st.booleans()
+        case inspect.NoneType():
+            return st.none()
+        case inspect.EnumType(cls=kind):
+            return st.sampled_from(list(kind))
+        case inspect.VarTupleType(item_type=item, min_length=least, max_length=most):
+            return st.lists(_values(item), min_size=least or 0, max_size=most or 3).map(tuple)
+        case inspect.UnionType(types=types):
+            return st.one_of([_values(each) for each in types])
+        case inspect.StructType(cls=kind, fields=fields):
+            return st.builds(kind, **{f.name: _values(f.type) for f in fields})
+    raise AssertionError(f"no strategy for {described}")
+
+
+__all__ = ["SCHEMA", "all_kinds", "floats_in", "instances", "plain"]
