@@ -40,7 +40,7 @@ def encode(model: TPHSMM) -> bytes:
         "n_demonstrations": int(model.n_demonstrations),
         "arrays": arrays,
     }
-    return msgpack.packb(content)
+    return msgpack.Packer().pack(content)
 
 
 def content_hash(data: bytes) -> str:

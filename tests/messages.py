@@ -49,7 +49,7 @@ def floats_in(value: Any, path: str = "") -> list[tuple[str, list[str | int]]]:
     return found
 
 
-def _values(described: inspect.Type) -> st.SearchStrategy[Any]:
+def _values(described: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901 (a case per type of field)
     match described:
         case inspect.IntType(ge=low, le=high):
             return st.integers(-(2**63) if low is None else low, 2**63 - 1 if high is None else high)

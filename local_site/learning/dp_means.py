@@ -188,7 +188,7 @@ def _nearest(clusters, y, n_dims, previous, max_distance, hysteresis):
 
 @njit(cache=True, error_model="numpy")
 def _has_direction(vector, n_dims):
-    for k in range(n_dims, 2 * n_dims):
+    for k in range(n_dims, 2 * n_dims):  # noqa: SIM110 (numba cannot compile a generator)
         if vector[k] != 0.0:
             return True
     return False

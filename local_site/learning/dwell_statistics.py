@@ -31,10 +31,10 @@ class Dwell(NamedTuple):
     @classmethod
     def empty(cls, capacity: int) -> Dwell:
         """Nothing counted yet."""
-        n, real = np.int64, np.float64
-        shapes = [(capacity, n), (capacity, n), ((capacity, capacity), n), (capacity, n)]
-        shapes += [(capacity, real), (capacity, real), (capacity, real), (capacity, n)]
-        return cls(*(np.zeros(shape, kind) for shape, kind in shapes))
+        starts, ends, visits, phase_count = np.zeros((4, capacity), np.int64)
+        mean, m2, phase_sum = np.zeros((3, capacity))
+        transitions = np.zeros((capacity, capacity), np.int64)
+        return cls(starts, ends, transitions, visits, mean, m2, phase_sum, phase_count)
 
 
 class Segment(NamedTuple):

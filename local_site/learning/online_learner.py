@@ -7,8 +7,9 @@ back to any earlier `snapshot`, bit for bit, which is how the operator undoes a 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from local_site.learning.dwell_statistics import Dwell, Segment, finish, follow
 from local_site.learning.parameters import parameters
 
 Array = NDArray[np.float64]
+Arrays = TypeVar("Arrays", bound=tuple[np.ndarray, ...])
 
 _FIRST_CAPACITY = 32
 
@@ -140,7 +142,7 @@ class OnlineLearner:
         self,
         points: Array,
         frames: Sequence[Sequence[TaskFrame]] | Sequence[TaskFrame],
-        times_s: Sequence[float],
+        times_s: Sequence[float] | Array,
     ) -> NDArray[np.int64]:
         """Learn from consecutive datapoints, exactly as one by one, and return their components.
 
@@ -204,7 +206,7 @@ class OnlineLearner:
     def snapshot(self) -> Snapshot:
         """A copy of all that the learner remembers."""
         return Snapshot(
-            _copied(self._clusters), _copied(self._dwell), _copied(self._motion), _copied(self._segment)
+            deepcopy(self._clusters), deepcopy(self._dwell), deepcopy(self._motion), deepcopy(self._segment)
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -213,8 +215,8 @@ class OnlineLearner:
             self._before = None
         elif self._before is None:
             raise InvalidDemonstration("demonstration", "restore", "a snapshot from between demonstrations")
-        self._clusters, self._dwell = _copied(snapshot.clusters), _copied(snapshot.dwell)
-        self._motion, self._segment = _copied(snapshot.motion), _copied(snapshot.segment)
+        self._clusters, self._dwell = deepcopy(snapshot.clusters), deepcopy(snapshot.dwell)
+        self._motion, self._segment = deepcopy(snapshot.motion), deepcopy(snapshot.segment)
 
     def model(self) -> TPHSMM:
         """The model learned so far.
@@ -262,11 +264,7 @@ class OnlineLearner:
             self._segment = _filled(Segment.begin(2 * capacity), self._segment)
 
 
-def _copied(arrays):
-    return None if arrays is None else type(arrays)(*(a.copy() for a in arrays))
-
-
-def _filled(larger, smaller):
+def _filled(larger: Arrays, smaller: Arrays) -> Arrays:
     """Copy the arrays of one tuple into the corners of a larger one's."""
     for target, source in zip(larger, smaller, strict=True):
         target[tuple(slice(n) for n in source.shape)] = source

@@ -86,7 +86,8 @@ def _start_regression(
     R = _START_WEIGHT * (_START_SPREAD * max_distance) ** 2 / max(n_demonstrations, 1) * np.eye(n_dims)
     spread = _symmetric(C_ss) + R
     warp = (1.0 - phase)[:, None, None] * R
-    gains = np.swapaxes(np.linalg.solve(spread, np.swapaxes(C_ps + warp, -1, -2)), -1, -2)
+    transposed = np.linalg.solve(spread, np.swapaxes(C_ps + warp, -1, -2))
+    gains = np.array(np.swapaxes(transposed, -1, -2), dtype=np.float64)
     gains[:, terminal] = 0.0
     return gains, spread
 

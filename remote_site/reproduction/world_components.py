@@ -49,13 +49,13 @@ class WorldComponents:
         local_exits = local_entries + model.slopes * model.duration_mean_s[:, None]
         entries, residual = gaussian_product(local_entries, model.residual_covariances, frames)
         exits, _ = gaussian_product(local_exits, model.residual_covariances, frames)
-        factors = np.linalg.inv(
+        factors = _inverse(
             np.stack(
                 [f.covariance_to_world(c) for f, c in zip(frames, model.residual_covariances, strict=True)]
             )
         )
-        gaussians = Gaussians(means, covariances, np.linalg.inv(covariances))
-        return cls(frames, gaussians, entries, exits, np.linalg.inv(residual), factors)
+        gaussians = Gaussians(means, covariances, _inverse(covariances))
+        return cls(frames, gaussians, entries, exits, _inverse(residual), factors)
 
     def valid_for(self, frames: tuple[TaskFrame, ...]) -> bool:
         """Whether these frames are the same."""
@@ -80,3 +80,7 @@ def start_shift(model: TPHSMM, start: Array | None) -> Array:
     if start is None:
         return np.zeros_like(model.means)
     return np.einsum("pkde,pke->pkd", model.start_gains, start[:, None] - model.start_means)
+
+
+def _inverse(matrices: Array) -> Array:
+    return np.asarray(np.linalg.inv(matrices), dtype=np.float64)

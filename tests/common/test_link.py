@@ -51,7 +51,7 @@ def ends() -> Iterator[tuple[ZenohLink, ZenohLink]]:
 
 def until_heard(sender: ZenohLink, channel: keys.Channel, heard: Collected) -> None:
     """A subscription becomes known to the other side a little after it was made."""
-    while not heard.wait(lambda items: bool(items), 0.05):
+    while not heard.wait(bool, 0.05):
         sender.send(channel, b"hello")
 
 

@@ -43,7 +43,9 @@ def test_a_demonstration_survives_its_file(
 ):
     made = example(n_dims, moving, seed)
     if turning:
-        made = replace(made, quat_wxyz=Rotation.random(20, rng=seed).as_quat(scalar_first=True))
+        made = replace(
+            made, quat_wxyz=Rotation.random(20, rng=np.random.default_rng(seed)).as_quat(scalar_first=True)
+        )
     path = tmp_path_factory.mktemp("demonstration") / "one.npz"
     made.save(path)
     assert same(Demonstration.load(path), made)

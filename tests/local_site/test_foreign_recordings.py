@@ -41,11 +41,12 @@ def test_lasa_millimetres_become_metres_with_the_goal_at_the_end(tmp_path: Path,
 
 
 def test_robotasks_carry_their_orientation(tmp_path: Path):
-    quats = Rotation.random(80, rng=1).as_quat(scalar_first=True).reshape(2, 40, 4)
+    quats = Rotation.random(80, rng=RNG).as_quat(scalar_first=True).reshape(2, 40, 4)
     poses = np.concatenate([RNG.normal(size=(2, 40, 3)), quats], axis=2)
     np.save(tmp_path / "pour.npy", poses)
     made = loaded(import_recordings("robotasks", tmp_path / "pour.npy", tmp_path))[1]
     np.testing.assert_allclose(made.position_m, poses[1, :, :3] / 100.0)
+    assert made.quat_wxyz is not None
     np.testing.assert_allclose(made.quat_wxyz, quats[1])
     np.testing.assert_allclose(np.diff(made.time_s), 1 / 60.0)
 

@@ -46,7 +46,11 @@ def test_a_target_that_jumps_a_push_and_a_hold_are_overcome():
     elsewhere = still(np.array([0.15, 0.1]), 0.3)
     cases = {
         "jump": (lambda t: elsewhere if t > 2.0 else still(), None, elsewhere[0].b),
-        "push": (lambda t: still(), lambda t, p: p + [0.1, 0.06] if abs(t - 2.0) < 1e-9 else p, np.zeros(2)),
+        "push": (
+            lambda t: still(),
+            lambda t, p: p + np.array([0.1, 0.06]) if abs(t - 2.0) < 1e-9 else p,
+            np.zeros(2),
+        ),
         "held": (lambda t: still(), lambda t, p: np.array([-0.5, 0.7]) if t < 3.0 else p, np.zeros(2)),
     }
     for name, (frames_at, disturb, goal) in cases.items():

@@ -28,7 +28,7 @@ def naive(model: TPHSMM, component: int, elapsed: int, n_steps: int) -> NDArray:
                 older = (i, age if model.terminal[i] else age + 1)
                 following[older] = following.get(older, 0.0) + weight * (1.0 - hazard)
             ended[i] += weight * hazard * model.exit[i]
-            for j in np.flatnonzero(model.transition[i]):
+            for j in np.flatnonzero(model.transition[i]).tolist():
                 following[j, 0] = following.get((j, 0), 0.0) + weight * hazard * model.transition[i, j]
         belief, row = following, ended.copy()
         for (i, _), weight in belief.items():

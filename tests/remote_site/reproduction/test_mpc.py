@@ -63,12 +63,8 @@ def test_no_other_commands_cost_less():
 
 def test_inputs_are_not_changed():
     rng = np.random.default_rng(1)
-    inputs = [
-        rng.normal(size=2),
-        rng.normal(size=2),
-        rng.normal(size=(10, 2)),
-        random_covariances(rng, 10, 2),
-    ]
+    p, v = rng.normal(size=(2, 2))
+    inputs = (p, v, rng.normal(size=(10, 2)), random_covariances(rng, 10, 2))
     before = [array.copy() for array in inputs]
     solve(*inputs, 1.0, 10, DT)
     for array, old in zip(inputs, before, strict=True):

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -50,7 +51,7 @@ def test_every_component_leads_to_an_end_without_coming_back(seed: int):
         for i in range(model.n_components):
             chain = chain_from(following, i)
             assert model.terminal[chain[-1]]
-            assert all(model.transition[a, b] > 0 for a, b in zip(chain, chain[1:], strict=False))
+            assert all(model.transition[a, b] > 0 for a, b in itertools.pairwise(chain))
 
 
 def test_a_loop_in_the_counts_does_not_trap_the_motion():
@@ -76,7 +77,7 @@ def test_the_start_decides_between_branches_that_share_a_component():
     learner = OnlineLearner(LearnerSettings(0.15, direction_weight=0.0, distance_weight=0.0), 2)
     for side in (1.0, -1.0):  # two motions that meet at (0, 1) and part again
         corners = np.array([[side, 2.0], [0.0, 1.2], [0.0, 0.8], [side, 0.0]])
-        points = np.concatenate([np.linspace(a, b, 80) for a, b in zip(corners, corners[1:], strict=False)])
+        points = np.concatenate([np.linspace(a, b, 80) for a, b in itertools.pairwise(corners)])
         learner.start()
         learner.observe_many(points, [TaskFrame.identity(2)], (DT * np.arange(len(points))).tolist())
         learner.end()
