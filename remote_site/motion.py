@@ -27,7 +27,7 @@ class Outcome(Enum):
     ARRIVED = auto()
     """It arrived in this very period."""
     FAILED = auto()
-    """The controller gave a number that is not finite; the plant was braked instead."""
+    """A measured or computed number is not finite; the plant was braked instead."""
 
 
 class Motion:
@@ -51,6 +51,10 @@ class Motion:
 
     def step(self, now_s: float, dt_s: float) -> Outcome:
         """Move for one control period [s]."""
+        effector = self._sensing.effector
+        if not np.isfinite([effector.position_m, effector.velocity_m_s]).all():
+            self._plant.brake(dt_s)
+            return Outcome.FAILED
         if self.execution is not None:
             return self._execute(self.execution, now_s, dt_s)
         if self.coupling is not None and self._follow(self.coupling, now_s, dt_s):

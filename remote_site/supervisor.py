@@ -223,10 +223,11 @@ class Supervisor:
                 self._plans.commit(execution, self.stamp())
             case Outcome.ARRIVED if execution is not None:
                 self._complete(execution.command, f"arrived after {execution.arrived_after_s:.2f} s")
-            case Outcome.FAILED:
-                self._leave_motion("the controller gave a number that is not finite")
+            case Outcome.FAILED if self.mode is not ControlMode.STOPPED:
+                why = "a measured or computed number is not finite"
+                self._leave_motion(why)
                 self.mode = ControlMode.STOPPED
-                self._event("stopped", "the controller gave a number that is not finite", succeeded=False)
+                self._event("stopped", why, succeeded=False)
             case Outcome.STANDING:
                 self._settle()
 

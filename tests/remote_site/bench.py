@@ -1,0 +1,216 @@
+"""A robot and its operator in virtual time: nothing here waits, and nothing depends on the machine."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import numpy as np
+
+from common.clock import BootClock
+from common.control_mode import Action, ControlMode, Phase
+from common.keys import Channel
+from common.messages import (
+    Command,
+    CommandReply,
+    Event,
+    Heartbeat,
+    LeaseReply,
+    LeaseRequest,
+    Message,
+    ModelReply,
+    ModelTransfer,
+    OperatorInput,
+    Stamp,
+    Stop,
+)
+from common.task import Task
+from remote_site.config import RemoteConfig
+from remote_site.perception import OscillatingTarget, SimulatedPerception
+from remote_site.planner import PlanRequest, plan
+from remote_site.plant import PointPlant
+from remote_site.supervisor import Supervisor
+from tests.remote_site.planar import TASK, transfer
+
+DT_S = 0.02
+_HEARTBEAT_TICKS, _RENEWAL_TICKS = 5, 50
+
+M = TypeVar("M", bound=Message)
+
+
+class VirtualTime:
+    """The source of a `BootClock` that the test moves on."""
+
+    def __init__(self, start_s: float = 100.0):
+        self.ns = round(start_s * 1e9)
+
+    def __call__(self) -> int:
+        return self.ns
+
+    def advance(self, duration_s: float) -> None:
+        self.ns += round(duration_s * 1e9)
+
+
+class Bench:
+    """The supervisor of a simulated robot, and an operator who is `delay_s` away, there and back.
+
+    Args:
+        task: What the robot does.
+        plant: Another machine than the task's point.
+        delay_s: Age of whatever the operator echoes, when it arrives [s].
+    """
+
+    def __init__(self, task: Task = TASK, plant: PointPlant | None = None, delay_s: float = 0.1):
+        self.time = VirtualTime()
+        self.clock = BootClock("boot", self.time)
+        self.delay_s = delay_s
+        self.said: list[tuple[Channel, Message]] = []
+        self.plan_requests: list[PlanRequest] = []
+        limits = task.limits
+        self.plant = plant or PointPlant(
+            np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
+        )
+        perception = SimulatedPerception(OscillatingTarget(task.target), task.target.noise_std_m, 0)
+        self.robot = Supervisor(
+            task, RemoteConfig(), self.plant, perception, self.clock,
+            lambda channel, message: self.said.append((channel, message)), self.plan_requests.append,
+        )  # fmt: skip
+        self.lease_id = ""
+        self._count = 0
+
+    @property
+    def mode(self) -> ControlMode:
+        return self.robot.mode
+
+    @property
+    def position_m(self) -> np.ndarray:
+        return self.plant.read().position_m
+
+    @property
+    def speed_m_s(self) -> float:
+        return float(np.linalg.norm(self.plant.read().velocity_m_s))
+
+    def heard(self, kind: type[M]) -> list[M]:
+        """Everything of one kind that the robot said."""
+        return [message for _, message in self.said if isinstance(message, kind)]
+
+    def ending(self, command_id: str) -> Event | None:
+        """The second answer to a command."""
+        answers = [e for e in self.heard(Event) if e.command_id == command_id]
+        return next((e for e in answers if e.kind in ("completed", "failed")), None)
+
+    # The operator -------------------------------------------------------------------------------
+
+    def echo(self) -> Stamp:
+        """The newest report that the operator had seen when what arrives now was sent."""
+        return Stamp(self.clock.boot, self.time.ns - round(self.delay_s * 1e9))
+
+    def ask_lease(self, session: str = "session", name: str = "ann") -> LeaseReply:
+        reply = self.robot.on_lease(LeaseRequest(session=session, site_name=name, echo=self.echo()))
+        if reply.granted:
+            self.lease_id = reply.lease_id
+        return reply
+
+    def command(self, action: Action, **fields: Any) -> CommandReply:
+        """Give a command, as it should be but for the fields that are named."""
+        self._count += 1
+        usual = {
+            "command_id": f"command {self._count}", "session": "session", "lease_id": self.lease_id,
+            "action": action, "echo": self.echo(), "task": TASK.name,
+        }  # fmt: skip
+        return self.robot.on_command(Command(**(usual | fields)))
+
+    def stop(self, stop_id: str = "stop") -> None:
+        self.robot.on_stop(Stop(stop_id=stop_id, site_name="bob"))
+
+    def send_model(self, sent: ModelTransfer | None = None) -> ModelReply:
+        return self.robot.on_model(sent or transfer())
+
+    def hand(self, x: float, y: float, **fields: Any) -> None:
+        """The operator's hand is at a place on their own board."""
+        self._count += 1
+        coupling = self.robot.motion.coupling
+        usual = {
+            "seq": self._count, "echo": self.echo(), "lease_id": self.lease_id,
+            "coupling_id": coupling.coupling_id if coupling else 0, "position_m": (x, y),
+        }  # fmt: skip
+        self.robot.on_input(OperatorInput(**(usual | fields)))
+
+    # Time ---------------------------------------------------------------------------------------
+
+    def run(self, duration_s: float, present: bool = True) -> None:
+        """Let the control loop run, with or without an operator who says that they are there."""
+        for _ in range(round(duration_s / DT_S)):
+            self.time.advance(DT_S)
+            self._count += 1
+            if present and self._count % _HEARTBEAT_TICKS == 0:
+                alive = Heartbeat(session="session", seq=self._count, echo=self.echo())
+                self.robot.contact.heartbeat(alive)
+            if present and self._count % _RENEWAL_TICKS == 0 and self.lease_id:
+                self.ask_lease()
+            self.robot.tick(DT_S)
+
+    def drive(self, duration_s: float, x: float, y: float = 0.0) -> None:
+        """Hold the hand at a place, as a hand does: an event in every control period."""
+        for _ in range(round(duration_s / DT_S)):
+            self.hand(x, y)
+            self.run(DT_S)
+
+    # Where tests begin --------------------------------------------------------------------------
+
+    def armed(self) -> Bench:
+        assert self.ask_lease().granted
+        assert self.command(Action.ARM).accepted
+        self.run(0.1)
+        return self
+
+    def coupled(self) -> Bench:
+        self.armed()
+        assert self.command(Action.COUPLE).accepted
+        return self
+
+    def executing(self) -> Bench:
+        self.armed()
+        reply = self.send_model()
+        assert self.command(Action.EXECUTE, model_sha256=reply.sha256).accepted
+        self.run(0.5)
+        return self
+
+    def arrived(self) -> Bench:
+        self.executing()
+        for _ in range(30):
+            if self.robot.phase is Phase.ARRIVED:
+                return self
+            self.run(0.5)
+        raise AssertionError("it never arrived")
+
+    def stopped(self) -> Bench:
+        self.armed()
+        self.stop()
+        self.run(0.1)
+        return self
+
+    def preview(self, sha256: str) -> int:
+        """Preview, and have the worker's rollout come back. Returns the plan's id."""
+        reply = self.command(Action.PREVIEW, model_sha256=sha256)
+        assert reply.accepted, reply.reason
+        request = self.plan_requests[-1]
+        self.robot.on_path(request, plan(request), "")
+        return request.plan_id
+
+
+BEGINNINGS = {
+    ControlMode.DISARMED: lambda bench: bench,
+    ControlMode.HOLD: Bench.armed,
+    ControlMode.DIRECT: Bench.coupled,
+    ControlMode.AUTONOMOUS: Bench.executing,
+    ControlMode.STOPPED: Bench.stopped,
+}
+"""How a fresh bench comes into each mode."""
+
+
+def in_mode(mode: ControlMode) -> Bench:
+    """A fresh bench in some mode."""
+    bench = Bench()
+    BEGINNINGS[mode](bench)
+    assert bench.mode is mode
+    return bench

@@ -1,0 +1,44 @@
+"""The planar task and what its own samples teach."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from msgspec import structs
+
+from common.messages import ModelTransfer
+from common.model_file import content_hash, encode
+from common.task import Task, load_task
+from common.task_frame import TaskFrame
+from common.tphsmm import TPHSMM
+from local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from local_site.samples import sample_strokes
+
+TASK = load_task(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml")
+
+
+def with_preview() -> Task:
+    """The planar task, but previewed before it is executed."""
+    return structs.replace(TASK, require_preview=True)
+
+
+@functools.cache
+def planar_model() -> TPHSMM:
+    """What the task's own samples teach."""
+    learner = OnlineLearner(LearnerSettings(0.22, min_std_m=0.01), 2, TASK.frame_names)
+    frames = [TaskFrame(np.eye(2), np.array(TASK.target.origin_m))]
+    for stroke in sample_strokes(TASK):
+        learner.start()
+        learner.observe_many(stroke.position_m, frames, stroke.time_s)
+        learner.end()
+    return learner.model()
+
+
+def transfer(model: TPHSMM | None = None, **changes: Any) -> ModelTransfer:
+    """A model on its way, with what is wrong about it."""
+    content = encode(model or planar_model())
+    fields = {"task": TASK.name, "sha256": content_hash(content), "content": content}
+    return ModelTransfer(**(fields | changes))
