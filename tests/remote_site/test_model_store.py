@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from msgspec import structs
+
+from common.errors import InvalidModel
+from common.messages import ModelTransfer, Stamp
+from common.model_file import content_hash
+from remote_site.model_store import ModelStore
+from tests.remote_site.planar import TASK, planar_model, transfer
+from tests.strategies import learned
+
+NOW = Stamp("boot", 5)
+
+
+def damaged() -> ModelTransfer:
+    content = bytearray(transfer().content)
+    content[len(content) // 2] ^= 1
+    return transfer(content=bytes(content))
+
+
+REFUSED = {
+    "a wrong hash": (transfer(sha256="0" * 64), "sha256"),
+    "one bit that fell over": (damaged(), "sha256"),
+    "another task": (transfer(task="other"), "task"),
+    "another dimension": (transfer(learned(n_dims=3)), "2 dimensions"),
+    "another number of frames": (transfer(learned(n_frames=2)), "1 frames"),
+    "no model at all": (transfer(content=b"hello", sha256=content_hash(b"hello")), ""),
+    "nothing": (transfer(content=b"", sha256=content_hash(b"")), ""),
+}
+
+
+def test_what_fits_is_kept_and_confirmed_by_the_hash_of_what_arrived():
+    store = ModelStore(TASK)
+    reply = store.answer(transfer(), NOW)
+    assert reply.accepted and reply.sha256 == content_hash(transfer().content)
+    stored = store.get(reply.sha256)
+    assert stored is not None and stored is store.newest
+    assert stored.model == planar_model()
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_does_not_fit_is_refused_with_the_reason_and_changes_nothing(case: str):
+    store = ModelStore(TASK)
+    kept = store.receive(transfer())
+    wrong, words = REFUSED[case]
+    reply = store.answer(wrong, NOW)
+    assert not reply.accepted and words in reply.reason
+    assert store.newest is kept and store.get(kept.sha256) is kept
+    if wrong.sha256 != kept.sha256:
+        assert store.get(wrong.sha256) is None
+    with pytest.raises(InvalidModel):
+        store.receive(wrong)
+
+
+def test_a_model_without_an_end_is_refused():
+    endless = planar_model()
+    try:
+        endless = replace(endless, terminal=endless.terminal & False)
+    except InvalidModel:
+        return  # it cannot even be made
+    assert "terminal" in ModelStore(TASK).answer(transfer(endless), NOW).reason
+
+
+def test_an_older_model_stays_available_by_its_hash():
+    store = ModelStore(TASK)
+    first = store.receive(transfer())
+    second = store.receive(transfer(learned()))
+    assert store.newest is second and store.get(first.sha256) is first
+
+
+def test_a_model_for_a_task_with_more_frames_is_taken_by_that_task():
+    two = structs.replace(TASK, frame_names=("a", "b"))
+    assert ModelStore(two).answer(transfer(learned(n_frames=2)), NOW).accepted
