@@ -1,20 +1,25 @@
-"""What a slow link does to a stream of bytes: pure, seeded and without a clock.
+"""The settings of an impaired link: what each direction does to what passes.
 
-A `DelayLine` is one direction of one connection. The caller brings the time, so the same model runs in
-virtual time in a test and in real time in the relay. The names and units of the settings are netem's
-(ms, bit/s). A stream keeps its order: a byte never overtakes an earlier one, whatever its jitter.
+Names and units are those of netem (ms, %, bit/s). The models that obey them are pure, seeded and without a
+clock; the caller brings the time, so that the same model runs in real and in virtual time:
+
+    jitter.py        the scatter of the delay
+    loss.py          loss at random and in bursts
+    delay_line.py    a stream, which keeps its order: what the TCP relay is
+    message_line.py  messages, which may be lost, doubled and overtaken: what the in-process link is
+    timeline.py      settings that change with time
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from random import Random
 from typing import Literal
 
 import msgspec
 
-Distribution = Literal["none", "uniform", "normal"]
+from common.errors import InvalidConfiguration
+
+Distribution = Literal["none", "uniform", "normal", "pareto", "paretonormal"]
 Outage = Literal["none", "stall", "reset", "blackhole"]
 
 MAX_DELAY_MS = 3_600_000.0
@@ -23,8 +28,25 @@ UNLIMITED_QUEUE_BYTES = 4 * 2**20
 """Automatic queue of a link without a rate: 4 MiB pass 14 MB/s at 300 ms."""
 MIN_QUEUE_BYTES = 4096
 """Smallest automatic queue of a link with a rate."""
-NORMAL_CUTOFF = 3.0
-"""A normal jitter is truncated at so many standard deviations."""
+
+MESSAGES_ONLY = ("loss", "gemodel_p", "duplicate", "reorder")
+"""Fields that only a link of messages can obey."""
+
+_RANGES = {
+    "delay_ms": MAX_DELAY_MS,
+    "jitter_ms": MAX_DELAY_MS,
+    "correlation": 100.0,
+    "loss": 100.0,
+    "loss_correlation": 99.9,  # at 100 % the first message would decide for all
+    "gemodel_p": 100.0,
+    "gemodel_r": 100.0,
+    "gemodel_1_h": 100.0,
+    "gemodel_1_k": 100.0,
+    "duplicate": 100.0,
+    "reorder": 100.0,
+    "rate_bps": 1e12,
+    "queue_bytes": MAX_QUEUE_BYTES,
+}
 
 
 class DirectionSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -37,27 +59,55 @@ class DirectionSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     delay_ms: float = 0.0
     """Mean one-way delay [ms]."""
     jitter_ms: float = 0.0
-    """Scatter of the delay [ms]: half width (uniform) or standard deviation (normal)."""
+    """Scatter of the delay [ms]: half width (uniform) or standard deviation (the others)."""
+    correlation: float = 0.0
+    """Rank correlation of a delay with the one before it [%]."""
     distribution: Distribution = "uniform"
     """How the jitter is distributed; `none` goes with a jitter of 0."""
+    loss: float = 0.0
+    """Share of the messages that is lost [%]."""
+    loss_correlation: float = 0.0
+    """Correlation of a loss with the one before it [%]; the share stays."""
+    gemodel_p: float = 0.0
+    """Gilbert-Elliott: probability per message to turn from good to bad [%]; 0 switches the model off."""
+    gemodel_r: float = 100.0
+    """Probability per message to turn from bad to good [%]."""
+    gemodel_1_h: float = 100.0
+    """Loss while bad [%]."""
+    gemodel_1_k: float = 0.0
+    """Loss while good [%]."""
+    duplicate: float = 0.0
+    """Share of the messages that arrives twice [%]."""
+    reorder: float = 0.0
+    """Share of the messages that skips the delay and so overtakes [%]."""
+    gap: int = 1
+    """Only every so many-th message may skip the delay."""
     rate_bps: float = 0.0
     """Data rate [bit/s]; 0 is unlimited."""
     queue_bytes: int = 0
     """Most bytes under way at once; 0 chooses twice the product of rate and delay."""
     seed: int = 0
-    """Seed of the jitter."""
+    """Seed of all that is random."""
 
     def __post_init__(self) -> None:
-        _require_range("delay_ms", self.delay_ms, MAX_DELAY_MS)
-        _require_range("jitter_ms", self.jitter_ms, MAX_DELAY_MS)
-        _require_range("rate_bps", self.rate_bps, 1e12)
-        _require_range("queue_bytes", self.queue_bytes, MAX_QUEUE_BYTES)
+        for name, highest in _RANGES.items():
+            if not 0 <= getattr(self, name) <= highest:  # NaN fails as well
+                value = getattr(self, name)
+                raise ValueError(f"{name} must be a finite number from 0 to {highest:g}, not {value}")
         if 0 < self.rate_bps < 1:
             raise ValueError(f"rate_bps must be 0 (unlimited) or at least 1 bit/s, not {self.rate_bps}")
         if self.jitter_ms > self.delay_ms:
             raise ValueError(f"jitter_ms ({self.jitter_ms}) must not exceed delay_ms ({self.delay_ms})")
         if self.jitter_ms > 0 and self.distribution == "none":
-            raise ValueError('distribution must be "uniform" or "normal" for a jitter_ms above 0')
+            raise ValueError('distribution must not be "none" for a jitter_ms above 0')
+        if self.loss and self.gemodel_p:
+            raise ValueError("loss and gemodel_p are two models of the same thing: set one of them to 0")
+        if self.gemodel_p and not self.gemodel_r:
+            raise ValueError(
+                "gemodel_r must be above 0, or the link stays bad for ever; a loss of 100 does so"
+            )
+        if self.gap < 1:
+            raise ValueError(f"gap must be at least 1, not {self.gap}")
 
     @property
     def bandwidth_delay_bytes(self) -> float:
@@ -82,114 +132,31 @@ class LinkSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     downlink: DirectionSettings = msgspec.field(default_factory=DirectionSettings)
     """From the remote site back."""
 
+    def short_queues(self) -> list[str]:
+        """A warning for each direction whose queue limits its rate."""
+        return [
+            f"{name}: queue_bytes {direction.queue_limit_bytes} is less than rate times delay "
+            f"({direction.bandwidth_delay_bytes:.0f}), so the queue is the limit"
+            for name, direction in (("uplink", self.uplink), ("downlink", self.downlink))
+            if direction.queue_limit_bytes < direction.bandwidth_delay_bytes
+        ]
 
-class DelayLine:
-    """Decides when each piece of a stream arrives, and how much may still be sent.
-
-    Args:
-        settings: The line's parameters.
-        stream: Name of the stream; each has a random sequence of its own.
-    """
-
-    def __init__(self, settings: DirectionSettings, stream: str = ""):
-        self._settings = settings
-        self._stream = stream
-        self._random = self._new_random()
-        self._queue: deque[tuple[float, int]] = deque()  # (due in the line's own time, bytes)
-        self._queued_bytes = 0
-        self._sent_s = -math.inf  # when the last bit has left the sender
-        self._last_due_s = -math.inf
-        self._resume_s = -math.inf
-        self._stalled_s = 0.0  # how far the line's own time is behind the caller's
-
-    @property
-    def settings(self) -> DirectionSettings:
-        """The parameters in force."""
-        return self._settings
-
-    @property
-    def queued_bytes(self) -> int:
-        """Bytes pushed and not yet popped."""
-        return self._queued_bytes
-
-    @property
-    def free_bytes(self) -> int:
-        """Bytes that may be pushed now. A sender who respects it never exceeds the bound of the queue."""
-        return max(0, self._settings.queue_limit_bytes - self._queued_bytes)
-
-    @property
-    def next_due_s(self) -> float | None:
-        """When the oldest piece arrives [s], None if nothing is under way."""
-        return self._queue[0][0] + self._stalled_s if self._queue else None
-
-    def push(self, now_s: float, n_bytes: int) -> float:
-        """Send a piece; one of no bytes (the end of the stream) takes its place in the order, too.
+    def require_stream(self, source: str = "link", field: str = "") -> None:
+        """See that a TCP relay can obey.
 
         Args:
-            now_s: The time [s], on any clock that does not go back.
-            n_bytes: Size of the piece.
-
-        Returns:
-            When it arrives [s], unless the line is stalled before that.
-        """
-        start_s = max(self._line_time(now_s), self._sent_s)
-        rate_bps = self._settings.rate_bps
-        self._sent_s = start_s + (8 * n_bytes / rate_bps if rate_bps else 0.0)
-        self._last_due_s = max(self._sent_s + self._draw_delay_s(), self._last_due_s)
-        self._queue.append((self._last_due_s, n_bytes))
-        self._queued_bytes += n_bytes
-        return self._last_due_s + self._stalled_s
-
-    def pop(self) -> int:
-        """Take the oldest piece off the line; returns its size [B].
+            source: Name for errors.
+            field: What the settings are part of, for errors.
 
         Raises:
-            IndexError: Nothing is under way.
+            InvalidConfiguration: It cannot; names the first field that asks too much.
         """
-        _, n_bytes = self._queue.popleft()
-        self._queued_bytes -= n_bytes
-        return n_bytes
-
-    def clear(self) -> None:
-        """Lose everything under way."""
-        self._queue.clear()
-        self._queued_bytes = 0
-
-    def change(self, settings: DirectionSettings) -> None:
-        """Replace the parameters for what is pushed from now on; what is under way keeps its times."""
-        reseed = settings.seed != self._settings.seed
-        self._settings = settings
-        if reseed:
-            self._random = self._new_random()
-
-    def stall(self, now_s: float, until_s: float) -> None:
-        """Let time stand still on the line, so that order, rate and spacing hold afterwards as before.
-
-        Args:
-            now_s: The time [s].
-            until_s: When it goes on [s]; replaces an earlier stall, and `now_s` ends it.
-        """
-        frozen_s = self._line_time(now_s)
-        self._resume_s = max(now_s, until_s)
-        self._stalled_s = self._resume_s - frozen_s
-
-    def _line_time(self, now_s: float) -> float:
-        return max(now_s, self._resume_s) - self._stalled_s
-
-    def _new_random(self) -> Random:
-        return Random(f"{self._settings.seed}/{self._stream}")
-
-    def _draw_delay_s(self) -> float:
-        delay_ms, jitter_ms = self._settings.delay_ms, self._settings.jitter_ms
-        if not jitter_ms:
-            return delay_ms / 1000
-        if self._settings.distribution == "uniform":
-            return (delay_ms + self._random.uniform(-jitter_ms, jitter_ms)) / 1000
-        # Truncated on both sides alike: the mean stays the delay and nothing arrives before it was sent.
-        bound_ms = min(NORMAL_CUTOFF * jitter_ms, delay_ms)
-        return (delay_ms + max(-bound_ms, min(bound_ms, self._random.gauss(0.0, jitter_ms)))) / 1000
-
-
-def _require_range(name: str, value: float, highest: float) -> None:
-    if not 0 <= value <= highest:  # NaN fails as well
-        raise ValueError(f"{name} must be a finite number from 0 to {highest:g}, not {value}")
+        for direction in ("uplink", "downlink"):
+            for name in MESSAGES_ONLY:
+                if value := getattr(getattr(self, direction), name):
+                    where = ".".join(filter(None, [field, direction, name]))
+                    expected = (
+                        f"a TCP relay cannot lose, double or reorder what TCP would repair: expected 0, not "
+                        f"{value:g}; the link in virtual time can (`farhand evaluate link-chaos`)"
+                    )
+                    raise InvalidConfiguration(source, where, expected)

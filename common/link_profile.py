@@ -1,35 +1,45 @@
-"""Named settings of the link, read from TOML, and changes to settings while the link runs."""
+"""Named settings of the link, read from TOML."""
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TypeVar
 
 import msgspec
 
 from common.codec import field_of
 from common.errors import InvalidConfiguration
 from common.impairment import DirectionSettings, LinkSettings
-
-_T = TypeVar("_T")
+from common.timeline import Timeline, TimelineStep, name_fields
 
 
 class LinkProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A kind of link."""
 
-    source: str
-    """Where the figures come from; says so where they are assumed."""
+    source: dict[str, str]
+    """Where each figure comes from, by its field; begins with `assumed` where nobody has measured it."""
     uplink: DirectionSettings
     """From the local site to the remote site."""
     downlink: DirectionSettings
     """From the remote site back."""
+    timeline: tuple[TimelineStep, ...] = ()
+    """What differs from that at certain times, counted from when the profile is taken."""
+    repeat_s: float = 0.0
+    """After so long the timeline begins anew [s]; 0 runs through it once."""
 
     @property
     def settings(self) -> LinkSettings:
-        """The profile's two directions."""
+        """The profile's two directions, without its timeline."""
         return LinkSettings(uplink=self.uplink, downlink=self.downlink)
+
+    def over_time(self, source: str = "link") -> Timeline:
+        """The profile's settings with its timeline.
+
+        Raises:
+            InvalidConfiguration: A step is malformed; names it. A loaded profile has none such.
+        """
+        return Timeline(self.settings, self.timeline, self.repeat_s, source)
 
 
 def load_profiles(path: Path) -> dict[str, LinkProfile]:
@@ -46,7 +56,7 @@ def load_profiles(path: Path) -> dict[str, LinkProfile]:
         raise InvalidConfiguration(str(path), "", f"is not TOML: {error}") from error
     if not tables:
         raise InvalidConfiguration(str(path), "", "expected at least one profile, such as [geo]")
-    return {name: _convert(table, LinkProfile, str(path), name) for name, table in tables.items()}
+    return {name: _profile_of(table, str(path), name) for name, table in tables.items()}
 
 
 def find_profile(profiles: Mapping[str, LinkProfile], name: str) -> LinkProfile:
@@ -60,30 +70,29 @@ def find_profile(profiles: Mapping[str, LinkProfile], name: str) -> LinkProfile:
     return profiles[name]
 
 
-def update_settings(
-    current: LinkSettings, *, uplink: Mapping[str, object], downlink: Mapping[str, object]
-) -> LinkSettings:
-    """Settings with some fields replaced; `current` stays as it is.
-
-    Args:
-        current: The settings to begin with.
-        uplink: New values of fields of `DirectionSettings`.
-        downlink: The same for the other direction.
-
-    Raises:
-        InvalidConfiguration: A field is unknown or its value is wrong; names the field.
-    """
-    merged = msgspec.to_builtins(current)
-    merged["uplink"] |= uplink
-    merged["downlink"] |= downlink
-    return _convert(merged, LinkSettings, "link", "")
-
-
-def _convert(raw: object, kind: type[_T], source: str, field: str) -> _T:
+def _profile_of(table: object, source: str, name: str) -> LinkProfile:
     try:
-        return msgspec.convert(raw, kind)
+        profile = msgspec.convert(table, LinkProfile)
     except msgspec.ValidationError as error:
         path, text = field_of(error)
-        if "unknown field" in text and path in {"uplink", "downlink"}:
-            text += f" (there are {', '.join(DirectionSettings.__struct_fields__)})"
-        raise InvalidConfiguration(source, ".".join(filter(None, [field, path])), text) from error
+        where = ".".join(filter(None, [name, path]))
+        raise InvalidConfiguration(source, where, name_fields(path, text)) from error
+    try:
+        profile.over_time()
+    except InvalidConfiguration as error:
+        raise InvalidConfiguration(source, f"{name}.{error.field}", error.expected) from error
+    for field in sorted(_figures(profile)):
+        if not profile.source.get(field):
+            raise InvalidConfiguration(
+                source, f"{name}.source.{field}", "expected where this figure comes from"
+            )
+    return profile
+
+
+def _figures(profile: LinkProfile) -> set[str]:
+    """The fields that a profile sets; a seed is no claim about the world."""
+    named = [name for step in profile.timeline for name in (*step.uplink, *step.downlink)]
+    directions = (msgspec.to_builtins(each) for each in (profile.uplink, profile.downlink))
+    defaults = msgspec.to_builtins(DirectionSettings())
+    changed = [name for each in directions for name in each if each[name] != defaults[name]]
+    return {*named, *changed, *(["timeline"] if profile.timeline else [])} - {"seed"}

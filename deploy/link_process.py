@@ -43,11 +43,13 @@ async def run_link(
         ready: Called once when both ports are bound, with the addresses of data and control.
 
     Raises:
-        InvalidConfiguration: The profiles are malformed, or there is none of that name.
+        InvalidConfiguration: The profiles are malformed, there is none of that name, or it asks for what a
+            TCP relay cannot do.
         LinkError: A port is in use, or an address is not of this machine.
     """
     profiles = load_profiles(profiles_file)
-    relay = Relay(listen, target, find_profile(profiles, profile).settings, seed, profile)
+    timeline = find_profile(profiles, profile).over_time(f"link profile {profile}")
+    relay = Relay(listen, target, timeline, seed, profile)
     server = ControlServer(relay, profiles, control)
     ended = asyncio.Event()
     with _ended_by_signals(ended):

@@ -18,9 +18,11 @@ import msgspec
 
 from common.errors import InvalidConfiguration, LinkError
 from common.impairment import LinkSettings, Outage
+from common.timeline import Timeline
 from deploy.listener import Address, bind
-from deploy.relay_connection import SOCKET_BUFFER_BYTES, Connection, close, dial
+from deploy.relay_connection import SOCKET_BUFFER_BYTES, Connection, Dialler, close
 from deploy.relay_pipe import Meter
+from deploy.timeline_player import TimelinePlayer
 
 log = logging.getLogger(__name__)
 
@@ -35,16 +37,27 @@ class Relay:
     Args:
         listen: Where the local site dials; port 0 takes a free one.
         target: Where the remote site listens; it may come later.
-        settings: Both directions; `change` replaces them.
+        settings: Both directions, fixed or over time; `change` replaces them.
         seed: With the settings' seeds and a connection's number it fixes the jitter of the connection.
         profile: Name of the settings, for the status.
+
+    Raises:
+        InvalidConfiguration: The settings ask for what a TCP relay cannot do.
     """
 
     def __init__(
-        self, listen: Address, target: Address, settings: LinkSettings, seed: int = 0, profile: str = "custom"
+        self,
+        listen: Address,
+        target: Address,
+        settings: LinkSettings | Timeline,
+        seed: int = 0,
+        profile: str = "custom",
     ):
         self._listen, self._target, self._seed = listen, target, seed
-        self._settings, self._profile = settings, profile
+        self._timeline = settings if isinstance(settings, Timeline) else Timeline(settings)
+        self._timeline.require_stream()
+        self._settings, self._profile = self._timeline.at(0.0), profile
+        self._player = TimelinePlayer(self._apply)
         self._meters = (Meter(), Meter())
         self._connections: set[Connection] = set()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -52,7 +65,7 @@ class Relay:
         self._accepting: asyncio.Task[None] | None = None
         self._accepted = 0
         self._refused = 0
-        self._target_answers = True
+        self._dialler = Dialler(target)
         self._outage: Outage = "none"
         self._outage_end: asyncio.TimerHandle | None = None
 
@@ -75,7 +88,7 @@ class Relay:
         self._listener = bind(self._listen, SOCKET_BUFFER_BYTES)
         host, port, *_ = self._listener.getsockname()
         self._listen = (host, port)
-        _warn_of_short_queues(self._settings)
+        self.change(self._timeline, self._profile)
         self._accepting = asyncio.create_task(self._accept(self._listener), name="relay accept")
 
     async def wait(self) -> None:
@@ -88,6 +101,7 @@ class Relay:
     async def stop(self) -> None:
         """Cut all connections and give the port back."""
         self.clear()
+        self._player.stop()
         if self._accepting and self._listener:
             self._accepting.cancel()
             await asyncio.wait([self._accepting])  # from here on no task is added
@@ -96,12 +110,18 @@ class Relay:
         if self._tasks:
             await asyncio.wait(self._tasks)
 
-    def change(self, settings: LinkSettings, profile: str = "custom") -> None:
-        """Replace the settings for what is sent from now on."""
-        self._settings, self._profile = settings, profile
-        _warn_of_short_queues(settings)
-        for connection in self._connections:
-            connection.change(settings)
+    def change(self, settings: LinkSettings | Timeline, profile: str = "custom") -> None:
+        """Replace the settings for what is sent from now on; a timeline begins now.
+
+        Raises:
+            InvalidConfiguration: They ask for what a TCP relay cannot do; nothing has changed.
+        """
+        timeline = settings if isinstance(settings, Timeline) else Timeline(settings)
+        timeline.require_stream()
+        self._timeline, self._profile = timeline, profile
+        for warning in timeline.base.short_queues():
+            log.warning(warning)
+        self._player.play(timeline)
         log.info("the link is now: %s", profile)
 
     def outage(self, kind: Outage, duration_s: float = 0.0) -> None:
@@ -186,13 +206,14 @@ class Relay:
         sockets, in_order = [near], False
         connection: Connection | None = None
         try:
-            far = await self._dial()
+            far = await self._dialler.dial()
             sockets.append(far)
             connection = Connection(near, far, self._settings, f"{self._seed}/{number}", self._meters)
             self._connections.add(connection)
             self._interrupt(connection)
             in_order = await connection.run()
         except OSError as error:
+            self._refused += connection is None
             log.debug("connection %d: %s", number, error)
         finally:
             if connection:
@@ -200,17 +221,10 @@ class Relay:
             for sock in sockets:
                 close(sock, reset=not in_order)
 
-    async def _dial(self) -> socket.socket:
-        try:
-            far = await dial(self._target)
-        except OSError as error:
-            self._refused += 1
-            if self._target_answers:  # the dialler tries again and again: say it once
-                log.warning("nobody answers at %s port %d (%s)", *self._target, error.strerror or "time-out")
-            self._target_answers = False
-            raise
-        self._target_answers = True
-        return far
+    def _apply(self, settings: LinkSettings) -> None:
+        self._settings = settings
+        for connection in self._connections:
+            connection.change(settings)
 
     def _interrupt(self, connection: Connection) -> None:
         if self._outage == "stall" and self._outage_end:
@@ -227,14 +241,3 @@ class Relay:
         near.close()  # again, for a task that was cancelled before it began
         if not task.cancelled() and (error := task.exception()):
             log.error("%s failed", task.get_name(), exc_info=error)
-
-
-def _warn_of_short_queues(settings: LinkSettings) -> None:
-    for name, direction in (("uplink", settings.uplink), ("downlink", settings.downlink)):
-        if direction.queue_limit_bytes < direction.bandwidth_delay_bytes:
-            log.warning(
-                "%s: queue_bytes %d is less than rate times delay (%d), so the queue is the limit",
-                name,
-                direction.queue_limit_bytes,
-                direction.bandwidth_delay_bytes,
-            )

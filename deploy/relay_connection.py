@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
 import struct
 
-from common.impairment import DelayLine, LinkSettings
+from common.delay_line import DelayLine
+from common.impairment import LinkSettings
 from deploy.listener import Address
 from deploy.relay_pipe import Meter, Pipe
+
+log = logging.getLogger(__name__)
 
 DIAL_TIMEOUT_S = 5.0
 SOCKET_BUFFER_BYTES = 65536
@@ -75,12 +79,35 @@ class Connection:
             pipe.swallow()
 
 
-async def dial(target: Address) -> socket.socket:
-    """A non-blocking socket connected to the target.
+class Dialler:
+    """Connects to the remote site, again and again as the local site asks for it.
 
-    Raises:
-        OSError: Its name is unknown, or nobody answers within `DIAL_TIMEOUT_S`.
+    Args:
+        target: Where the remote site listens.
     """
+
+    def __init__(self, target: Address):
+        self._target = target
+        self._answers = True
+
+    async def dial(self) -> socket.socket:
+        """A non-blocking socket connected to the target.
+
+        Raises:
+            OSError: Its name is unknown, or nobody answers within `DIAL_TIMEOUT_S`.
+        """
+        try:
+            connected = await _connect(self._target)
+        except OSError as error:
+            if self._answers:  # the local site tries again and again: say it once
+                log.warning("nobody answers at %s port %d (%s)", *self._target, error.strerror or "time-out")
+            self._answers = False
+            raise
+        self._answers = True
+        return connected
+
+
+async def _connect(target: Address) -> socket.socket:
     loop = asyncio.get_running_loop()
     async with asyncio.timeout(DIAL_TIMEOUT_S):
         found = await loop.getaddrinfo(*target, type=socket.SOCK_STREAM)

@@ -20,7 +20,8 @@ from common.link_control import (
     decode_request,
     refuse,
 )
-from common.link_profile import LinkProfile, find_profile, update_settings
+from common.link_profile import LinkProfile, find_profile
+from common.timeline import update_settings
 from deploy.listener import Address, bind
 from deploy.relay import Relay
 
@@ -83,7 +84,7 @@ class ControlServer:
         relay = self._relay
         match request:
             case ProfileRequest(name=name):
-                relay.change(find_profile(self._profiles, name).settings, name)
+                relay.change(find_profile(self._profiles, name).over_time(f"link profile {name}"), name)
             case SetRequest(uplink=uplink, downlink=downlink):
                 relay.change(update_settings(relay.settings, uplink=uplink, downlink=downlink))
             case OutageRequest(kind=kind, duration_s=duration_s):

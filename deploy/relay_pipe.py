@@ -6,7 +6,8 @@ import asyncio
 import socket
 from collections import deque
 
-from common.impairment import DelayLine, DirectionSettings
+from common.delay_line import DelayLine
+from common.impairment import DirectionSettings
 
 CHUNK_BYTES = 65536
 CHUNK_S = 0.01
@@ -28,9 +29,16 @@ class Meter:
         self.swallowed_bytes = 0
         self.lateness_s: deque[float] = deque(maxlen=4096)
         """Actual minus due time of the newest chunks [s]: what this process adds to the link's delay."""
+        self.most_late_s: float | None = None
+        """The largest since the beginning [s]."""
+
+    def forwarded(self, lateness_s: float) -> None:
+        """A chunk leaves so much later than it was due [s]."""
+        self.lateness_s.append(lateness_s)
+        self.most_late_s = max(lateness_s, self.most_late_s or 0.0)
 
     def report(self) -> dict[str, float | None]:
-        """Bytes and the quantiles of the lateness [ms], which are None before the first chunk."""
+        """Bytes, quantiles and maximum of the lateness [ms], which are None before the first chunk."""
         ordered = sorted(self.lateness_s)
         p50_ms, p99_ms = (
             round(1000 * ordered[int(quantile * (len(ordered) - 1))], 3) if ordered else None
@@ -41,6 +49,7 @@ class Meter:
             "swallowed_bytes": self.swallowed_bytes,
             "lateness_p50_ms": p50_ms,
             "lateness_p99_ms": p99_ms,
+            "lateness_max_ms": None if self.most_late_s is None else round(1000 * self.most_late_s, 3),
         }
 
 
@@ -119,7 +128,7 @@ class Pipe:
                 await self._wait(due_s)
                 continue
             # Time that the sink made us wait is its own, not ours.
-            self._meter.lateness_s.append(now_s - max(due_s, self._sink_ready_s))
+            self._meter.forwarded(now_s - max(due_s, self._sink_ready_s))
             self._line.pop()
             self._room.set()
             await self._write(self._chunks.popleft())
