@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -250,6 +250,9 @@ class ScriptedOperator:
             "outage": f"{self._outage.kind}:{self._outage.duration_s:g}" if self._outage else None,
             "command_round_trip_s": float(np.median(trips)),
             "command_round_trips_s": [round(trip, 4) for trip in trips],
+            "relay_lateness_ms": {
+                name: _lateness_ms(status.get(name, {})) for name in ("uplink", "downlink")
+            },
         }
 
     def _await(self, what: str, holds: Callable[[Picture], bool]) -> None:
@@ -265,3 +268,8 @@ class ScriptedOperator:
         """What the operator was told last, for the one who reads why it did not go on."""
         told = [f"{notice.what}: {notice.text}" for notice in self._console.picture.notices[-3:]]
         return "; ".join(told) or "nothing was reported"
+
+
+def _lateness_ms(traffic: Mapping[str, Any]) -> dict[str, float | None]:
+    """What the link process itself added to the delay [ms]; nothing is known of a real link."""
+    return {name: traffic.get(f"lateness_{name}_ms") for name in ("p50", "p99", "max")}
