@@ -64,7 +64,7 @@ def test_neighbours_have_the_rank_correlation_asked_for_and_the_distribution_sta
 
 
 def test_a_correlation_of_a_hundred_per_cent_draws_once():
-    assert np.ptp(deviates("normal", 100.0, 50)) == pytest.approx(0.0, abs=1e-9)
+    assert np.ptp(deviates("normal", 100.0, 50)) == pytest.approx(0.0, abs=1e-5)
 
 
 @settings(deadline=None, derandomize=True, max_examples=200)
