@@ -47,7 +47,7 @@ class Jitter:
         else:
             mixture = _NORMAL_SHARE * _truncated(z, NORMAL_CUTOFF) + _PARETO_SHARE * _pareto(z)
             deviate = max(mixture / _MIXTURE_DEVIATION, -delay_ms / jitter_ms)
-        return (delay_ms + jitter_ms * deviate) / 1000
+        return max(0.0, delay_ms + jitter_ms * deviate) / 1000  # rounding alone could make it negative
 
     def _next_z(self, rank_correlation: float) -> float:
         noise = self._random.gauss(0.0, 1.0)
