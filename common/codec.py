@@ -51,7 +51,7 @@ def decode(data: bytes, kind: type[M]) -> M:
         message = msgspec.convert(plain, kind, builtin_types=(bytes,))
     except msgspec.ValidationError as error:
         raise InvalidMessage(name, *field_of(error)) from error
-    for path, number in _numbers(plain, ""):
+    for path, number in numbers(plain):
         if not math.isfinite(number):
             raise InvalidMessage(name, path, f"a finite number, got {number}")
     return message
@@ -69,16 +69,16 @@ def _check_schema(plain: Any, kind: type[Message]) -> None:
         )
 
 
-def _numbers(plain: Any, path: str) -> Iterator[tuple[str, float]]:
-    """Every floating-point number of a decoded message with the path to it."""
+def numbers(plain: Any, path: str = "") -> Iterator[tuple[str, float]]:
+    """Every floating-point number in plain Python with the path to it."""
     if isinstance(plain, float):
         yield path, plain
     elif isinstance(plain, dict):
         for key, value in plain.items():
-            yield from _numbers(value, f"{path}.{key}".lstrip("."))
+            yield from numbers(value, f"{path}.{key}".lstrip("."))
     elif isinstance(plain, list):
         for index, value in enumerate(plain):
-            yield from _numbers(value, f"{path}[{index}]")
+            yield from numbers(value, f"{path}[{index}]")
 
 
 def field_of(error: msgspec.ValidationError) -> tuple[str, str]:

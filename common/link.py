@@ -124,7 +124,7 @@ class _ZenohRequest:
 
     def _reply(self, data: bytes) -> None:
         with self._query:
-            self._query.reply(self._channel.key, data, express=True, priority=_priority(self._channel))
+            self._query.reply(self._channel.key, data, express=True)  # with the question's priority
 
 
 class ZenohLink:

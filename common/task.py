@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
 
-from common.codec import field_of
+from common.codec import field_of, numbers
 from common.errors import InvalidConfiguration
 
 Positive = Annotated[float, Meta(gt=0)]
@@ -99,27 +99,17 @@ def load_toml(path: Path, kind: type[S]) -> S:
         raise InvalidConfiguration(str(path), "", f"a readable file ({error.strerror})") from error
     try:
         plain = msgspec.toml.decode(content)
-        loaded = msgspec.convert(plain, kind)
-    except msgspec.ValidationError as error:
-        raise InvalidConfiguration(str(path), *field_of(error)) from error
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InvalidConfiguration(str(path), "", f"a TOML file ({error})") from error
-    if (where := _not_finite(plain, "")) is not None:
-        raise InvalidConfiguration(str(path), where, "a finite number")
-    return loaded
+    for where, number in numbers(plain):
+        if not math.isfinite(number):
+            raise InvalidConfiguration(str(path), where, f"a finite number, got {number}")
+    try:
+        return msgspec.convert(plain, kind)
+    except msgspec.ValidationError as error:
+        raise InvalidConfiguration(str(path), *field_of(error)) from error
 
 
 def load_task(path: Path) -> Task:
     """The task in a file. See `load_toml` for the errors."""
     return load_toml(path, Task)
-
-
-def _not_finite(plain: Any, path: str) -> str | None:
-    """Path of the first number that is not finite, or None."""
-    if isinstance(plain, float):
-        return None if math.isfinite(plain) else path
-    items = plain.items() if isinstance(plain, dict) else enumerate(plain) if isinstance(plain, list) else ()
-    for key, value in items:
-        if (found := _not_finite(value, f"{path}.{key}".lstrip("."))) is not None:
-            return found
-    return None

@@ -26,6 +26,22 @@ def find_task(name_or_file: str) -> Task:
     return load_task(path)
 
 
+def check_writable(field: str, file: Path) -> None:
+    """Refuse a file now that could not be written later, when the work for it is done.
+
+    Args:
+        field: What the file was given as.
+        file: Where something will be written.
+
+    Raises:
+        InvalidConfiguration: When its folder does not exist, or it must not be written.
+    """
+    if file.is_dir() or not os.access(file if file.exists() else file.parent, os.W_OK):
+        raise InvalidConfiguration(
+            "command line", field, f"a file that can be written, in a folder that exists; got {file}"
+        )
+
+
 def data_folder(chosen: str | Path | None) -> Path:
     """The chosen folder, or the user's data folder for Farhand."""
     if chosen:

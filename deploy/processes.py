@@ -17,7 +17,7 @@ from common.codec import field_of
 from common.errors import FarhandError, InvalidConfiguration
 from common.task import load_toml
 from deploy.child import end_with_parent, say_ready
-from deploy.places import data_folder, find_task
+from deploy.places import check_writable, data_folder, find_task
 
 S = TypeVar("S", bound=msgspec.Struct)
 
@@ -88,6 +88,8 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
 
     end_with_parent()
     planned = parse_outage(outage)
+    if json_file is not None:
+        check_writable("json", json_file)
     config = configured(LocalConfig, config_file, **overrides)
     site = LocalSite(config, find_task(config.task), data_folder(config.data_dir))
     _on_signals(_interrupt)

@@ -15,8 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from common.errors import ProcessFailed
+from common.link_profile import find_profile, load_profiles
 from deploy.child import Child
+from deploy.link_process import PROFILES_FILE
 from deploy.listener import bind
+from deploy.places import check_writable, find_task
 
 _log = logging.getLogger(__name__)
 
@@ -38,6 +41,15 @@ class Together:
     link: str
     seed: int
 
+    def check(self) -> None:
+        """Refuse now, in one line, what would end the processes one by one.
+
+        Raises:
+            InvalidConfiguration: When there is no such task or profile.
+        """
+        find_task(self.task)
+        find_profile(load_profiles(PROFILES_FILE), self.link)
+
 
 def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: str) -> int:
     """The scripted job on this machine.
@@ -52,8 +64,12 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
         The exit status: 0 only when the task succeeded.
 
     Raises:
+        InvalidConfiguration: When there is no such task or profile, or the JSON file cannot be written.
         ProcessFailed: When a process ended by itself.
     """
+    settings.check()
+    if json_file is not None:
+        check_writable("json", json_file)
     with tempfile.TemporaryDirectory(prefix="farhand-") as scratch:
         result = Path(scratch) / "result.json"
         local = [f"--data-dir={data_dir or scratch}", "--demo", f"--outage={outage}", f"--json={result}"]
@@ -61,10 +77,10 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
         if not result.is_file():
             return status
         content = result.read_text()
-        if json_file is not None:
-            json_file.write_text(content)
     for line in summary(json.loads(content)):
         _log.info(line)
+    if json_file is not None:
+        json_file.write_text(content)
     return status
 
 
@@ -72,9 +88,11 @@ def run_up(settings: Together, port: int, data_dir: str) -> int:
     """Both sites and the link, with the page of the local site, until Ctrl-C.
 
     Raises:
+        InvalidConfiguration: When there is no such task or profile.
         LinkError: When the page's port is in use.
         ProcessFailed: When a process ended by itself.
     """
+    settings.check()
     bind((_HOST, port)).close()  # better now in one line than as a child's last words
     local = [f"--port={port}", *([f"--data-dir={data_dir}"] if data_dir else [])]
     status = asyncio.run(_together(settings, local))

@@ -102,6 +102,8 @@ class _Opened:
         except BaseException:
             self.__exit__()
             raise
+        if not self._stop.is_set():
+            _log.info("the robot reports")
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -83,6 +83,7 @@ class RemoteSite:
         try:
             self._supervisor = self._make_supervisor(planner)
             self._listen()
+            _log.info("the robot is ready: %s", self._config.link.listen)
             ready()
             self._loop()
         finally:
