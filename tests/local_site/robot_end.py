@@ -1,0 +1,188 @@
+"""The robot's end of a link, by script: what it is sent is kept, what it says is the test's to say."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from common import keys
+from common.codec import decode, encode
+from common.control_mode import ControlMode, Phase, mode_after
+from common.keys import Channel
+from common.link import Request
+from common.messages import (
+    Command,
+    CommandReply,
+    Event,
+    Heartbeat,
+    LeaseReply,
+    LeaseRequest,
+    Message,
+    ModelReply,
+    ModelTransfer,
+    MoveTarget,
+    OperatorInput,
+    Stamp,
+    Stop,
+    Telemetry,
+)
+from common.task import Task, load_task
+from local_site.console import Console
+from local_site.picture import Picture
+from local_site.task_library import TaskLibrary
+from tests.loopback import Loopback
+
+TASK = load_task(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml")
+PATIENCE_S = 60.0
+LEASE_ID = "abcd0123"
+
+M = TypeVar("M", bound=Message)
+
+
+class RobotEnd:
+    """Answers at once: grants the lease, accepts commands and models, unless told to refuse."""
+
+    def __init__(self, link: Loopback):
+        self._link = link
+        self.boot, self.mode = "boot", ControlMode.DISARMED
+        self.refusal = ""
+        self.lease_refusal = ""
+        self.on_command: Callable[[Command], None] = lambda command: None
+        self._t_ns = self._seq = 0
+        self._heard: list[Message] = []
+        self._changed = threading.Condition()
+        link.serve(keys.LEASE, self._serving(LeaseRequest, self._on_lease))
+        link.serve(keys.COMMAND, self._serving(Command, self._on_command))
+        link.serve(keys.MODEL, self._serving(ModelTransfer, self._on_model))
+        for channel, kind in (
+            (keys.STOP, Stop),
+            (keys.INPUT, OperatorInput),
+            (keys.TARGET, MoveTarget),
+            (keys.HEARTBEAT, Heartbeat),
+        ):
+            link.subscribe(channel, lambda data, kind=kind: self._keep(decode(data, kind)))
+
+    def heard(self, kind: type[M]) -> list[M]:
+        with self._changed:
+            return [message for message in self._heard if isinstance(message, kind)]
+
+    def wait_for(self, kind: type[M], count: int = 1) -> list[M]:
+        """The messages of a kind, once there are so many."""
+        with self._changed:
+            assert self._changed.wait_for(
+                lambda: sum(isinstance(m, kind) for m in self._heard) >= count, PATIENCE_S
+            )
+        return self.heard(kind)
+
+    def now(self) -> Stamp:
+        self._t_ns += 1_000_000
+        return Stamp(self.boot, self._t_ns)
+
+    def report(self, mode: ControlMode | None = None, **fields: Any) -> Telemetry:
+        """Say where the robot is."""
+        self.mode = mode or self.mode
+        self._seq += 1
+        usual: dict[str, Any] = {
+            "seq": self._seq, "stamp": self.now(), "mode": self.mode, "position_m": (0.5, 0.5),
+            "frame_origin_m": (0.7, 0.3), "lease": LEASE_ID[:4],
+        }  # fmt: skip
+        report = Telemetry(**(usual | fields))
+        self.say(keys.TELEMETRY, report)
+        return report
+
+    def event(self, kind: str, text: str, **fields: Any) -> None:
+        self._seq += 1
+        self.say(keys.EVENT, Event(seq=self._seq, stamp=self.now(), kind=kind, text=text, mode=self.mode, **fields))  # fmt: skip
+
+    def say(self, channel: Channel, message: Message) -> None:
+        self._link.send(channel, encode(message))
+
+    def restart(self) -> None:
+        """Another process life of the robot."""
+        self.boot, self.mode, self._t_ns, self._seq = self.boot + "'", ControlMode.DISARMED, 0, 0
+
+    def _serving(self, kind: type[M], answer: Callable[[M], Message]) -> Callable[[Request], None]:
+        def serve(request: Request) -> None:
+            message = decode(request.data, kind)
+            self._keep(message)
+            request.answer(encode(answer(message)))
+
+        return serve
+
+    def _keep(self, message: Message) -> None:
+        with self._changed:
+            self._heard.append(message)
+            self._changed.notify_all()
+
+    def _on_lease(self, request: LeaseRequest) -> LeaseReply:
+        why = self.lease_refusal
+        return LeaseReply(
+            granted=not why, lease_id="" if why else LEASE_ID, holder=request.site_name, reason=why,
+            stamp=self.now(), task=TASK.name, n_dims=2,
+        )  # fmt: skip
+
+    def _on_command(self, command: Command) -> CommandReply:
+        after = mode_after(self.mode, Phase.NONE, command.action)
+        if not self.refusal and after is not None:
+            self.mode = after
+        self.on_command(command)
+        return CommandReply(
+            command_id=command.command_id, accepted=not self.refusal, reason=self.refusal,
+            measured=2.5 if self.refusal else None, mode=self.mode, stamp=self.now(),
+        )  # fmt: skip
+
+    def _on_model(self, transfer: ModelTransfer) -> ModelReply:
+        return ModelReply(
+            accepted=not self.refusal, sha256=transfer.sha256, reason=self.refusal, stamp=self.now()
+        )
+
+
+class Desk:
+    """A running console, its library, and the robot's end."""
+
+    def __init__(self, console: Console, library: TaskLibrary, robot: RobotEnd, link: Loopback):
+        self.console, self.library, self.robot, self.link = console, library, robot, link
+
+    @property
+    def picture(self) -> Picture:
+        return self.console.picture
+
+    def until(self, holds: Callable[[Picture], bool]) -> Picture:
+        assert self.console.wait_for(holds, PATIENCE_S), [n.text for n in self.picture.notices]
+        return self.picture
+
+    def told(self, words: str) -> Picture:
+        """Wait until the operator was told something."""
+        return self.until(lambda p: any(words in f"{n.what}: {n.text}" for n in p.notices))
+
+    def connected(self, mode: ControlMode = ControlMode.DISARMED, **fields: Any) -> Desk:
+        """The robot has reported, and this site is in control."""
+        self.robot.wait_for(LeaseRequest)
+        report = self.robot.report(mode, **fields)
+        self.until(lambda p: p.robot is not None and p.robot.stamp == report.stamp and p.in_control)
+        return self
+
+
+@contextmanager
+def desk(data_dir: Path, task: Task = TASK) -> Iterator[Desk]:
+    """A console on a link in memory."""
+    remote, local = Loopback.pair()
+    robot, library = RobotEnd(remote), TaskLibrary(task, data_dir)
+    console = Console(task, library, local, "ann")
+    console.start()
+    try:
+        yield Desk(console, library, robot, local)
+    finally:
+        console.close()
+
+
+def stroke(n: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n, 2) [m] and times (n,) [s] of a plain motion into the target."""
+    part = np.linspace(0.0, 1.0, n)[:, None]
+    start, end = np.array(TASK.start_m), np.array(TASK.target.origin_m)
+    return start + (3 * part**2 - 2 * part**3) * (end - start), 0.03 * np.arange(n)

@@ -1,0 +1,33 @@
+"""Where the scripted job cannot go on it says at which step and why. The whole job: `tests/integration`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+
+from common.control_mode import Action, ControlMode
+from common.messages import Command
+from local_site.scripted_operator import JobFailed, ScriptedOperator
+from tests.local_site.robot_end import TASK, desk
+
+
+def test_a_task_without_samples_cannot_be_demonstrated(tmp_path: Path):
+    empty = structs.replace(TASK, samples=())
+    with desk(tmp_path, empty) as it, pytest.raises(JobFailed, match="no samples"):
+        ScriptedOperator(it.console, empty, None, None, 0).run()
+
+
+def test_a_command_is_tried_three_times_and_then_fails_in_the_robots_words(tmp_path: Path):
+    with desk(tmp_path) as it:
+        it.connected(ControlMode.DISARMED)
+
+        def refuse(command: Command) -> None:
+            it.robot.refusal = "the arm is being serviced"
+
+        it.robot.on_command = refuse
+        operator = ScriptedOperator(it.console, TASK, None, None, 0)
+        with pytest.raises(JobFailed, match=r"arm: .*HOLD: .*being serviced"):
+            operator.run()
+        assert [command.action for command in it.robot.heard(Command)] == [Action.ARM] * 3
