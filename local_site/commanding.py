@@ -46,6 +46,7 @@ class Commanding:
         self.why_not_in_control = "the robot has not answered yet"
         self.pending: dict[Action, Pending] = {}
         self.round_trips_s: list[float] = []
+        self._asked: dict[str, Action] = {}
         self._lease_stamp_ns, self._lease_boot = 0, ""
         # Not from zero: the robot echoes its holder's heartbeats, and another site's must not look like ours.
         self._heartbeat_seq = secrets.randbelow(2**31)
@@ -93,6 +94,7 @@ class Commanding:
             model_sha256=sha256,
             plan_id=plan_id,
         )
+        self._asked[command.command_id] = action
         self.pending[action] = Pending(command.command_id, now_s)
         answered = self._hand_over(partial(self._on_reply, action, command.command_id, now_s))
         self._inquiries.ask(keys.COMMAND, command, CommandReply, _GIVE_UP_S, answered)
@@ -102,7 +104,8 @@ class Commanding:
         for action, pending in list(self.pending.items()):
             if event.command_id and pending.command_id == event.command_id:
                 del self.pending[action]
-        self._notify(Notice(now_s, event.kind, event.text, good=event.succeeded))
+        what = self._asked.get(event.command_id, event.kind)
+        self._notify(Notice(now_s, what, event.text, good=event.succeeded))
 
     def on_report(self, robot: Telemetry) -> None:
         """A newer report of the robot: it shows what an accepted command led to."""

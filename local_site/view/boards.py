@@ -11,14 +11,14 @@ import viser
 from common.task import Task
 from local_site.view import palette, shapes
 from local_site.view.camera import board_origin_m
-from local_site.view.palette import Rgb
+from local_site.view.flat import ASIDE_Z_M, GRID_Z_M, HIDDEN_Z_M, MAT_Z_M, add_flat, add_lines
 
 OnDrag = Callable[[int, str, tuple[float, float]], None]
 """Tab, phase (start, update, end) and where the pointer is on the board [m]."""
 
 _LINES = 10
-GRID_Z_M, MODEL_Z_M, LINE_Z_M, TARGET_Z_M, MARK_Z_M = 0.001, 0.002, 0.004, 0.005, 0.007
-"""What lies over what [m]."""
+_GRIP_M = 0.02
+"""How far a board takes drags beyond its edge [m]."""
 
 
 class Board:
@@ -37,9 +37,10 @@ class Board:
         x, y = self._origin
         scene.add_frame(self.name, show_axes=False, position=(x, y, 0.0))
         colour = palette.REMOTE_BOARD if remote else palette.LOCAL_BOARD
-        self.surface = add_flat(
-            scene, f"{self.name}/board", shapes.rectangle(0, 0, *self.size_m), colour, z_m=0.0
-        )
+        add_flat(scene, f"{self.name}/board", shapes.rectangle(0, 0, *self.size_m), colour, z_m=0.0)
+        width, height = (side + 2.0 * _GRIP_M for side in self.size_m)
+        grip = shapes.rectangle(-_GRIP_M, -_GRIP_M, width, height)
+        self.grip = add_flat(scene, f"{self.name}/grip", grip, colour, HIDDEN_Z_M)
         grid, edge = (palette.REMOTE_GRID, palette.REMOTE) if remote else (palette.LOCAL_GRID, palette.LOCAL)
         add_lines(scene, f"{self.name}/grid", _grid(*self.size_m), grid, 1.0)
         add_lines(scene, f"{self.name}/edge", _edge(*self.size_m), edge, 2.0)
@@ -63,43 +64,25 @@ class Board:
         return float(on_board[0]), float(on_board[1])
 
 
-def add_backdrop(scene: viser.SceneApi, board_m: tuple[float, float]) -> None:
-    """What lies below the boards; it takes drags beside them, which would turn the camera."""
-    width, height = 20.0 * board_m[0], 20.0 * board_m[1]
-    mesh = shapes.rectangle(-0.5 * width, -0.5 * height, width, height)
-    node = add_flat(scene, "/backdrop", mesh, palette.BACKDROP, z_m=-0.01)
+def add_mat(scene: viser.SceneApi, board_m: tuple[float, float]) -> None:
+    """A mat with two windows, one for each board; below, what takes drags that would turn the camera."""
+    (width, height), far = board_m, 20.0 * max(board_m)
+    left, right = (board_origin_m(remote, width)[0] for remote in (False, True))
+    mat = shapes.joined(
+        shapes.rectangle(-far, height, 2.0 * far, far),
+        shapes.rectangle(-far, -far, 2.0 * far, far),
+        shapes.rectangle(-far, 0.0, far + left, height),
+        shapes.rectangle(left + width, 0.0, right - left - width, height),
+        shapes.rectangle(right + width, 0.0, far, height),
+    )
+    add_flat(scene, "/mat", mat, palette.BACKDROP, MAT_Z_M)
+    aside = shapes.rectangle(-far, -far, 2.0 * far, 2.0 * far)
+    node = add_flat(scene, "/aside", aside, palette.BACKDROP, ASIDE_Z_M)
 
     async def ignore(_event: object) -> None:
         """A drag beside the boards means nothing."""
 
     node.on_drag("left")(ignore)
-
-
-def add_flat(
-    scene: viser.SceneApi, name: str, mesh: shapes.Mesh, colour: Rgb, z_m: float, **more: Any
-) -> viser.MeshHandle:
-    """A flat mesh without shadows."""
-    return scene.add_mesh_simple(
-        name, *mesh, color=colour, flat_shading=True, side="double", cast_shadow=False,
-        receive_shadow=False, position=(0.0, 0.0, z_m), **more,
-    )  # fmt: skip
-
-
-def add_lines(
-    scene: viser.SceneApi, name: str, points: np.ndarray, colour: Rgb | np.ndarray, width_px: float
-) -> viser.LineSegmentsHandle:
-    """Lines of a fixed thickness on the screen; the same name again replaces them.
-
-    Args:
-        scene: Of the server.
-        name: Of the node.
-        points: Shape (N, 2, 3) [m].
-        colour: One, or one per end of each line, shape (N, 2, 3).
-        width_px: Thickness.
-    """
-    return scene.add_line_segments(
-        name, points.astype(np.float32), colour, thickness=width_px, thickness_units="screen"
-    )  # fmt: skip
 
 
 def _grid(width: float, height: float) -> np.ndarray:
@@ -112,4 +95,4 @@ def _grid(width: float, height: float) -> np.ndarray:
 
 def _edge(width: float, height: float) -> np.ndarray:
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height], [0, 0]], float)
-    return shapes.segments(corners, GRID_Z_M)
+    return shapes.segments(corners, MAT_Z_M + 1e-3)

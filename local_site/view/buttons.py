@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import viser
 
@@ -11,8 +12,9 @@ from common.control_mode import Action, ControlMode, allowed_actions
 from local_site import intents
 from local_site.picture import Picture
 
+_PENDING_ICON = viser.Icon.HOURGLASS
 OnPress = Callable[[int, "ButtonSpec"], None]
-Colour = str
+Colour = Literal["blue", "gray", "green", "orange", "red"]
 
 
 @dataclass(frozen=True)
@@ -105,9 +107,9 @@ class Buttons:
             disabled, pending = not spec.enabled(picture), spec.pending(picture)
             if handle.disabled != disabled:
                 handle.disabled = disabled
-            colour = "yellow" if pending else spec.colour
-            if handle.color != colour:
-                handle.color = colour
+            icon = _PENDING_ICON if pending else None
+            if handle.icon != icon:
+                handle.icon, handle.color = icon, "yellow" if pending else spec.colour
 
     @staticmethod
     def _add(gui: viser.GuiApi, spec: ButtonSpec, on_press: OnPress) -> viser.GuiButtonHandle:

@@ -11,13 +11,11 @@ GAP = 0.07
 """Space between the boards, in board widths."""
 MARGIN = 0.03
 """Space around both, in board widths."""
-TOP_PX = 92
-"""Height of the status strip with the boards' titles [px]; the same as in page.css."""
+TOP, BOTTOM = 0.13, 0.21
+"""Heights of the status strip with the boards' titles and of the lower strip, in page heights; as in page.css.
 
-
-def bottom_px(height_px: float) -> float:
-    """Height of the lower strip [px]; the same clamp as in page.css."""
-    return min(max(0.21 * height_px, 110.0), 240.0)
+Not in pixels: a tab tells the size of its canvas in the screen's pixels, which may be finer than the page's.
+"""
 
 
 def board_origin_m(remote: bool, width_m: float) -> tuple[float, float]:
@@ -61,9 +59,9 @@ def view_of(board_m: tuple[float, float], size_px: tuple[float, float]) -> View:
     """
     width_m, height_m = board_m
     width_px, height_px = size_px
-    free_px = max(height_px - TOP_PX - bottom_px(height_px), 1.0)
+    free_px = (1.0 - TOP - BOTTOM) * height_px
     scale = min(
         width_px / ((2.0 + GAP + 2.0 * MARGIN) * width_m), free_px / (height_m + 2.0 * MARGIN * width_m)
     )
-    middle_px = TOP_PX + 0.5 * free_px
+    middle_px = TOP * height_px + 0.5 * free_px
     return View((0.0, 0.5 * height_m + (middle_px - 0.5 * height_px) / scale), scale, size_px)

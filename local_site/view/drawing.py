@@ -11,7 +11,8 @@ import viser
 from local_site import intents
 from local_site.picture import Picture
 from local_site.view import palette, shapes
-from local_site.view.boards import LINE_Z_M, MARK_Z_M, Board, add_flat, add_lines
+from local_site.view.boards import Board
+from local_site.view.flat import LINE_Z_M, MARK_Z_M, add_flat, add_lines, place, show
 
 HAND_SPEED_M_S = 0.3
 """A stroke is taken as drawn at this speed: the browser's event times are its own load, not the motion."""
@@ -83,13 +84,11 @@ class Drawing:
         if sizes != self._shown:
             self._shown = sizes
             self._draw_strokes(picture)
-        shows_hand = self._hand_at is not None and (self._recording or self._coupled)
-        if not shows_hand:
+        if not (self._recording or self._coupled):
             self._hand_at = None
-        elif (at := (*self._hand_at, MARK_Z_M)) != tuple(self._hand.position):  # pyright: ignore[reportOptionalIterable]
-            self._hand.position = at
-        if self._hand.visible != shows_hand:
-            self._hand.visible = shows_hand
+        if self._hand_at is not None:
+            place(self._hand, *self._hand_at, MARK_Z_M)
+        show(self._hand, self._hand_at is not None)
 
     def _draw_strokes(self, picture: Picture) -> None:
         """All strokes as one set of lines: the ended ones grey, the one under way white."""
@@ -103,9 +102,8 @@ class Drawing:
             thinned = stroke if len(stroke) < 3 else np.vstack([stroke[:-1:2], stroke[-1:]])
             lines = shapes.segments(thinned, LINE_Z_M)
             points.append(lines)
-            colours.append(
-                np.full(lines.shape, palette.CURRENT_STROKE if current else palette.STROKE, np.uint8)
-            )
+            colour = palette.many([palette.CURRENT_STROKE if current else palette.STROKE])
+            colours.append(np.broadcast_to(colour, lines.shape))
         if self._lines is not None and not sum(map(len, points)):
             self._lines.visible = False
         elif points:

@@ -11,7 +11,7 @@ from common.control_mode import ControlMode, Phase
 from local_site.picture import Notice, Picture
 from local_site.view.html import Html, element
 
-_SHOWN = 4
+_SHOWN = 12
 
 
 class Guidance:
@@ -37,7 +37,10 @@ class Guidance:
         )
         notices = sorted([*picture.notices[-_SHOWN:], *self._own], key=lambda notice: notice.time_s)[-_SHOWN:]
         lines = [_line(notice, newest=notice is notices[-1]) for notice in reversed(notices)]
-        self._messages.show(f'<div class="fh-messages" data-tp="messages">{"".join(lines)}</div>')
+        self._messages.show(
+            '<div class="fh-lower fh-log"><div class="fh-caption">messages, the newest first</div>'
+            f'<div class="fh-messages" data-tp="messages">{"".join(lines)}</div></div>'
+        )
 
 
 def _line(notice: Notice, newest: bool) -> str:

@@ -13,7 +13,7 @@ from local_site.view.html import Html, text
 
 _PERIOD_S = 0.5
 _SPAN_S = 60.0
-_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 480.0, 128.0, 44.0, 14.0, 12.0, 20.0
+_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 330.0, 128.0, 44.0, 10.0, 12.0, 20.0
 _LIMITS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 600.0)
 
 
@@ -64,8 +64,8 @@ class LinkHistory:
         self._samples.append(Sample(now_s, delay_s, link.age_s, max(missed, 0)))
         self._html.show(
             f'<div class="fh-lower fh-history" data-tp="history" data-missed="{link.n_missed}">'
-            f'<div class="fh-caption">{text(link_name)} <span class="fh-key"><b class="fh-delay">—</b> one-way delay '
-            f'<b class="fh-age">—</b> age <b class="fh-loss">▮</b> lost reports ({link.n_missed})</span></div>'
+            f'<div class="fh-caption">{text(link_name)}: <b class="fh-delay">— delay</b> '
+            f'<b class="fh-age">— age</b> <b class="fh-loss">▮ missing {link.n_missed}</b></div>'
             f"{history_svg(list(self._samples), now_s)}</div>"
         )
 

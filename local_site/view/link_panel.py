@@ -53,7 +53,7 @@ class LinkPanel:
         status = self._worker.status
         if status is None:
             return "link"
-        return f"simulated link: {status.get('profile') or _CUSTOM}"
+        return f"simulated link {status.get('profile') or _CUSTOM}"
 
     def draw(self, now_s: float) -> None:
         """Show what the link process says it does."""
@@ -91,7 +91,7 @@ class LinkPanel:
         jitter_ms = min(clamp(self._jitter.value, JITTER_MS), delay_ms)
         _set(self._delay, delay_ms)
         _set(self._jitter, jitter_ms)
-        change = {"delay_ms": delay_ms, "jitter_ms": jitter_ms}
+        change: dict[str, Any] = {"delay_ms": delay_ms, "jitter_ms": jitter_ms}
         if jitter_ms:
             change["distribution"] = "uniform"
         self._worker.submit(lambda control: control.set(uplink=change, downlink=change))

@@ -1,25 +1,25 @@
 // The page's own part: it says by itself when its server is silent, and Escape stops even from a text field.
 if (!window.farhand) {
-  const SILENT_AFTER_MS = 1500;
-  const farhand = (window.farhand = { beat: null, heard: performance.now() });
+  const LOOK_MS = 200;
+  const SILENT_AFTER_LOOKS = 8; // not a time: a page that was busy itself has not heard what it could hear
+  const farhand = (window.farhand = { beat: null, heard: performance.now(), looks: 0 });
   const banner = document.createElement("div");
   banner.id = "fh-stale";
   banner.dataset.tp = "stale";
   document.body.appendChild(banner);
   setInterval(() => {
     const beat = document.querySelector("[data-tp=beat]")?.textContent;
-    const now = performance.now();
+    farhand.looks += 1;
     if (beat !== undefined && beat !== farhand.beat) {
-      farhand.beat = beat;
-      farhand.heard = now;
+      Object.assign(farhand, { beat, heard: performance.now(), looks: 0 });
     }
-    const silent = now - farhand.heard;
-    banner.style.opacity = silent > SILENT_AFTER_MS ? "1" : "0";
-    banner.textContent =
-      silent > SILENT_AFTER_MS
-        ? `NO NEWS from the local site for ${Math.floor(silent / 1000)} s: what you see is old, and buttons do nothing`
-        : "";
-  }, 200);
+    const silent = farhand.looks > SILENT_AFTER_LOOKS;
+    const silent_s = Math.floor((performance.now() - farhand.heard) / 1000);
+    banner.style.opacity = silent ? "1" : "0";
+    banner.textContent = silent
+      ? `NO NEWS from the local site for ${silent_s} s: what you see is old, and buttons do nothing`
+      : "";
+  }, LOOK_MS);
   addEventListener(
     "keydown",
     (event) => {

@@ -16,27 +16,22 @@ from common.task import Task
 from local_site.console import Console
 from local_site.picture import Picture
 from local_site.view import buttons
-from local_site.view.boards import Board, add_backdrop
 from local_site.view.buttons import Buttons, ButtonSpec
-from local_site.view.drawing import Drawing
 from local_site.view.guidance import Guidance
 from local_site.view.html import Html, element
 from local_site.view.link_history import LinkHistory
 from local_site.view.link_panel import LinkPanel
 from local_site.view.link_worker import LinkWorker
-from local_site.view.model_drawing import ModelDrawing
-from local_site.view.robot_drawing import RobotDrawing, add_target
+from local_site.view.planar_scene import PlanarScene
 from local_site.view.server import PageServer
 from local_site.view.status_strip import StatusStrip
 from local_site.view.tabs import Tabs
-from local_site.view.target_drag import TargetDrag
 from local_site.view.transition_graph import TransitionGraph
 
 _log = loop_logger(__name__)
 
 _PERIOD_S = 1.0 / 30.0
 _BEAT_S = 0.5
-_LIGHT = 3.14
 _DOCK_PX = 300
 
 
@@ -62,8 +57,10 @@ class Page:
         self._host = host
         self._worker = LinkWorker(control) if control is not None else None
         self._build_panels(self._server.gui)
-        self._build_scene(self._server.scene, task)
-        self._tabs = Tabs(self._server, task, self._events.put, self._drawing.let_go)
+        self._scene = PlanarScene(
+            self._server.scene, task, console.submit, self._guidance.explain, self._act
+        )  # fmt: skip
+        self._tabs = Tabs(self._server, self._scene.fit, self._events.put, self._scene.let_go)
         self._beat_s, self._beats = float("-inf"), 0
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
 
@@ -99,24 +96,6 @@ class Page:
             with gui.add_folder(title):
                 self._buttons.append(Buttons(gui, specs, self._on_press))
         self._link = LinkPanel(gui, self._worker, self._act) if self._worker is not None else None
-
-    def _build_scene(self, scene: viser.SceneApi, task: Task) -> None:
-        # Light from everywhere alike: the boards keep the colours of the palette.
-        scene.configure_default_lights(enabled=False, cast_shadow=False)
-        scene.add_light_ambient("/light", intensity=_LIGHT)
-        scene.configure_environment_map(hdri=None)
-        scene.set_up_direction("+y")
-        local, remote = Board(scene, task, remote=False), Board(scene, task, remote=True)
-        add_backdrop(scene, local.size_m)
-        frame = f"{local.name}/target"
-        scene.add_frame(frame, show_axes=False, position=(*task.target.origin_m[:2], 0.0))
-        add_target(scene, frame)
-        self._local_model = ModelDrawing(scene, frame)
-        self._drawing = Drawing(scene, local, self._console.submit, self._guidance.explain)
-        self._robot = RobotDrawing(scene, remote)
-        target = TargetDrag(self._console.submit)
-        local.listen(local.surface, lambda tab, *drag: self._act(tab, partial(self._drawing.drag, *drag)))
-        remote.listen(self._robot.target, lambda tab, *drag: self._act(tab, partial(target.drag, *drag)))
 
     # Events, from the server's threads: they only enqueue ---------------------------------------
 
@@ -162,17 +141,13 @@ class Page:
             self._beat_s, self._beats = now_s, self._beats + 1
             self._beat.show(element("beat", self._beats, "fh-beat"))
         with self._server.atomic():
-            model = picture.forming or (picture.learned.model if picture.learned else None)
-            self._local_model.show(model)
-            self._drawing.draw(picture)
-            ghost = self._robot.draw(picture, now_s)
+            ghost = self._scene.draw(picture, now_s)
         self._server.flush()
         for group in self._buttons:
             group.draw(picture)
         self._guidance.draw(picture)
         self._strip.draw(picture, ghost, now_s)
-        active = picture.robot.component if picture.robot is not None else -1
-        self._graph.draw(model, active)
+        self._graph.draw(picture)
         self._history.draw(picture, self._link.link_name if self._link else "link", now_s)
         if self._link is not None:
             self._link.draw(now_s)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
 
 Rgb = tuple[int, int, int]
 
-BACKDROP: Rgb = (16, 19, 24)
+BACKDROP: Rgb = (27, 31, 38)
 LOCAL_BOARD: Rgb = (30, 44, 66)
 REMOTE_BOARD: Rgb = (58, 47, 33)
 LOCAL_GRID: Rgb = (54, 73, 104)
@@ -25,6 +29,15 @@ def component_colour(phase: float) -> Rgb:
     hue = 0.78 - 0.64 * min(max(phase, 0.0), 1.0)
     red, green, blue = colorsys.hls_to_rgb(hue, 0.62, 0.72)
     return round(255 * red), round(255 * green), round(255 * blue)
+
+
+def many(colours: Sequence[Rgb]) -> NDArray[np.uint8]:
+    """Colours of the parts of one node: viser takes these as linear light, single colours as sRGB.
+
+    Returns:
+        Shape (N, 3).
+    """
+    return np.round(255.0 * (np.array(colours).reshape(-1, 3) / 255.0) ** 2.2).astype(np.uint8)
 
 
 def css(colour: Rgb) -> str:

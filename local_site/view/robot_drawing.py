@@ -11,13 +11,21 @@ from common.link_monitor import LinkHealth
 from common.messages import PlannedPath, Telemetry
 from local_site.picture import Picture
 from local_site.view import palette, shapes
-from local_site.view.boards import LINE_Z_M, MARK_Z_M, TARGET_Z_M, Board, add_flat, add_lines
+from local_site.view.boards import Board
+from local_site.view.flat import (
+    HIDDEN_Z_M,
+    LINE_Z_M,
+    MARK_Z_M,
+    TARGET_Z_M,
+    add_flat,
+    add_lines,
+    place,
+    show,
+)
 from local_site.view.ghost import Ghost, path_points, predict, shown_path
 from local_site.view.model_drawing import ModelDrawing
 
 _POINT_RADIUS_M = 0.018
-_UNCHANGED_M = 5e-4
-"""What moved less than this has not moved: sending it would make the browser draw for nothing."""
 
 
 class RobotDrawing:
@@ -32,7 +40,10 @@ class RobotDrawing:
         self._scene, name = scene, board.name
         self._frame = scene.add_frame(f"{name}/target", show_axes=False, visible=False)
         self._frame_name = f"{name}/target"
-        self.target = add_target(scene, self._frame_name)
+        self._target = add_target(scene, self._frame_name)
+        w, h = shapes.U_WIDTH_M, shapes.U_HEIGHT_M
+        around = shapes.rectangle(-0.5 * w, -0.5 * h, w, h)
+        self.grip = add_flat(scene, f"{self._frame_name}/grip", around, palette.TARGET, HIDDEN_Z_M + 0.01)
         self._model = ModelDrawing(scene, self._frame_name)
         disc, ring = shapes.disc(_POINT_RADIUS_M), shapes.ring(1.25 * _POINT_RADIUS_M, 0.95 * _POINT_RADIUS_M)
         self._point = add_flat(scene, f"{name}/robot", disc, palette.REMOTE, MARK_Z_M, visible=False)
@@ -68,13 +79,13 @@ class RobotDrawing:
         turn = (math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle))
         if any(abs(a - b) > 1e-3 for a, b in zip(turn, self._frame.wxyz, strict=True)):
             self._frame.wxyz = turn
-        place(self._point, *robot.position_m[:2], MARK_Z_M)
+        place(self._point, robot.position_m[0], robot.position_m[1], MARK_Z_M)
         show(self._frame, True)
         show(self._point, True)
         if old != self._old:
             self._old = old
             self._point.color = palette.OLD if old else palette.REMOTE
-            self.target.color = palette.OLD if old else palette.TARGET
+            self._target.color = palette.OLD if old else palette.TARGET
 
     def _draw_path(self, path: PlannedPath | None) -> None:
         if path is self._path:
@@ -101,16 +112,3 @@ class RobotDrawing:
 def add_target(scene: viser.SceneApi, frame: str) -> viser.MeshHandle:
     """The U below a node that is its frame."""
     return add_flat(scene, f"{frame}/u", shapes.u_shape(), palette.TARGET, TARGET_Z_M)
-
-
-def place(node: viser.SceneNodeHandle, x: float, y: float, z: float) -> None:
-    """Move a node, unless it is there already."""
-    now = node.position
-    if abs(now[0] - x) + abs(now[1] - y) > _UNCHANGED_M:
-        node.position = (x, y, z)
-
-
-def show(node: viser.SceneNodeHandle, visible: bool) -> None:
-    """Show or hide a node, unless it is so already."""
-    if node.visible != visible:
-        node.visible = visible

@@ -22,6 +22,12 @@ def disc(radius_m: float = 1.0) -> Mesh:
     return np.vstack([rim, np.zeros(3)]).astype(np.float32), faces.astype(np.uint32)
 
 
+def circle() -> NDArray[np.float64]:
+    """The unit circle as a closed polyline. Shape (T, 2)."""
+    angles = np.linspace(0.0, 2.0 * np.pi, _SEGMENTS + 1)
+    return np.column_stack([np.cos(angles), np.sin(angles)])
+
+
 def ring(radius_m: float, inner_m: float) -> Mesh:
     """A circle with a hole about the origin."""
     outer, inner = disc(radius_m)[0][:-1], disc(inner_m)[0][:-1]

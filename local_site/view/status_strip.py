@@ -44,7 +44,9 @@ class StatusStrip:
         self._strip.show(f'<div class="fh-strip">{_cells(picture, age, now_s)}</div>')
         self._alarm.show(_alarm(picture, now_s))
         self._titles.show(
-            f'<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> {_local_words(picture)}</div>'
+            '<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> '
+            + element("recording", "RECORDING" if picture.recording else "", "fh-recording")
+            + f" {_local_words(picture)}</div>"
             f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(picture, age, ghost)}</div></div>'
         )
 
@@ -66,27 +68,26 @@ def _cells(picture: Picture, age: str, now_s: float) -> str:
     holder = _HOLDERS.get(mode, "NOBODY") if mode is not None else "NOBODY"
     pending = ", ".join(_pending_words(picture, now_s))
     learned = picture.learned
-    n_components = int((~learned.model.terminal).sum()) if learned else 0
+    model = picture.forming or (learned.model if learned else None)
+    n_components = model.n_components if model else 0
     return "".join(
         (
-            _cell("mode", element("mode", mode.name if mode else "UNKNOWN", f"fh-mode fh-{mode or 'unknown'}")
-                  + element("phase", picture.phase.upper() if picture.phase is not Phase.NONE else "", "fh-note")),
-            _cell("in control", element("holder", holder)
-                  + element("lease", _lease_words(picture), "fh-note")),
+            _cell("mode", element("mode", mode.name if mode else "UNKNOWN", f"fh-mode fh-{mode or 'unknown'}"),
+                  element("phase", picture.phase.upper(), "fh-note")),
+            _cell("in control", element("holder", holder), element("lease", _lease_words(picture), "fh-note")),
             _cell("age of data", element("age", age)),
-            _cell("link", element("link", link, f"fh-link fh-{link.lower()}")
-                  + element("silence", _silence_words(picture, now_s), "fh-note")),
-            _cell("model", f"{element('demos', picture.n_demonstrations)} demos, "
-                  f"{element('components', n_components)} components"
-                  + element("model", _model_words(picture), "fh-note")),
+            _cell("link", element("link", link, f"fh-link fh-{link.lower()}"),
+                  element("silence", _silence_words(picture, now_s), "fh-note")),
+            _cell("model", f"{element('components', n_components)} components",
+                  f'<span class="fh-note">{element("demos", picture.n_demonstrations)} demos'
+                  f"{element('model', _model_words(picture))}</span>"),
             _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet")),
-            element("recording", "RECORDING" if picture.recording else "", "fh-recording"),
         )
     )  # fmt: skip
 
 
-def _cell(title: str, content: str) -> str:
-    return f'<div class="fh-cell"><i>{title}</i><div>{content}</div></div>'
+def _cell(title: str, content: str, note: str = "") -> str:
+    return f'<div class="fh-cell"><i>{title}</i><div>{content}</div>{note}</div>'
 
 
 def _alarm(picture: Picture, now_s: float) -> str:
@@ -111,7 +112,7 @@ def _pending_words(picture: Picture, now_s: float) -> list[str]:
 
 def _lease_words(picture: Picture) -> str:
     if picture.in_control:
-        return "you hold the robot"
+        return "yours to command"
     return picture.why_not_in_control or "asking for the robot"
 
 
@@ -126,13 +127,13 @@ def _model_words(picture: Picture) -> str:
     if picture.learned is None:
         return ""
     if picture.confirmed_sha256 == picture.learned.sha256:
-        return "robot has it"
-    return "on its way" if picture.sending_model else "robot lacks it"
+        return ", robot has it"
+    return ", on its way" if picture.sending_model else ", robot lacks it"
 
 
 def _local_words(picture: Picture) -> str:
     if picture.recording:
-        return "recording: draw into the U"
+        return "draw into the U"
     return "your hand drives the robot: drag here" if picture.coupled else "your board"
 
 

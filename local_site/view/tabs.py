@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 import viser
 
-from common.task import Task
-from local_site.view.camera import FOV_RAD, view_of
 from local_site.view.html import Html, element
 from local_site.view.sessions import Role, Sessions
 
@@ -23,7 +21,7 @@ class Tabs:
 
     Args:
         server: The page's.
-        task: Its workspace is the boards.
+        fit: Has the scene fill a tab's canvas.
         enqueue: Has something done on the page's thread.
         active_left: Called when the active tab was closed.
     """
@@ -31,13 +29,12 @@ class Tabs:
     def __init__(
         self,
         server: viser.ViserServer,
-        task: Task,
+        fit: Callable[[viser.CameraHandle], None],
         enqueue: Callable[[Callable[[], None]], None],
         active_left: Callable[[], None],
     ):
         self.sessions = Sessions()
-        self._board_m = (task.workspace_m[0], task.workspace_m[1])
-        self._active_left = active_left
+        self._fit_scene, self._active_left = fit, active_left
         self._clients: dict[int, viser.ClientHandle] = {}
         self._sizes: dict[int, tuple[int, int]] = {}
         self._roles: dict[int, Html] = {}
@@ -77,18 +74,13 @@ class Tabs:
             self._active_left()
 
     def _fit(self, client: viser.ClientHandle) -> None:
-        """Have the boards fill the page; only when its size has changed, so that a zoom stays."""
+        """Have the scene fill the page; only when its size has changed, so that a zoom stays."""
         size_px = (client.camera.image_width, client.camera.image_height)
         if client.client_id not in self._clients or self._sizes.get(client.client_id) == size_px:
             return
         self._sizes[client.client_id] = size_px
-        view = view_of(self._board_m, size_px)
-        x, y = view.centre_m
         with client.atomic():
-            client.camera.fov = FOV_RAD
-            client.camera.up_direction = (0.0, 1.0, 0.0)
-            client.camera.position = (x, y - 1e-4, view.height_m)
-            client.camera.look_at = (x, y, 0.0)
+            self._fit_scene(client.camera)
         client.flush()
 
 

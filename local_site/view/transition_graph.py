@@ -6,11 +6,14 @@ import numpy as np
 import viser
 
 from common.tphsmm import TPHSMM
+from local_site.picture import Picture
 from local_site.view import palette
 from local_site.view.html import Html
 
-_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 480.0, 128.0, 30.0, 30.0, 22.0, 36.0
+_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 390.0, 128.0, 26.0, 26.0, 20.0, 34.0
 _RADIUS = 13.0
+_APART = 3.6 * _RADIUS
+"""Least distance of two nodes of one lane: their durations do not touch [px]."""
 
 
 class TransitionGraph:
@@ -24,8 +27,11 @@ class TransitionGraph:
         self._html = Html(gui)
         self._shown: tuple[TPHSMM | None, int] | None = None
 
-    def draw(self, model: TPHSMM | None, active: int) -> None:
-        """Show a model, or none, with the component that is being executed, or -1."""
+    def draw(self, picture: Picture) -> None:
+        """Show the model that is learned or forming, with the component that the robot executes."""
+        model = picture.forming or (picture.learned.model if picture.learned else None)
+        confirmed = picture.learned is not None and picture.learned.sha256 == picture.confirmed_sha256
+        active = picture.robot.component if picture.robot is not None and confirmed else -1
         if self._shown is not None and self._shown[0] is model and self._shown[1] == active:
             return
         self._shown = (model, active)
@@ -42,12 +48,12 @@ def graph_svg(model: TPHSMM, active: int) -> str:
     """The graph as SVG: from left to right by where in the motion a component is visited."""
     places = node_places(model)
     parts = [
-        _edge(places[i], places[k], model.transition[i, k])
+        _edge(places[i], places[k], float(model.transition[i, k]))
         for i, k in zip(*np.nonzero(model.transition), strict=True)
     ]
     parts += [_node(model, index, place, index == active) for index, place in enumerate(places)]
     return (
-        f'<div class="fh-caption">learned model: components, transitions, durations</div>'
+        f'<div class="fh-caption">learned model: components, transitions, durations [s]</div>'
         f'<svg viewBox="0 0 {_WIDTH:.0f} {_HEIGHT:.0f}" preserveAspectRatio="xMidYMid meet">'
         '<defs><marker id="fh-tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="6" markerHeight="6" orient="auto">'
         '<path d="M0 0 L8 4 L0 8 z" fill="#94a3b8"/></marker></defs>' + "".join(parts) + "</svg>"
@@ -66,12 +72,11 @@ def node_places(model: TPHSMM) -> np.ndarray:
     lane_end = np.full(heights.size, -np.inf)
     # Components that lie beside each other on the board lie beside each other here: upper ones first.
     for index in sorted(range(model.n_components), key=lambda i: (x[i], -model.means[0, i, 1])):
-        free = np.flatnonzero(x[index] - lane_end >= 3.4 * _RADIUS)
+        free = np.flatnonzero(x[index] - lane_end >= _APART)
         lane = int(free[0]) if free.size else int(np.argmin(lane_end))
-        x[index] = max(x[index], lane_end[lane] + 3.4 * _RADIUS) if np.isfinite(lane_end[lane]) else x[index]
+        x[index] = max(x[index], lane_end[lane] + _APART) if np.isfinite(lane_end[lane]) else x[index]
         lane_end[lane], y[index] = x[index], heights[lane]
-    over = x.max() - (_WIDTH - _RIGHT)
-    if over > 0.0:
+    if np.ptp(x) > 1e-9:
         x = _LEFT + (x - x.min()) * (_WIDTH - _LEFT - _RIGHT) / (x.max() - x.min())
     return np.column_stack([x, y])
 
@@ -98,7 +103,7 @@ def _node(model: TPHSMM, index: int, place: np.ndarray, active: bool) -> str:
     words = (
         "end"
         if model.terminal[index]
-        else (f"{model.duration_mean_s[index]:.1f}±{np.sqrt(model.duration_variance_s2[index]):.1f} s")
+        else f"{model.duration_mean_s[index]:.1f}±{np.sqrt(model.duration_variance_s2[index]):.1f}"
     )
     return (
         (begins if model.initial[index] > 0 and not active else "")
