@@ -7,6 +7,7 @@ import pytest
 
 from common.control_mode import Action, ControlMode, Phase
 from common.messages import Event, PlannedPath
+from remote_site.planner import plan
 from tests.remote_site.bench import DT_S, Bench
 from tests.remote_site.planar import TASK, with_preview
 
@@ -135,7 +136,7 @@ def test_a_newer_preview_replaces_the_one_under_way():
     ending = bench.ending(first.command_id)
     assert ending is not None and ending.kind == "failed"
     n_said = len(bench.said)
-    bench.robot.on_path(overtaken, None, "too late")
+    bench.robot.on_path(overtaken, plan(overtaken), "")
     assert len(bench.said) == n_said
 
 

@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from common.errors import InvalidConfiguration
+from common.task import Task, load_task, load_toml
+
+PLANAR = Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml"
+
+MINIMAL = """
+name = "reach"
+n_dims = 2
+frame_names = ["goal"]
+workspace_m = [1.0, 1.0]
+start_m = [0.1, 0.1]
+[target]
+origin_m = [0.5, 0.5]
+amplitude_m = [0.0, 0.0]
+"""
+
+
+def write(folder: Path, content: str | bytes) -> Path:
+    file = folder / "task.toml"
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return file
+
+
+@pytest.mark.parametrize("file", sorted(PLANAR.parent.glob("*.toml")), ids=lambda file: file.stem)
+def test_a_task_that_comes_with_farhand_is_valid_and_named_as_its_file(file: Path):
+    task = load_task(file)
+    assert task.name == file.stem
+    assert task.samples, "a newcomer needs something to learn from"
+    for place in (task.start_m, *(point for sample in task.samples for point in sample.waypoints_m)):
+        assert all(0.0 <= x <= edge for x, edge in zip(place, task.workspace_m, strict=True))
+
+
+def test_the_target_of_the_planar_task_never_leaves_the_board():
+    task = load_task(PLANAR)
+    for origin, amplitude, edge in zip(
+        task.target.origin_m, task.target.amplitude_m, task.workspace_m, strict=True
+    ):
+        assert origin - amplitude > 0.0 and origin + amplitude < edge
+
+
+def test_what_a_task_does_not_say_has_a_default(tmp_path: Path):
+    task = load_task(write(tmp_path, MINIMAL))
+    assert task.learning.max_distance_m is None and not task.require_preview and task.samples == ()
+
+
+WRONG = {
+    "an unknown field": (MINIMAL.replace("n_dims", "dims = 2\nn_dims"), "dims"),
+    "a missing field": (MINIMAL.replace('frame_names = ["goal"]', ""), "frame_names"),
+    "a wrong type": (MINIMAL.replace("n_dims = 2", 'n_dims = "two"'), "n_dims"),
+    "four dimensions": (MINIMAL.replace("n_dims = 2", "n_dims = 4"), "n_dims"),
+    "no frame": (MINIMAL.replace('["goal"]', "[]"), "frame_names"),
+    "a name for a folder outside": (MINIMAL.replace('"reach"', '"../reach"'), "name"),
+    "a start of another dimension": (MINIMAL.replace("[0.1, 0.1]", "[0.1, 0.1, 0.1]"), "start_m"),
+    "a target of another dimension": (MINIMAL.replace("[0.5, 0.5]", "[0.5, 0.5, 0.5]"), "target.origin_m"),
+    "a period of zero": (MINIMAL + "period_s = 0.0", "target.period_s"),
+    "a number that is none": (MINIMAL + "noise_std_m = nan", "target.noise_std_m"),
+    "an endless number": (MINIMAL.replace("[0.1, 0.1]", "[0.1, inf]"), "start_m"),
+    "a sample of another dimension": (
+        MINIMAL + "[[samples]]\nwaypoints_m = [[0.1, 0.1], [0.1, 0.1, 0.1]]",
+        "samples",
+    ),
+    "a sample of one point": (MINIMAL + "[[samples]]\nwaypoints_m = [[0.1, 0.1]]", "samples"),
+    "another policy": (MINIMAL.replace("[target]", 'lost_link = "fly"\n[target]'), "lost_link"),
+    "no TOML": ("name = = 3", "TOML"),
+    "no text": (b"\xff\xfe\x00", "TOML"),
+    "nothing": ("", "name"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_is_wrong_is_named_with_its_file(tmp_path: Path, case: str):
+    content, words = WRONG[case]
+    file = write(tmp_path, content)
+    with pytest.raises(InvalidConfiguration) as caught:
+        load_task(file)
+    assert str(file) in str(caught.value) and words in str(caught.value)
+
+
+@pytest.mark.parametrize("missing", ["nowhere.toml", "."])
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path, missing: str):
+    with pytest.raises(InvalidConfiguration, match="readable"):
+        load_toml(tmp_path / missing, Task)

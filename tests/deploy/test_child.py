@@ -1,0 +1,71 @@
+"""Real processes of the `farhand` command, started and ended as `farhand up` does."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+
+import pytest
+
+from common.errors import ProcessFailed
+from deploy.child import READY_FD, Child, say_ready
+
+PATIENCE_S = 60.0
+LINK = ("link", "--listen=127.0.0.1:0", "--target=127.0.0.1:1", "--control=127.0.0.1:0", "--profile=lan")
+
+
+def test_a_child_says_what_its_parent_needs_to_know_and_ends_when_asked():
+    async def scenario() -> None:
+        child = Child("link", LINK)
+        facts = await child.start()
+        assert facts["port"] > 0 and facts["control_port"] > 0
+        await child.end()
+        assert await child.wait() == 0
+        await child.end()  # again: nothing to do
+
+    asyncio.run(asyncio.wait_for(scenario(), PATIENCE_S))
+
+
+def test_a_child_that_cannot_begin_is_reported_with_its_own_words(capfd: pytest.CaptureFixture[str]):
+    async def scenario() -> None:
+        with pytest.raises(ProcessFailed) as caught:
+            await Child("link", (*LINK[:-1], "--profile=nowhere")).start()
+        assert "the link process ended with status" in str(caught.value)
+        assert "nowhere" in str(caught.value)
+
+    asyncio.run(asyncio.wait_for(scenario(), PATIENCE_S))
+    assert "nowhere" in capfd.readouterr().err, "and the user read it as it was said"
+
+
+def test_a_child_that_is_killed_while_it_runs_is_reported_with_its_last_words():
+    async def scenario() -> None:
+        child = Child("link", LINK)
+        await child.start()
+        assert child._process is not None
+        os.kill(child._process.pid, signal.SIGKILL)
+        assert await child.wait() == -signal.SIGKILL
+        assert "the link process ended with status -9" in child.obituary()
+
+    asyncio.run(asyncio.wait_for(scenario(), PATIENCE_S))
+
+
+def test_a_child_that_was_never_started_has_nothing_to_end():
+    async def scenario() -> None:
+        child = Child("link", LINK)
+        await child.end()
+        assert "(it said nothing)" in child.obituary()
+
+    asyncio.run(scenario())
+
+
+def test_ready_is_said_once_and_to_a_parent_alone(monkeypatch: pytest.MonkeyPatch):
+    say_ready(port=1)  # no parent: nobody is told
+    read_fd, write_fd = os.pipe()
+    monkeypatch.setenv(READY_FD, str(write_fd))
+    say_ready(port=2)
+    say_ready(port=3)
+    with os.fdopen(read_fd) as pipe:
+        assert [json.loads(line) for line in pipe] == [{"port": 2}]
+    assert READY_FD not in os.environ

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from common.errors import InvalidConfiguration
+from deploy.places import check_writable, data_folder, find_task
+
+PLANAR = Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml"
+
+
+def test_a_task_is_found_by_its_name_and_by_its_file(tmp_path: Path):
+    assert find_task("planar").name == "planar"
+    file = tmp_path / "mine.toml"
+    file.write_text(PLANAR.read_text().replace('name = "planar"', 'name = "mine"'))
+    assert find_task(str(file)).name == "mine"
+
+
+def test_an_unknown_task_is_refused_with_those_there_are():
+    with pytest.raises(InvalidConfiguration, match=r"planar.*'plannar'"):
+        find_task("plannar")
+
+
+@pytest.mark.parametrize("name", ["", "planar.toml", "elsewhere/task.toml"])
+def test_what_is_neither_a_name_nor_a_file_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InvalidConfiguration):
+        find_task(name)
+
+
+def test_data_lives_in_the_chosen_folder_or_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "xdg"))
+    assert data_folder("~/here") == tmp_path / "here"
+    assert data_folder("") == data_folder(None) == tmp_path / "xdg" / "farhand"
+    monkeypatch.setenv("XDG_DATA_HOME", "")
+    assert data_folder(None) == tmp_path / ".local" / "share" / "farhand"
+
+
+def test_a_file_that_could_not_be_written_later_is_refused_now(tmp_path: Path):
+    check_writable("json", tmp_path / "new.json")
+    (tmp_path / "old.json").write_text("{}")
+    check_writable("json", tmp_path / "old.json")
+    for bad in (tmp_path, tmp_path / "no folder" / "new.json"):
+        with pytest.raises(InvalidConfiguration, match="json"):
+            check_writable("json", bad)
+    assert (tmp_path / "old.json").read_text() == "{}"
