@@ -6,7 +6,7 @@ its methods are called by one thread.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from common import keys
@@ -158,7 +158,7 @@ class Supervisor:
                 self.path_id = path.path_id
             return
         if path is None:
-            self._event("failed", problem, command_id=command.command_id, succeeded=False)
+            self._fail([command], problem)
             return
         self._plans.shown(request)
         duration_s = (len(path.points) // (4 * path.n_dims) - 1) * path.step_s
@@ -172,13 +172,12 @@ class Supervisor:
         assert target is not None
         stored = self.models.get(command.model_sha256)
         if command.action is Action.PREVIEW and stored is not None:
-            for older in self._previewing.values():
-                self._event(
-                    "failed", "replaced by a newer preview", command_id=older.command_id, succeeded=False
-                )
+            self._fail(self._previewing.values(), "replaced by a newer preview")
             self._previewing = {self._plans.preview(stored, self.stamp()): command}
             return
         self._leave_motion(f"ended by {command.action}")
+        self._fail(self._until_standing, f"{command.action} came before the robot stood still")
+        self._until_standing.clear()
         self.mode = target
         if command.action is Action.EXECUTE and stored is not None:
             self._execute(command, stored)
@@ -200,7 +199,7 @@ class Supervisor:
     def _leave_motion(self, why: str) -> None:
         """End whatever moves the robot; the plant brakes from the next tick on."""
         if self.motion.execution is not None and self.motion.execution.arrived_after_s is None:
-            self._event("failed", why, succeeded=False, command_id=self.motion.execution.command.command_id)
+            self._fail([self.motion.execution.command], why)
         self.motion.end()
         self.path_id = 0
 
@@ -240,6 +239,10 @@ class Supervisor:
 
     def _complete(self, command: Command, text: str, **ids: int) -> None:
         self._event("completed", text, command_id=command.command_id, **ids)
+
+    def _fail(self, commands: Iterable[Command], why: str) -> None:
+        for command in commands:
+            self._event("failed", why, command_id=command.command_id, succeeded=False)
 
     def _event(self, kind: str, text: str, **fields: Any) -> None:
         self._event_seq += 1

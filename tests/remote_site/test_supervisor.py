@@ -87,6 +87,16 @@ def test_a_command_runs_once_however_often_it_arrives():
     assert sum(e.coupling_id == coupling.coupling_id for e in bench.heard(Event)) == 1
 
 
+def test_a_command_that_another_overtakes_gets_its_second_answer_all_the_same():
+    bench = Bench().executing()
+    bench.run(0.5)
+    aborted = bench.command(Action.ABORT)
+    execute = bench.command(Action.EXECUTE, model_sha256=bench.send_model().sha256)
+    assert aborted.accepted and execute.accepted
+    ending = bench.ending(aborted.command_id)
+    assert ending is not None and not ending.succeeded and "execute" in ending.text
+
+
 def test_a_refused_command_stays_refused_when_it_arrives_again():
     bench = Bench()
     bench.ask_lease()
