@@ -223,6 +223,7 @@ class ZenohLink:
                     hand_over(item)
                 except Exception:
                     _log.exception("a message on %s could not be handled", channel.key)
+                item = None  # a question that was dropped ends now, not with the next one
 
         thread = threading.Thread(target=run, name=f"receive {channel.key}", daemon=True)
         thread.start()
