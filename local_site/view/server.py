@@ -1,4 +1,4 @@
-"""The web server of the page: viser, kept to this machine, quiet, and without its public relay."""
+"""The web server of the page: viser, quiet, without its public relay, and deaf to other web sites."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ import io
 import logging
 import socket
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import viser
 from viser import _messages
+from viser.infra import ClientId, WebsockClientConnection
 
 from common.errors import FarhandError
 
@@ -48,10 +50,26 @@ class PageServer(viser.ViserServer):
         # viser has no public way to give the page a script of its own; it keeps this message for late tabs.
         script = _messages.RunJavascriptMessage(source=(_FILES / "page.js").read_text())
         self._websock_server.queue_message(script)
+        self._websock_server.on_client_connect(self._refuse_other_sites)
+        self._websock_server.unregister_handler(_messages.GuiUpdateMessage)
+        self._websock_server.register_handler(_messages.GuiUpdateMessage, self._take_value)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refused: it would open the operator's console to the internet; any tab could ask for it."""
         return None
+
+    async def _refuse_other_sites(self, client: WebsockClientConnection) -> None:
+        """A page of another web site, open in the same browser, must not command the robot."""
+        connection = self._websock_server._live_connections[client.client_id]
+        headers = connection.request.headers if connection.request is not None else {}
+        origin = headers.get("Origin")
+        if origin is not None and urlsplit(origin).netloc != headers.get("Host"):
+            await connection.close(1008, "this console takes commands from its own page alone")
+
+    async def _take_value(self, client_id: ClientId, message: _messages.GuiUpdateMessage) -> None:
+        """Viser lets a tab set any attribute of an element, so it could take STOP away from the others."""
+        if message.updates.keys() == {"value"}:
+            await self.gui._handle_gui_updates(client_id, message)
 
 
 def _require_free(host: str, port: int) -> None:

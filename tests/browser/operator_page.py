@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
@@ -10,18 +11,18 @@ from playwright.sync_api import Browser, Locator, Page, Playwright, expect
 
 from local_site.view.camera import board_origin_m, view_of
 
-WAIT_MS = 30_000.0
-"""A generous deadline for an event, not a speed that is tested [ms]."""
-SIZE_PX = (900, 560)
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+WAIT_MS = 60_000.0
+"""A generous deadline for an event, never a speed that is tested [ms]."""
+BOARD_M = (1.0, 1.0)
 
-Points = Sequence[tuple[float, float]]
+Point = tuple[float, float]
+Points = Sequence[Point]
 
 
 def launch(playwright: Playwright) -> Browser:
     """The system's Chromium, which draws in software."""
-    return playwright.chromium.launch(
-        executable_path="/usr/bin/chromium", headless=True, args=["--no-sandbox"]
-    )
+    return playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=["--no-sandbox"])
 
 
 class OperatorPage:
@@ -29,42 +30,46 @@ class OperatorPage:
 
     Args:
         page: The tab.
-        board_m: Width and height of a board [m].
     """
 
-    def __init__(self, page: Page, board_m: tuple[float, float] = (1.0, 1.0)):
-        self.page, self._board_m = page, board_m
+    def __init__(self, page: Page):
+        self.page = page
         self.problems: list[str] = []
-        self.foreign: list[str] = []
+        """Errors of the page's scripts."""
+        self.console: list[str] = []
+        self.requests: list[str] = []
+        page.set_default_timeout(WAIT_MS)
+        page.on("pageerror", lambda error: self.problems.append(str(error)))
+        page.on("console", lambda message: self.console.append(message.text))
+        page.on("request", lambda request: self.requests.append(request.url))
+        # viser warns of software drawing; the warning lies over what a test wants to press.
+        warning = page.locator(".mantine-Notification-root", has_text="Software WebGL")
+        page.add_locator_handler(warning, lambda shown: shown.locator("button").click())
 
-    def open(self, address: str, query: str = "?fixedDpr=0.25") -> None:
-        """Load the page and wait until it shows what the robot reported."""
-        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
-        self.page.on(
-            "request",
-            lambda request: (
-                None
-                if request.url.startswith((address, "blob:", "data:"))
-                else self.foreign.append(request.url)
-            ),
-        )
-        toast = self.page.locator(".mantine-Notification-root", has_text="Software WebGL")
-        self.page.add_locator_handler(toast, lambda shown: shown.locator("button").click())
-        self.page.goto(address + query)
+    def open(self, address: str, dpr: float = 0.25) -> None:
+        """Load the page and wait until it is all there; coarse pixels are drawn faster."""
+        self.page.goto(f"{address}?fixedDpr={dpr}")
         self.settle()
 
     def settle(self) -> None:
-        """Wait until the page shows a mode and the canvas is there."""
-        expect(self.tp("mode")).to_have_text(re.compile("^(?!UNKNOWN)"), timeout=WAIT_MS)
-        expect(self.page.locator("canvas[data-engine]")).to_be_visible(timeout=WAIT_MS)
+        """Wait until the page shows the robot's mode and its own role, and the canvas is there."""
+        self.says("mode", re.compile("^(?!UNKNOWN$)."))
+        expect(self.tp("session")).to_have_text(re.compile("."), timeout=WAIT_MS)
+        expect(self.canvas).to_be_visible(timeout=WAIT_MS)
+
+    # What it says -------------------------------------------------------------------------------
 
     def tp(self, name: str) -> Locator:
         """What the page says under a name."""
         return self.page.locator(f"[data-tp={name}]")
 
-    def says(self, name: str, words: str | re.Pattern[str], timeout_ms: float = WAIT_MS) -> None:
+    def says(self, name: str, words: str | re.Pattern[str]) -> None:
         """Wait until the page says this under a name."""
-        expect(self.tp(name)).to_have_text(words, timeout=timeout_ms)
+        expect(self.tp(name)).to_have_text(words, timeout=WAIT_MS)
+
+    def tells(self, words: str | re.Pattern[str]) -> None:
+        """Wait until a message says this."""
+        expect(self.tp("message").filter(has_text=words).first).to_be_visible(timeout=WAIT_MS)
 
     def number(self, name: str) -> float:
         """The number under a name."""
@@ -72,23 +77,59 @@ class OperatorPage:
         assert found, f"{name} shows no number"
         return float(found[0])
 
+    # Buttons and sliders ------------------------------------------------------------------------
+
     def button(self, label: str) -> Locator:
         """A button by its label."""
         return self.page.get_by_role("button", name=label, exact=True)
 
     def press(self, label: str) -> None:
         """Press a button once it may be pressed."""
-        self.button(label).click(timeout=WAIT_MS)
+        self.button(label).click()
+
+    def command(self, label: str, mode: str) -> None:
+        """Press a button and wait for the robot's report of the mode that it leads to."""
+        self.press(label)
+        self.says("mode", mode)
+
+    def slider(self, label: str) -> Locator:
+        """The number beside a slider."""
+        row = self.page.locator(f'label:text-is("{label}")').locator("xpath=../..")
+        return row.locator("input[type=text], input[type=number], input[inputmode]").first
+
+    def slide(self, label: str, value: float) -> None:
+        """Type a slider's value."""
+        self.slider(label).fill(f"{value:g}")
+        self.slider(label).press("Enter")
+
+    def disarmed(self) -> None:
+        """Bring the robot to DISARMED, whatever it does."""
+        if self.tp("mode").inner_text() != "DISARMED":
+            self.command("STOP", "STOPPED")
+            self.command("Reset", "DISARMED")
+
+    def taught(self) -> None:
+        """See to it that the robot has a model."""
+        if self.number("demos") == 0:
+            self.press("Load samples")
+        self.says("demos", re.compile("[1-9]"))
+        if "robot has it" not in self.tp("model").inner_text():
+            self.press("Send model")
+        self.says("model", re.compile("robot has it"))
 
     # The boards ---------------------------------------------------------------------------------
 
-    def pixel(self, at_m: tuple[float, float], remote: bool = False) -> tuple[float, float]:
+    @property
+    def canvas(self) -> Locator:
+        """Where the boards are drawn."""
+        return self.page.locator("canvas[data-engine]")
+
+    def pixel(self, at_m: Point, remote: bool = False) -> Point:
         """Where a point of a board is on the page [px]."""
-        box = self.page.locator("canvas[data-engine]").bounding_box()
+        box = self.canvas.bounding_box()
         assert box is not None
-        x, y = board_origin_m(remote, self._board_m[0])
-        view = view_of(self._board_m, (box["width"], box["height"]))
-        across, down = view.pixel(at_m[0] + x, at_m[1] + y)
+        x, y = board_origin_m(remote, BOARD_M[0])
+        across, down = view_of(BOARD_M, (box["width"], box["height"])).pixel(at_m[0] + x, at_m[1] + y)
         return box["x"] + across, box["y"] + down
 
     def draw(self, points: Points, remote: bool = False) -> None:

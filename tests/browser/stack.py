@@ -1,77 +1,58 @@
-"""A real `farhand up` for the browser tests: the three processes, each at a port of its own."""
+"""A real `farhand up` for the browser tests: both sites, the link and the page."""
 
 from __future__ import annotations
 
-import os
 import signal
-import subprocess
-import sys
-import threading
-from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 
+from tests.farhand_process import FarhandProcess, running
 from tests.ports import free_port
 
-_READY = "all three are ready"
-_END_PATIENCE_S = 20.0
+_PLANAR = Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml"
 
 
+@dataclass(frozen=True)
 class Stack:
-    """Both sites, the link and the page, until the end of the `with` block.
+    """One that runs.
 
     Args:
+        process: The `farhand up`.
+        address: Of the page.
         data_dir: Where demonstrations and models go.
-        link: Profile of the link.
     """
 
-    def __init__(self, data_dir: Path, link: str = "lan"):
-        self.address = f"http://127.0.0.1:{(port := free_port())}"
-        self._command = [
-            sys.executable, "-m", "deploy.cli", "up", "--task=planar", f"--link={link}", f"--port={port}",
-            f"--data-dir={data_dir}",
-        ]  # fmt: skip
-        self._words: deque[str] = deque(maxlen=40)
-        self._ready = threading.Event()
+    process: FarhandProcess
+    address: str
+    data_dir: Path
 
-    def __enter__(self) -> Stack:
-        self._process = subprocess.Popen(self._command, stderr=subprocess.PIPE, text=True)
-        self._reader = threading.Thread(target=self._listen, name="stack")
-        self._reader.start()
-        self._ready.wait()
-        if self._process.poll() is not None:
-            self._reader.join()
-            raise RuntimeError("farhand up did not start:\n" + "\n".join(self._words))
-        return self
+    @property
+    def model_file(self) -> Path:
+        """The newest model on disk."""
+        return self.data_dir / "planar" / "newest.farhand"
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._process.send_signal(signal.SIGINT)
-        try:
-            self._process.wait(_END_PATIENCE_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._reader.join()
 
-    def process_id(self, role: str) -> int:
-        """The child that is the `local`, `remote` or `link` process."""
-        pid = self._process.pid
-        for child in map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split()):
-            if role in Path(f"/proc/{child}/cmdline").read_text().split("\0"):
-                return child
-        raise LookupError(role)
+@contextmanager
+def farhand_up(data_dir: Path, link: str = "lan", task: str | Path = "planar") -> Iterator[Stack]:
+    """All of it on free ports, until the end of the block."""
+    port = free_port()
+    arguments = (f"--task={task}", f"--link={link}", f"--port={port}", f"--data-dir={data_dir}")
+    with running("up", *arguments) as process:
+        process.until("all three are ready")
+        yield Stack(process, f"http://127.0.0.1:{port}", data_dir)
+        if process.running:
+            process.send(signal.SIGINT)
+            process.wait()
 
-    def kill(self, role: str) -> None:
-        """End one of the three without warning."""
-        os.kill(self.process_id(role), signal.SIGKILL)
 
-    def _listen(self) -> None:
-        assert self._process.stderr is not None
-        with self._process.stderr as lines:
-            for line in lines:
-                self._words.append(line.rstrip())
-                if _READY in line:
-                    self._ready.set()
-        self._ready.set()
+def still_task(folder: Path) -> Path:
+    """The planar task with a U that stands still: a browser that draws in software is slow while it moves."""
+    text = _PLANAR.read_text()
+    for moving, still in (("[0.10, 0.03]", "[0.0, 0.0]"), ("noise_std_m = 0.002", "noise_std_m = 0.0")):
+        assert moving in text
+        text = text.replace(moving, still)
+    file = folder / "planar-still.toml"
+    file.write_text(text)
+    return file

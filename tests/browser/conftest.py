@@ -1,0 +1,62 @@
+"""A browser and a running Farhand, one of each per module; a tab per test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import Browser, sync_playwright
+
+from tests.browser.operator_page import CHROMIUM, OperatorPage, launch
+from tests.browser.stack import Stack, farhand_up, still_task
+
+NewTab = Callable[[], OperatorPage]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if "/tests/browser/" in item.path.as_posix():
+            item.add_marker(pytest.mark.browser)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    if CHROMIUM is None:
+        pytest.skip("NO CHROMIUM on this machine: the page is not tested (Debian: apt-get install chromium)")
+    with sync_playwright() as playwright:
+        browser = launch(playwright)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def stack(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
+    """Both sites over the `lan` profile with a U that stands still."""
+    folder = tmp_path_factory.mktemp("stack")
+    with farhand_up(folder / "data", task=still_task(folder)) as stack:
+        yield stack
+
+
+@pytest.fixture
+def new_tab(browser: Browser, stack: Stack) -> Iterator[NewTab]:
+    """Opens tabs that are closed with the test, and sees to it that none had an error."""
+    tabs: list[OperatorPage] = []
+
+    def open_one() -> OperatorPage:
+        context = browser.new_context(viewport={"width": 900, "height": 560})
+        tabs.append(tab := OperatorPage(context.new_page()))
+        tab.open(stack.address)
+        return tab
+
+    yield open_one
+    for tab in tabs:
+        tab.page.context.close()
+        assert tab.problems == []
+
+
+@pytest.fixture
+def tab(new_tab: NewTab) -> OperatorPage:
+    """The active tab, the robot DISARMED."""
+    tab = new_tab()
+    tab.disarmed()
+    return tab

@@ -1,0 +1,117 @@
+"""The job by mouse: teach, undo, send, drive, clutch, preview, execute, arrive."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from playwright.sync_api import expect
+
+from local_site.demonstration import Demonstration
+from local_site.view.camera import view_of
+from tests.browser.board_picture import await_point, seen_point
+from tests.browser.operator_page import BOARD_M, WAIT_MS, OperatorPage, Points
+from tests.browser.stack import Stack
+
+START, U = (0.15, 0.75), (0.72, 0.25)
+
+
+def arc(start: tuple[float, float], via: tuple[float, float], n: int = 14) -> Points:
+    """A curve from a start into the U."""
+    s = np.linspace(0.0, 1.0, n)[:, None]
+    points = (1 - s) ** 2 * start + 2 * s * (1 - s) * np.array(via) + s**2 * np.array(U)
+    return [(float(x), float(y)) for x, y in points]
+
+
+STROKES = [
+    arc((0.12, 0.78), (0.62, 0.72)),
+    arc((0.50, 0.92), (0.68, 0.75)),
+    arc((0.14, 0.30), (0.50, 0.75)),
+]
+
+
+def teach(tab: OperatorPage, stroke: Points) -> None:
+    demos = tab.number("demos")
+    tab.press("Record")
+    tab.says("recording", "RECORDING")
+    with tab.hold(stroke):
+        expect(tab.tp("components")).not_to_have_text("0", timeout=WAIT_MS)
+    tab.press("End")
+    tab.says("demos", f"{demos + 1:.0f}")
+    tab.says("recording", "")
+
+
+def demonstrations(stack: Stack) -> list[Path]:
+    return sorted(stack.model_file.parent.glob("demonstration-*.npz"))
+
+
+def test_strokes_teach_as_they_are_drawn_and_undo_restores_the_model_bit_for_bit(
+    tab: OperatorPage, stack: Stack
+) -> None:
+    teach(tab, STROKES[0])
+    teach(tab, STROKES[1])
+    before = stack.model_file.read_bytes()
+    components = tab.number("components")
+    teach(tab, STROKES[2])
+    assert stack.model_file.read_bytes() != before
+    tab.press("Undo")
+    tab.says("demos", "2")
+    tab.tells("the last demonstration was undone")
+    assert stack.model_file.read_bytes() == before
+    assert tab.number("components") == components
+
+
+def test_what_is_learned_is_what_was_drawn(tab: OperatorPage, stack: Stack) -> None:
+    known = set(demonstrations(stack))
+    teach(tab, STROKES[2])
+    (file,) = set(demonstrations(stack)) - known
+    drawn = np.array(STROKES[2])
+    learned = Demonstration.load(file)
+    box = tab.canvas.bounding_box()
+    assert box is not None
+    pixel_m = 1.0 / view_of(BOARD_M, (box["width"], box["height"])).pixels_per_m
+    assert distance_to(drawn, learned.position_m).max() < 2.0 * pixel_m
+    # The browser's own pace leaves no trace: the hand moves evenly, at the learner's rate.
+    np.testing.assert_allclose(np.diff(learned.time_s), np.diff(learned.time_s)[0], rtol=1e-6)
+    speed = np.linalg.norm(np.diff(learned.position_m, axis=0), axis=1) / np.diff(learned.time_s)
+    assert np.ptp(speed[1:-1]) < 0.2 * np.median(speed)
+
+
+def test_the_mouse_drives_the_robot_only_while_coupled(tab: OperatorPage) -> None:
+    tab.command("Arm", "HOLD")
+    begin = await_point(tab, START)
+    tab.draw([(0.3, 0.3), (0.4, 0.4), (0.5, 0.4)])
+    tab.tells("nothing follows your hand now")
+    assert np.allclose(seen_point(tab) or (0, 0), begin, atol=0.01)
+    tab.command("Couple", "DIRECT")
+    tab.says("holder", "OPERATOR")
+    with tab.hold([(0.30, 0.30), (0.35, 0.30), (0.40, 0.30), (0.45, 0.25)]):
+        await_point(tab, (begin[0] + 0.15, begin[1] - 0.05))
+    tab.says("mode", "HOLD")
+    tab.tells("the drag ended")
+    tab.command("Couple", "DIRECT")
+    tab.command("Clutch", "HOLD")
+    tab.says("holder", "NOBODY")
+
+
+def test_the_robot_executes_what_was_taught_and_arrives_in_the_u(tab: OperatorPage) -> None:
+    assert tab.button("Execute").is_disabled()
+    tab.taught()
+    tab.command("Arm", "HOLD")
+    tab.press("Preview")
+    tab.tells(re.compile("previewed .* s of motion"))
+    tab.command("Execute", "AUTONOMOUS")
+    tab.says("holder", "REMOTE MPC")
+    tab.says("phase", "ARRIVED")
+    await_point(tab, U)
+    active = int(tab.tp("graph").get_attribute("data-active") or -1)
+    assert 0 <= active < tab.number("components")
+    tab.command("Clutch", "HOLD")
+
+
+def distance_to(polyline: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Distance of each point to a polyline."""
+    a, ab = polyline[:-1], np.diff(polyline, axis=0)
+    part = np.clip(((points[:, None] - a) * ab).sum(-1) / (ab**2).sum(-1), 0.0, 1.0)
+    return np.linalg.norm(points[:, None] - (a + part[..., None] * ab), axis=-1).min(axis=1)
