@@ -34,6 +34,9 @@ class InvalidInput(FarhandError):
         where = f"{source}: {field}" if field else source
         super().__init__(f"{where}: {expected}")
 
+    def __reduce__(self) -> tuple[type[InvalidInput], tuple[str, str, str]]:
+        return type(self), (self.source, self.field, self.expected)  # so that it crosses processes
+
 
 class InvalidDemonstration(InvalidInput):
     """A demonstration file or stream is malformed."""

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import json
+import os
+
+import numpy as np
+import pytest
+
+from common.errors import InvalidConfiguration
+from evaluation import study
+from evaluation.study import reporting_seeds, run, tuning_seeds
+
+
+@pytest.fixture(autouse=True)
+def coins(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(study.STUDIES, "coins", "tests.evaluation.coins")
+
+
+def test_no_seed_both_tunes_and_reports_and_no_two_studies_share_one():
+    tuned = {seed for choice in range(120) for seed in tuning_seeds(choice, 10**6)}
+    reported = [set(reporting_seeds(choice, 10_000)) for choice in range(120)]
+    assert tuned.isdisjoint(set.union(*reported))
+    assert sum(map(len, reported)) == len(set.union(*reported))
+
+
+def test_a_study_leaves_json_with_all_that_makes_it_repeatable(tmp_path):
+    path = run("coins", 4, 3, tmp_path / "new" / "folder", "farhand evaluate coins --seed 3")
+    assert path == tmp_path / "new" / "folder" / "coins.json"
+    record = json.loads(path.read_text())
+    assert record["study"] == "coins"
+    assert record["command"] == "farhand evaluate coins --seed 3"
+    assert record["seed"] == 3
+    assert record["versions"]["numpy"] == np.__version__
+    assert record["machine"]["cores"] == os.cpu_count()
+    assert record["summary"].keys() == {"heads", "share"}
+    assert record["summary"]["heads"] == sum(trial["success"] for trial in record["trials"])
+
+
+def test_trials_keep_their_order_and_run_in_other_processes(tmp_path):
+    trials = json.loads(run("coins", 12, 0, tmp_path, "").read_text())["trials"]
+    assert [trial["seed"] for trial in trials] == list(reporting_seeds(0, 12))
+    assert os.getpid() not in {trial["process"] for trial in trials}
+    heads = [bool(np.random.default_rng(trial["seed"]).random() < 0.5) for trial in trials]
+    assert [trial["success"] for trial in trials] == heads
+
+
+def test_what_is_not_finite_becomes_null(tmp_path):
+    text = run("coins", 2, 0, tmp_path, "").read_text()
+    assert "NaN" not in text
+    assert [trial["undefined"] for trial in json.loads(text)["trials"]] == [None, None]
+
+
+def test_a_study_leaves_markdown_that_ends_with_its_command_versions_and_machine(tmp_path):
+    text = run("coins", None, 0, tmp_path, "farhand evaluate coins").with_suffix(".md").read_text()
+    assert text.startswith("# Coins\n")
+    assert "Command: `farhand evaluate coins`, seed 0." in text
+    assert f"numpy {np.__version__}" in text
+    assert f"{os.cpu_count()} cores" in text
+
+
+def test_a_trial_that_fails_ends_the_study_and_leaves_nothing(tmp_path):
+    with pytest.raises(InvalidConfiguration, match="coin: edge: a side"):
+        run("coins", 3, 13, tmp_path / "results", "")
+    assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "trials", "seed", "field"),
+    [("dice", 1, 0, "study"), ("coins", 0, 0, "trials"), ("coins", 1, -1, "seed")],
+)
+def test_a_wrong_question_is_refused_with_its_field(name, trials, seed, field, tmp_path):
+    with pytest.raises(InvalidConfiguration) as caught:
+        run(name, trials, seed, tmp_path / "results", "")
+    assert caught.value.field == field
+    assert not (tmp_path / "results").exists()
