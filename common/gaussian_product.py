@@ -8,35 +8,50 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidInput
+from common.manifold import Manifold
 from common.task_frame import TaskFrame
 
 Array = NDArray[np.float64]
+
+_MAX_STEPS = 20
+_CONVERGED = 1e-10
 
 
 def gaussian_product(means: Array, covariances: Array, frames: Sequence[TaskFrame]) -> tuple[Array, Array]:
     """Gaussians of all components in the world, given the present task frames.
 
+    The mean is where the product of the densities is largest, found by Gauss-Newton steps from the first
+    frame's mean; for positions the first step is the closed form of Eq. 9. Where frames disagree about an
+    orientation by nearly half a turn, that maximum is the one nearest to the first frame's.
+
     Args:
-        means: Means mu_i^(j) in each frame [m]. Shape (P, K, D).
-        covariances: Covariances Sigma_i^(j) in each frame [m^2]. Shape (P, K, D, D).
+        means: Means mu_i^(j) in each frame [m]. Shape (P, K, C).
+        covariances: Covariances Sigma_i^(j) in each frame [m^2, rad^2]. Shape (P, K, T, T).
         frames: The present task parameters. Length P.
 
     Returns:
-        World means (K, D) [m] and covariances (K, D, D) [m^2].
+        World means (K, C) and covariances (K, T, T).
 
     Raises:
         InvalidInput: When the number or dimension of the frames is not the model's.
     """
-    check_frames(frames, *means.shape[::2])
-    if len(frames) == 1:  # the product of one factor
-        return frames[0].to_world(means[0]), frames[0].covariance_to_world(covariances[0])
+    space = Manifold.of(means.shape[2], covariances.shape[3])
+    check_frames(frames, means.shape[0], space.n_dims)
     world = np.stack([frame.to_world(mu) for frame, mu in zip(frames, means, strict=True)])  # Eq. 8
     sigma = np.stack([frame.covariance_to_world(c) for frame, c in zip(frames, covariances, strict=True)])
-    precisions = np.linalg.inv(sigma)
-    product = np.linalg.inv(precisions.sum(axis=0))  # Eq. 9
-    product = 0.5 * (product + np.swapaxes(product, -1, -2))
-    information = np.einsum("pkde,pke->kd", precisions, world)
-    return np.einsum("kde,ke->kd", product, information), product
+    if len(frames) == 1:  # the product of one factor
+        return world[0], sigma[0]
+    precisions, x = np.linalg.inv(sigma), world[0]
+    for _ in range(_MAX_STEPS):
+        e = space.log(world, x)  # log(mu_j, exp(x, t)) = e_j + J(e_j)^-1 t
+        J = np.linalg.inv(space.jacobian(e))
+        weighted = np.swapaxes(J, -1, -2) @ precisions
+        product = np.linalg.inv((weighted @ J).sum(axis=0))  # Eq. 9
+        step = -np.einsum("kde,pkef,pkf->kd", product, weighted, e)
+        x = space.exp(x, step)
+        if not space.oriented or np.abs(step).max() < _CONVERGED:
+            break
+    return x, 0.5 * (product + np.swapaxes(product, -1, -2))
 
 
 def check_frames(frames: Sequence[TaskFrame], n_frames: int, n_dims: int) -> None:

@@ -1,11 +1,17 @@
-"""Task parameters {A, b}: a coordinate system seen by the robot (Eqs. 1 and 8)."""
+"""Task parameters {A, b}: a coordinate system seen by the robot (Eqs. 1 and 8).
+
+The same frames serve positions and poses: of a pose, A turns the orientation too, while the rotational part
+of a tangent, being in the axes of the body, is the same in every frame.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from common.errors import InvalidInput
 
@@ -52,14 +58,56 @@ class TaskFrame:
         """Dimension D of the space."""
         return self.b.size
 
+    @cached_property
+    def quat_wxyz(self) -> Array:
+        """Orientation A as a unit quaternion. Shape (4,).
+
+        Raises:
+            InvalidInput: When the frame is not one of space, or a mirror image.
+        """
+        if self.n_dims != 3 or np.linalg.det(self.A) < 0.0:
+            raise InvalidInput("task frame", "A", "a rotation of space, which orientations need")
+        return Rotation.from_matrix(self.A).as_quat(scalar_first=True)
+
     def to_local(self, points: Array) -> Array:
-        """Points of the world seen from this frame, Eq. 1. Shape (..., D) [m]."""
-        return (np.asarray(points, dtype=float) - self.b) @ self.A  # A^-1 = A^T
+        """Points of the world seen from this frame, Eq. 1. Shape (..., D) [m], or (..., 7) for poses."""
+        points = np.asarray(points, dtype=float)
+        if points.shape[-1] == self.n_dims:
+            return (points - self.b) @ self.A  # A^-1 = A^T
+        turned = quat_product(self.quat_wxyz * (1.0, -1.0, -1.0, -1.0), points[..., self.n_dims :])
+        return np.concatenate([(points[..., : self.n_dims] - self.b) @ self.A, turned], axis=-1)
 
     def to_world(self, points: Array) -> Array:
-        """Points of this frame seen from the world, Eq. 8. Shape (..., D) [m]."""
-        return np.asarray(points, dtype=float) @ self.A.T + self.b
+        """Points of this frame seen from the world, Eq. 8. Shape (..., D) [m], or (..., 7) for poses."""
+        points = np.asarray(points, dtype=float)
+        if points.shape[-1] == self.n_dims:
+            return points @ self.A.T + self.b
+        turned = quat_product(self.quat_wxyz, points[..., self.n_dims :])
+        return np.concatenate([points[..., : self.n_dims] @ self.A.T + self.b, turned], axis=-1)
+
+    def tangent_to_world(self, n_tangent: int) -> Array:
+        """What turns tangents of this frame into those of the world. Shape (T, T)."""
+        turn = np.eye(n_tangent)
+        turn[: self.n_dims, : self.n_dims] = self.A
+        return turn
 
     def covariance_to_world(self, covariances: Array) -> Array:
-        """Covariances of this frame seen from the world, Eq. 8. Shape (..., D, D) [m^2]."""
-        return self.A @ np.asarray(covariances, dtype=float) @ self.A.T
+        """Covariances of this frame seen from the world, Eq. 8. Shape (..., T, T) [m, rad]."""
+        covariances = np.asarray(covariances, dtype=float)
+        turn = self.tangent_to_world(covariances.shape[-1])
+        return turn @ covariances @ turn.T
+
+
+def quat_product(a: Array, b: Array) -> Array:
+    """The rotation b, then a. Shapes (..., 4), scalar first."""
+    w, x, y, z = np.moveaxis(np.asarray(a, dtype=float), -1, 0)
+    q0, q1, q2, q3 = np.moveaxis(np.asarray(b, dtype=float), -1, 0)
+    return np.stack(
+        [
+            w * q0 - x * q1 - y * q2 - z * q3,
+            w * q1 + x * q0 + y * q3 - z * q2,
+            w * q2 - x * q3 + y * q0 + z * q1,
+            w * q3 + x * q2 - y * q1 + z * q0,
+        ],
+        axis=-1,
+    )

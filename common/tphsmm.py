@@ -12,31 +12,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidModel
+from common.manifold import POSE, Manifold
 
 Array = NDArray[np.float64]
 
 _ROW_SUM_TOLERANCE = 1e-9
+_UNIT_TOLERANCE = 1e-6
 _MAX_COMPONENTS = 4096
 
-# Shape and kind of every array: K components, P frames, D dimensions.
+# Shape and kind of every array: K components, P frames, C coordinates of a point and T of a tangent.
+# Both are D for positions; for poses they are 7 and 6 (see `common.manifold`).
 ARRAY_FIELDS: dict[str, tuple[str, type]] = {
     "initial": ("K", np.float64),
     "transition": ("KK", np.float64),
     "exit": ("K", np.float64),
-    "means": ("PKD", np.float64),
-    "covariances": ("PKDD", np.float64),
+    "means": ("PKC", np.float64),
+    "covariances": ("PKTT", np.float64),
     "duration_mean_s": ("K", np.float64),
     "duration_variance_s2": ("K", np.float64),
     "terminal": ("K", np.bool_),
     "counts": ("K", np.int64),
     "phase": ("K", np.float64),
     "elapsed_mean_s": ("K", np.float64),
-    "slopes": ("PKD", np.float64),
-    "residual_covariances": ("PKDD", np.float64),
-    "start_means": ("PKD", np.float64),
-    "start_covariances": ("PKDD", np.float64),
-    "start_gains": ("PKDD", np.float64),
+    "slopes": ("PKT", np.float64),
+    "residual_covariances": ("PKTT", np.float64),
+    "start_means": ("PKC", np.float64),
+    "start_covariances": ("PKTT", np.float64),
+    "start_gains": ("PKTT", np.float64),
 }
+_POINTS = ("means", "start_means")
 _COVARIANCES = ("covariances", "residual_covariances", "start_covariances")
 _NOT_NEGATIVE = ("initial", "transition", "exit", "duration_mean_s", "counts", "phase", "elapsed_mean_s")
 
@@ -52,19 +56,19 @@ class TPHSMM:
         initial: Probability pi_i that a demonstration begins in component i. Shape (K,).
         transition: Probability a_il of going from i to l, zero diagonal. Shape (K, K).
         exit: Probability that the motion ends after component i. Shape (K,).
-        means: Means mu_i^(j) [m]. Shape (P, K, D).
-        covariances: Covariances Sigma_i^(j) [m^2]. Shape (P, K, D, D).
+        means: Means mu_i^(j) [m]. Shape (P, K, C).
+        covariances: Covariances Sigma_i^(j) [m^2, rad^2]. Shape (P, K, T, T).
         duration_mean_s: Mean duration mu_i^D [s]. Shape (K,).
         duration_variance_s2: Variance of the duration Sigma_i^D [s^2]. Shape (K,).
         terminal: Whether demonstrations ended in the component. Shape (K,).
         counts: Datapoints n_i of the component. Shape (K,).
         phase: Mean fraction of the demonstration's time at which it is visited. Shape (K,).
         elapsed_mean_s: Mean time since the component was entered, over its datapoints [s]. Shape (K,).
-        slopes: Regression of position on that time, the ramp reference [m/s]. Shape (P, K, D).
-        residual_covariances: Covariance left by that regression [m^2]. Shape (P, K, D, D).
-        start_means: Mean start of the demonstrations seen by the component [m]. Shape (P, K, D).
-        start_covariances: Covariance of these starts, with its prior [m^2]. Shape (P, K, D, D).
-        start_gains: Regression of position on the start. Shape (P, K, D, D).
+        slopes: Regression of the point on that time, the ramp reference [m/s, rad/s]. Shape (P, K, T).
+        residual_covariances: Covariance left by that regression [m^2, rad^2]. Shape (P, K, T, T).
+        start_means: Mean start of the demonstrations seen by the component [m]. Shape (P, K, C).
+        start_covariances: Covariance of these starts, with its prior [m^2, rad^2]. Shape (P, K, T, T).
+        start_gains: Regression of the point on the start. Shape (P, K, T, T).
 
     Raises:
         InvalidModel: Naming the field whose shape, range or normalisation is wrong.
@@ -95,9 +99,10 @@ class TPHSMM:
         means = np.asarray(self.means)
         if means.ndim != 3 or 0 in means.shape or means.shape[1] > _MAX_COMPONENTS:
             raise InvalidModel(
-                "model", "means", f"shape (P, K, D) with 1 to 4096 components, got {means.shape}"
+                "model", "means", f"shape (P, K, C) with 1 to 4096 components, got {means.shape}"
             )
-        sizes = dict(zip("PKD", means.shape, strict=True))
+        sizes = dict(zip("PKC", means.shape, strict=True))
+        sizes["T"] = POSE.n_tangent if self._of_poses(means) else sizes["C"]
         for name, (axes, kind) in ARRAY_FIELDS.items():
             array = _checked(name, getattr(self, name), tuple(sizes[axis] for axis in axes), kind)
             object.__setattr__(self, name, array)
@@ -105,6 +110,13 @@ class TPHSMM:
         self._check_probabilities()
         for name in _COVARIANCES:
             _check_positive_definite(name, getattr(self, name))
+        for name in _POINTS if self.manifold.oriented else ():
+            norm = np.linalg.norm(getattr(self, name)[..., self.n_dims :], axis=-1)
+            if np.abs(norm - 1.0).max() > _UNIT_TOLERANCE:
+                raise InvalidModel("model", name, "unit quaternions (w, x, y, z) after the positions")
+
+    def _of_poses(self, means: Array) -> bool:
+        return (means.shape[2], np.shape(self.covariances)[-1:]) == (POSE.n_coordinates, (POSE.n_tangent,))
 
     def _check_scalars(self) -> None:
         names = self.frame_names
@@ -146,9 +158,14 @@ class TPHSMM:
         return self.means.shape[1]
 
     @property
+    def manifold(self) -> Manifold:
+        """The space: positions or poses."""
+        return Manifold.of(self.means.shape[2], self.covariances.shape[3])
+
+    @property
     def n_dims(self) -> int:
-        """Dimension D of the space."""
-        return self.means.shape[2]
+        """Dimension D of positions and task frames."""
+        return self.manifold.n_dims
 
     @property
     def n_paths(self) -> int:
@@ -169,6 +186,7 @@ class TPHSMM:
     def __repr__(self) -> str:
         return (
             f"TPHSMM(K={self.n_components}, P={self.n_frames}, D={self.n_dims}, "
+            f"poses={self.manifold.oriented}, "
             f"terminal={int(self.terminal.sum())}, demonstrations={self.n_demonstrations})"
         )
 

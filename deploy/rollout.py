@@ -25,6 +25,8 @@ def roll_out(
     if demonstration.n_dims != model.n_dims or demonstration.frame_names != model.frame_names:
         expected = f"dimension {model.n_dims} and frames {model.frame_names}, as the model has"
         raise InvalidDemonstration("demonstration", "position_m, frame_names", expected)
+    if model.manifold.oriented and not demonstration.space.oriented:
+        raise InvalidDemonstration("demonstration", "quat_wxyz", "orientations, as the model has")
     clock = demonstration.time_s - demonstration.time_s[0]
     fixed = None if demonstration.frames_move else demonstration.frames_at(0)
 
@@ -34,7 +36,8 @@ def roll_out(
     def frames_at(time_s: float) -> list[TaskFrame]:
         return fixed or demonstration.frames_at(sample_at(time_s))
 
-    result = rollout.roll_out(model, demonstration.position_m[0], frames_at, settings)
+    start = demonstration.points[0, : model.manifold.n_coordinates]
+    result = rollout.roll_out(model, start, frames_at, settings)
     samples = [sample_at(t) for t in result.time_s]
     moving_b, moving_A = demonstration.frame_origin_m.ndim == 3, demonstration.frame_rotation.ndim == 4
     return replace(
@@ -43,6 +46,6 @@ def roll_out(
         position_m=result.position_m,
         frame_origin_m=demonstration.frame_origin_m[samples] if moving_b else demonstration.frame_origin_m,
         frame_rotation=demonstration.frame_rotation[samples] if moving_A else demonstration.frame_rotation,
-        quat_wxyz=None,
+        quat_wxyz=result.quat_wxyz,
         source=f"rollout of a model{'' if result.arrived else ' (gave up before its end)'}",
     )

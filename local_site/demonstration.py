@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from common.errors import InvalidDemonstration, InvalidInput
+from common.manifold import Manifold
 from common.task_frame import TaskFrame
 
 Array = NDArray[np.float64]
@@ -91,6 +92,18 @@ class Demonstration:
     def n_dims(self) -> int:
         """Dimension D of the space."""
         return self.position_m.shape[1]
+
+    @property
+    def space(self) -> Manifold:
+        """Poses where there are orientations in space, else positions."""
+        return Manifold(self.n_dims, oriented=self.quat_wxyz is not None and self.n_dims == 3)
+
+    @property
+    def points(self) -> Array:
+        """The motion as points of its space: positions (T, D), or poses (T, 7)."""
+        if self.quat_wxyz is None or not self.space.oriented:
+            return self.position_m
+        return np.hstack([self.position_m, self.quat_wxyz])
 
     @property
     def frames_move(self) -> bool:

@@ -47,10 +47,13 @@ def learn(demonstrations: Sequence[Demonstration], settings: LearnerSettings | N
         if (other.n_dims, other.frame_names) != (first.n_dims, first.frame_names):
             expected = f"dimension {first.n_dims} and frames {first.frame_names}, as in the first one"
             raise InvalidDemonstration(f"demonstration {number + 1}", "position_m, frame_names", expected)
-    learner = OnlineLearner(settings or default_settings(demonstrations), first.n_dims, first.frame_names)
+        if other.space != first.space:
+            expected = "orientations in all demonstrations, or in none"
+            raise InvalidDemonstration(f"demonstration {number + 1}", "quat_wxyz", expected)
+    learner = OnlineLearner(settings or default_settings(demonstrations), first.space, first.frame_names)
     for demonstration in demonstrations:
         learner.start()
-        learner.observe_many(demonstration.position_m, demonstration.frames(), demonstration.time_s)
+        learner.observe_many(demonstration.points, demonstration.frames(), demonstration.time_s)
         learner.end()
     return learner.model()
 
@@ -69,4 +72,7 @@ def learn_files(paths: Sequence[Path | str], settings: LearnerSettings | None = 
         if demonstration.n_dims != demonstrations[0].n_dims:
             expected = f"dimension {demonstrations[0].n_dims}, as in {paths[0]}"
             raise InvalidDemonstration(str(path), "position_m", expected)
+        if demonstration.space != demonstrations[0].space:
+            expected = f"{'no ' if demonstration.space.oriented else ''}orientations, as in {paths[0]}"
+            raise InvalidDemonstration(str(path), "quat_wxyz", expected)
     return learn(demonstrations, settings)

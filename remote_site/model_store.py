@@ -50,6 +50,8 @@ class ModelStore:
         if transfer.task != self._task.name:
             raise InvalidModel("model", "task", f"{self._task.name!r}, got {transfer.task!r}")
         model = decode(transfer.content)
+        if model.manifold.oriented:
+            raise InvalidModel("model", "means", "positions, as the task has; these are poses")
         if (model.n_dims, model.n_frames) != (self._task.n_dims, len(self._task.frame_names)):
             expected = f"{self._task.n_dims} dimensions and {len(self._task.frame_names)} frames"
             raise InvalidModel("model", "means", f"{expected}, got {model.n_dims} and {model.n_frames}")

@@ -9,8 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from common.kernel import kernel
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -51,7 +52,7 @@ class Segment(NamedTuple):
         return cls(np.array([-1]), np.zeros(3), np.zeros(capacity), np.zeros(capacity, np.int64))
 
 
-@njit(cache=True)
+@kernel
 def follow(dwell, segment, labels, times):
     """Count along the components of consecutive datapoints, in place. Shapes (T,), (T,)."""
     for t in range(labels.size):
@@ -69,7 +70,7 @@ def follow(dwell, segment, labels, times):
         segment.time_count[q] += 1
 
 
-@njit(cache=True)
+@kernel
 def finish(dwell, segment, terminal):
     """Close the last segment into the terminal component, and commit the phases."""
     _close(dwell, segment)
@@ -84,7 +85,7 @@ def finish(dwell, segment, terminal):
     dwell.phase_count[terminal] += 1
 
 
-@njit(cache=True)
+@kernel
 def _close(dwell, segment):
     """Running mean and variance of the duration (Welford)."""
     i, d = segment.component[0], segment.clock[1] - segment.clock[2]

@@ -8,61 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import deepcopy
-from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from common.errors import InvalidConfiguration, InvalidDemonstration, InvalidModel
+from common.errors import InvalidDemonstration, InvalidInput, InvalidModel
 from common.gaussian_product import check_frames
+from common.manifold import Manifold
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
-from local_site.learning.dp_means import Clusters, Motion, add_end, assign_points
+from local_site.learning.clusters import Clusters
+from local_site.learning.dp_means import add_end, assign_points
 from local_site.learning.dwell_statistics import Dwell, Segment, finish, follow
+from local_site.learning.learner_settings import LearnerSettings
+from local_site.learning.motion import Motion
 from local_site.learning.parameters import parameters
 
 Array = NDArray[np.float64]
 Arrays = TypeVar("Arrays", bound=tuple[np.ndarray, ...])
 
 _FIRST_CAPACITY = 32
-
-
-@dataclass(frozen=True)
-class LearnerSettings:
-    """The two numbers of the paper, and fixed weights.
-
-    Args:
-        max_distance_m: Lambda, the distance beyond which a datapoint founds a component [m].
-        min_std_m: Square root of the minimum covariance [m]; a twentieth of lambda when not given.
-        hysteresis: A switch of component must be nearer by this fraction of lambda.
-        direction_weight: Weight of the direction of travel in the assignment, in lambda.
-        distance_weight: Weight of the distance travelled in the assignment.
-
-    Raises:
-        InvalidConfiguration: When a number is not finite or out of range.
-    """
-
-    max_distance_m: float
-    min_std_m: float | None = None
-    hysteresis: float = 0.1
-    direction_weight: float = 1.0
-    distance_weight: float = 0.5
-
-    def __post_init__(self) -> None:
-        for name in ("max_distance_m", "min_std"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InvalidConfiguration("learner", name, f"a positive number of metres, got {value}")
-        for name in ("hysteresis", "direction_weight", "distance_weight"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0):
-                raise InvalidConfiguration("learner", name, f"zero or more, got {value}")
-
-    @property
-    def min_std(self) -> float:
-        """Square root of the minimum covariance [m]."""
-        return 0.05 * self.max_distance_m if self.min_std_m is None else self.min_std_m
 
 
 class Snapshot(NamedTuple):
@@ -79,15 +45,17 @@ class OnlineLearner:
 
     Args:
         settings: Lambda and the rest.
-        n_dims: Dimension D of the datapoints.
+        space: Of the datapoints: `common.manifold.POSE`, or the dimension D of positions.
         frame_names: Names of the task frames; their number is P.
     """
 
-    def __init__(self, settings: LearnerSettings, n_dims: int, frame_names: Sequence[str] = ("goal",)):
+    def __init__(
+        self, settings: LearnerSettings, space: Manifold | int, frame_names: Sequence[str] = ("goal",)
+    ):
         self.settings = settings
-        self.n_dims = n_dims
+        self.space = space if isinstance(space, Manifold) else Manifold(space)
         self.frame_names = tuple(frame_names)
-        self._clusters = Clusters.empty(_FIRST_CAPACITY, len(self.frame_names), n_dims)
+        self._clusters = Clusters.empty(_FIRST_CAPACITY, len(self.frame_names), self.space)
         self._dwell = Dwell.empty(_FIRST_CAPACITY)
         self._motion: Motion | None = None
         self._segment: Segment | None = None
@@ -122,14 +90,14 @@ class OnlineLearner:
         if self.demonstrating:
             raise InvalidDemonstration("demonstration", "start", "end or discard the running one first")
         self._before = self.snapshot()
-        self._motion = Motion.begin(len(self.frame_names), self.n_dims)
+        self._motion = Motion.begin(len(self.frame_names), self.space)
         self._segment = Segment.begin(self._clusters.counts.size)
 
     def observe(self, point: Array, frames: Sequence[TaskFrame], time_s: float) -> int:
         """Learn from one datapoint and return its component.
 
         Args:
-            point: Position in the world [m]. Shape (D,).
+            point: Position or pose in the world [m]. Shape (C,).
             frames: The task frames at that time. Length P.
             time_s: Its time, later than that of the one before [s].
 
@@ -147,7 +115,7 @@ class OnlineLearner:
         """Learn from consecutive datapoints, exactly as one by one, and return their components.
 
         Args:
-            points: Positions in the world [m]. Shape (T, D).
+            points: Positions or poses in the world [m]. Shape (T, C).
             frames: The task frames, P of them for all datapoints or one such sequence per datapoint.
             times_s: Increasing times [s]. Length T.
 
@@ -159,7 +127,6 @@ class OnlineLearner:
         local, times = self._checked(points, frames, times_s)
         labels, done = np.zeros(len(times), np.int64), 0
         s = self.settings
-        weights = np.array([s.direction_weight, s.distance_weight])
         while done < len(times):
             done += assign_points(
                 self._clusters,
@@ -167,7 +134,7 @@ class OnlineLearner:
                 local[done:],
                 times[done:],
                 s.max_distance_m,
-                weights,
+                s.weights,
                 s.hysteresis,
                 labels[done:],
             )
@@ -186,8 +153,7 @@ class OnlineLearner:
         if self._segment.time_count.sum() < 2:
             raise InvalidDemonstration("demonstration", "", "at least two datapoints")
         s = self.settings
-        weights = np.array([s.direction_weight, s.distance_weight])
-        terminal = int(add_end(self._clusters, self._motion, s.max_distance_m, weights))
+        terminal = int(add_end(self._clusters, self._motion, s.max_distance_m, s.weights))
         finish(self._dwell, self._segment, terminal)
         self._make_room()
         self._motion = self._segment = self._before = None
@@ -226,29 +192,35 @@ class OnlineLearner:
         """
         if self.n_components == 0:
             raise InvalidModel("model", "", "at least one demonstration to learn from")
-        return parameters(self._clusters, self._dwell, self.settings, self.frame_names)
+        return parameters(self._clusters, self._dwell, self.settings, self.frame_names, self.space)
 
     def _checked(self, points, frames, times_s) -> tuple[Array, Array]:
-        """Datapoints in each frame (T, P, D), and times (T,)."""
-        points, times = np.asarray(points, dtype=float), np.asarray(times_s, dtype=float)
-        if points.ndim != 2 or points.shape[1] != self.n_dims or times.shape != points.shape[:1]:
-            expected = f"shapes (T, {self.n_dims}) and (T,), got {points.shape} and {times.shape}"
+        """Datapoints in each frame (T, P, C), and times (T,)."""
+        try:
+            points = self.space.checked(points, "demonstration", "points")
+        except InvalidInput as error:
+            raise InvalidDemonstration(error.source, error.field, error.expected) from None
+        times = np.asarray(times_s, dtype=float)
+        if points.ndim != 2 or times.shape != points.shape[:1]:
+            expected = (
+                f"shapes (T, {self.space.n_coordinates}) and (T,), got {points.shape} and {times.shape}"
+            )
             raise InvalidDemonstration("demonstration", "points, times", expected)
-        if not (np.isfinite(points).all() and np.isfinite(times).all()):
-            raise InvalidDemonstration("demonstration", "points, times", "finite numbers only")
+        if not np.isfinite(times).all():
+            raise InvalidDemonstration("demonstration", "time_s", "finite numbers only")
         assert self._motion is not None
         last = self._motion.clock[0] if self._motion.component[0] >= 0 else -np.inf
         if (np.diff(times, prepend=last) <= 0).any():
             raise InvalidDemonstration("demonstration", "time_s", "times that increase")
         fixed = len(frames) > 0 and isinstance(frames[0], TaskFrame)
         if fixed:
-            check_frames(frames, len(self.frame_names), self.n_dims)
+            check_frames(frames, len(self.frame_names), self.space.n_dims)
             return np.ascontiguousarray(np.stack([f.to_local(points) for f in frames], axis=1)), times
         if len(frames) != len(times):
             raise InvalidDemonstration("demonstration", "frames", f"{len(times)} of them, got {len(frames)}")
-        local = np.empty((len(times), len(self.frame_names), self.n_dims))
+        local = np.empty((len(times), len(self.frame_names), self.space.n_coordinates))
         for t, present in enumerate(frames):
-            check_frames(present, len(self.frame_names), self.n_dims)
+            check_frames(present, len(self.frame_names), self.space.n_dims)
             local[t] = [frame.to_local(points[t]) for frame in present]
         return local, times
 
@@ -257,8 +229,8 @@ class OnlineLearner:
         capacity = self._clusters.counts.size
         if self.n_components < capacity:
             return
-        frames, dims = len(self.frame_names), self.n_dims
-        self._clusters = _filled(Clusters.empty(2 * capacity, frames, dims), self._clusters)
+        larger = Clusters.empty(2 * capacity, len(self.frame_names), self.space)
+        self._clusters = _filled(larger, self._clusters)
         self._dwell = _filled(Dwell.empty(2 * capacity), self._dwell)
         if self._segment is not None:
             self._segment = _filled(Segment.begin(2 * capacity), self._segment)

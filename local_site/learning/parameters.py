@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
+from common.manifold import Manifold
 from common.tphsmm import TPHSMM
-from local_site.learning.dp_means import Clusters
+from local_site.learning.clusters import Clusters
 from local_site.learning.dwell_statistics import Dwell, duration_variance, transition_probabilities
-
-if TYPE_CHECKING:
-    from local_site.learning.online_learner import LearnerSettings
+from local_site.learning.learner_settings import LearnerSettings
 
 Array = NDArray[np.float64]
 
@@ -21,29 +18,33 @@ _DURATION_FLOOR = 0.15
 _DURATION_FLOOR_S = 0.02
 # Elapsed times closer together than this carry no slope.
 _ELAPSED_FLOOR_S = 0.01
-# Prior of the start regression: how far starts spread [lambda], and how many demonstrations it outweighs.
+# Prior of the start regression: how far starts spread [lambda, rad], and how many demonstrations it outweighs.
 _START_SPREAD = 0.2
 _START_WEIGHT = 3.0
 
 
 def parameters(
-    clusters: Clusters, dwell: Dwell, settings: LearnerSettings, frame_names: tuple[str, ...]
+    clusters: Clusters, dwell: Dwell, settings: LearnerSettings, frame_names: tuple[str, ...], space: Manifold
 ) -> TPHSMM:
     """The model that the statistics describe."""
-    size = int(clusters.size[0])
-    n_dims = (clusters.means.shape[2] - 2) // 3
+    size, C, T = int(clusters.size[0]), space.n_coordinates, space.n_tangent
     counts, terminal = clusters.counts[:size], clusters.terminal[:size]
     means = clusters.means[:size].swapaxes(0, 1)  # (P, K, Y)
-    scatter = clusters.scatters[:size].swapaxes(0, 1) / counts[:, None, None]  # (P, K, Y, Y)
-    x, elapsed, s = slice(0, n_dims), 2 * n_dims + 1, slice(2 * n_dims + 2, None)
+    scatter = clusters.scatters[:size].swapaxes(0, 1) / counts[:, None, None]
+    x, elapsed, s = slice(0, T), 2 * T + 1, slice(2 * T + 2, None)
 
-    min_covariance = settings.min_std**2 * np.eye(n_dims)
+    min_covariance = np.diag(_per_part(space, settings.min_std, settings.min_std_rad) ** 2)
     slopes = scatter[..., x, elapsed] / (scatter[..., elapsed, elapsed] + _ELAPSED_FLOOR_S**2)[..., None]
     explained = slopes[..., :, None] * scatter[..., None, x, elapsed]
     phase = dwell.phase_sum[:size] / np.maximum(dwell.phase_count[:size], 1)
     n_demonstrations = int(dwell.ends.sum())
+    prior = (
+        _START_WEIGHT
+        / max(n_demonstrations, 1)
+        * np.diag(_per_part(space, _START_SPREAD * settings.max_distance_m, _START_SPREAD) ** 2)
+    )
     gains, start_covariances = _start_regression(
-        scatter[..., x, s], scatter[..., s, s], phase, terminal, n_demonstrations, settings.max_distance_m
+        scatter[..., x, s], scatter[..., s, s], prior, phase, terminal
     )
     transition, exit_probability = transition_probabilities(dwell, size)
     return TPHSMM(
@@ -53,43 +54,43 @@ def parameters(
         initial=dwell.starts[:size] / max(int(dwell.starts.sum()), 1),
         transition=transition,
         exit=exit_probability,
-        means=means[..., x],
+        means=means[..., :C],
         covariances=_symmetric(scatter[..., x, x]) + min_covariance,
         duration_mean_s=dwell.mean[:size],
         duration_variance_s2=duration_variance(dwell, size, _DURATION_FLOOR, _DURATION_FLOOR_S),
         terminal=terminal,
         counts=counts,
         phase=phase,
-        elapsed_mean_s=means[0, :, elapsed],
+        elapsed_mean_s=means[0, :, C + T + 1],
         slopes=slopes,
         residual_covariances=_symmetric(scatter[..., x, x] - explained) + min_covariance,
-        start_means=means[..., s],
+        start_means=means[..., C + T + 2 :],
         start_covariances=start_covariances,
         start_gains=gains,
     )
 
 
 def _start_regression(
-    C_ps: Array,
-    C_ss: Array,
-    phase: Array,
-    terminal: NDArray[np.bool_],
-    n_demonstrations: int,
-    max_distance: float,
+    C_ps: Array, C_ss: Array, R: Array, phase: Array, terminal: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
     """How a component's mean moves with the start of the motion: G = (C_ps + (1 - phase) R) (C_ss + R)^-1.
 
     The prior R is the linear warp, which moves the beginning with the start and leaves the end where it
     is; data move the regression away from it. The end of the motion never moves: G = 0.
     """
-    n_dims = C_ss.shape[-1]
-    R = _START_WEIGHT * (_START_SPREAD * max_distance) ** 2 / max(n_demonstrations, 1) * np.eye(n_dims)
     spread = _symmetric(C_ss) + R
     warp = (1.0 - phase)[:, None, None] * R
     transposed = np.linalg.solve(spread, np.swapaxes(C_ps + warp, -1, -2))
     gains = np.array(np.swapaxes(transposed, -1, -2), dtype=np.float64)
     gains[:, terminal] = 0.0
     return gains, spread
+
+
+def _per_part(space: Manifold, metres: float, radians: float) -> Array:
+    """One number for each of the tangent's positions and one for each of its rotations. Shape (T,)."""
+    numbers = np.full(space.n_tangent, metres)
+    numbers[space.n_dims :] = radians
+    return numbers
 
 
 def _symmetric(matrices: Array) -> Array:

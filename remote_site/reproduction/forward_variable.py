@@ -8,9 +8,9 @@ from where the execution is, not from the initial probabilities. Computed from t
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from common.kernel import kernel
 from common.tphsmm import TPHSMM
 
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ def _survival(p: Array) -> Array:
     return np.hstack([np.ones((len(p), 1)), tail[:, 1:], np.zeros((len(p), 1))])
 
 
-@njit(cache=True)
+@kernel
 def _forward(p, survival, transition, exit_probability, terminal, component, elapsed, n_steps):
     K = p.shape[0]
     entered = np.zeros((n_steps + 1, K))
@@ -84,7 +84,7 @@ def _forward(p, survival, transition, exit_probability, terminal, component, ela
     return alpha
 
 
-@njit(cache=True)
+@kernel
 def _dwell(p, survival, entered):
     """Probabilities of being still in a component, and of leaving it now, from those of entering it."""
     stays, leaves, t = 0.0, 0.0, entered.size
@@ -94,7 +94,7 @@ def _dwell(p, survival, entered):
     return stays, leaves
 
 
-@njit(cache=True)
+@kernel
 def _first_dwell(p, survival, elapsed, t):
     """The same for the component of the beginning, which had lasted for `elapsed` steps."""
     left = survival[elapsed]

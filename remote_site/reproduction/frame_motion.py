@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from common.task_frame import TaskFrame
 
@@ -58,18 +59,38 @@ class FrameMotion(NamedTuple):
             spin,
         )
 
-    def velocity_at(self, position: Array, weights: Array) -> Array:
-        """Velocity of the point of the weighted frames that is at a position [m/s]. Shape (D,)."""
-        arm = position - np.stack([frame.b for frame in self.frames])
-        velocities = self.velocity + np.einsum("pde,pe->pd", self.spin, arm)
-        return np.einsum("pde,pe->d", weights, velocities)
+    def velocity_at(self, point: Array, weights: Array) -> Array:
+        """Velocity of the weighted frames where a position or pose is [m/s, rad/s]. Shape (T,).
 
-    def acceleration_at(self, position: Array, relative_velocity: Array, weights: Array) -> Array:
-        """Acceleration that keeps a motion relative to the frames unchanged [m/s^2]. Shape (D,).
-
-        That of the origin, and the Coriolis and centripetal parts of the rotation.
+        Args:
+            point: In the world. Shape (C,).
+            weights: Share of each frame. Shape (P, T, T).
         """
-        arm = position - np.stack([frame.b for frame in self.frames])
-        inner = 2.0 * relative_velocity + np.einsum("pde,pe->pd", self.spin, arm)
+        return np.einsum("pde,pe->d", weights, self._velocities(point, weights.shape[1]))
+
+    def acceleration_at(self, point: Array, relative_velocity: Array, weights: Array) -> Array:
+        """Acceleration that keeps a motion relative to the frames unchanged. Shape (T,).
+
+        That of the origin, and the Coriolis and centripetal parts of the rotation; of an orientation, that
+        of the frame's rotation in the axes of a body that turns.
+        """
+        n_dims = self.origin.shape[1]
+        inner = 2.0 * relative_velocity[:n_dims] + np.einsum("pde,pe->pd", self.spin, self._arms(point))
         accelerations = self.acceleration + np.einsum("pde,pe->pd", self.spin, inner)
+        if weights.shape[1] > n_dims:
+            turning = self._velocities(point, weights.shape[1])[:, n_dims:]
+            turns = -np.cross(relative_velocity[n_dims:], turning)
+            accelerations = np.concatenate([accelerations, turns], axis=1)
         return np.einsum("pde,pe->d", weights, accelerations)
+
+    def _arms(self, point: Array) -> Array:
+        return point[: self.origin.shape[1]] - np.stack([frame.b for frame in self.frames])
+
+    def _velocities(self, point: Array, n_tangent: int) -> Array:
+        """Velocity of the point of each frame that is there, and its rotation in body axes. Shape (P, T)."""
+        velocities = self.velocity + np.einsum("pde,pe->pd", self.spin, self._arms(point))
+        if n_tangent == velocities.shape[1]:
+            return velocities
+        world = np.stack([self.spin[:, 2, 1], self.spin[:, 0, 2], self.spin[:, 1, 0]], axis=1)
+        body = world @ Rotation.from_quat(point[3:], scalar_first=True).as_matrix()  # R^T w
+        return np.concatenate([velocities, body], axis=1)

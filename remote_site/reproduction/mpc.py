@@ -5,32 +5,35 @@ grows with N_p and not with its cube. Beyond the N_c control commands the input 
 cost Q_r is on the position alone; the exact zero-order hold of the input is
 
     p' = p + dt v + dt^2/2 u,    v' = v + dt u.
+
+A pose is six such integrators in the tangent space of where the robot is, see `reference.seen_from`.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from common.kernel import kernel
 
 Array = NDArray[np.float64]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def solve(position, velocity, targets, precisions, control_cost, n_controls, dt):
     """Control commands that minimise Eq. 5.
 
     Args:
-        position: Present position [m]. Shape (D,).
-        velocity: Present velocity [m/s]. Shape (D,).
-        targets: Desired positions of the next N_p steps [m]. Shape (N_p, D).
-        precisions: Their tracking cost Q_r [1/m^2], symmetric. Shape (N_p, D, D).
-        control_cost: R = control_cost I [1/(m/s^2)^2].
+        position: Present position [m], or for poses the present tangent [m, rad]. Shape (D,).
+        velocity: Present velocity [m/s, rad/s]. Shape (D,).
+        targets: Desired positions of the next N_p steps. Shape (N_p, D).
+        precisions: Their tracking cost Q_r [1/m^2, 1/rad^2], symmetric. Shape (N_p, D, D).
+        control_cost: Diagonal of R [1/(m/s^2)^2, 1/(rad/s^2)^2]. Shape (D,).
         n_controls: Number of control commands N_c, from 1 to N_p.
         dt: Control period [s].
 
     Returns:
-        The commands u [m/s^2]. Shape (N_c, D).
+        The commands u [m/s^2, rad/s^2]. Shape (N_c, D).
     """
     gains_p, gains_v, offsets = _gains(targets, precisions, control_cost, n_controls, dt)
     D = position.size
@@ -48,7 +51,7 @@ def solve(position, velocity, targets, precisions, control_cost, n_controls, dt)
     return u
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _gains(targets, precisions, control_cost, n_controls, dt):
     """Backward recursion: u = offset - gain_p p - gain_v v at each of the N_c steps.
 
@@ -74,7 +77,7 @@ def _gains(targets, precisions, control_cost, n_controls, dt):
                     mv = b_p * pv[a, b] + b_v * vv[a, b]
                     gv[a, b] = dt * gp[a, b] + mv  # B^T P A, columns of v
                     H[a, b] = b_p * gp[a, b] + b_v * mv
-                H[a, a] += control_cost  # B^T P B + R
+                H[a, a] += control_cost[a]  # B^T P B + R
             _cholesky(H)
             _solve_columns(H, gp, gains_p, r)
             _solve_columns(H, gv, gains_v, r)
@@ -85,7 +88,7 @@ def _gains(targets, precisions, control_cost, n_controls, dt):
     return gains_p, gains_v, offsets
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _propagate(pp, pv, vv, sp, sv, dt):
     D = sp.size
     for a in range(D):
@@ -97,7 +100,7 @@ def _propagate(pp, pv, vv, sp, sv, dt):
             pv[a, b] += dt * pp[a, b]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _subtract_control(pp, pv, vv, sp, sv, gp, gv, gain_p, gain_v, h, r):
     """P -= G^T H^-1 G and s -= G^T H^-1 B^T s, kept symmetric."""
     D = sp.size
@@ -114,7 +117,7 @@ def _subtract_control(pp, pv, vv, sp, sv, gp, gv, gain_p, gain_v, h, r):
             pp[b, a], vv[b, a] = pp[a, b], vv[a, b]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _cholesky(H):
     """In place, H = L L^T in the lower triangle."""
     D = H.shape[0]
@@ -128,7 +131,7 @@ def _cholesky(H):
             H[i, j] /= H[j, j]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _solve_vector(L, b, out, r):
     """out[r] = (L L^T)^-1 b."""
     D = b.size
@@ -144,7 +147,7 @@ def _solve_vector(L, b, out, r):
         out[r, i] = total / L[i, i]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _solve_columns(L, B, out, r):
     """out[r] = (L L^T)^-1 B, column by column."""
     D = L.shape[0]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidModel
+from common.manifold import Manifold
 from common.tphsmm import TPHSMM
 
 Array = NDArray[np.float64]
@@ -49,31 +50,60 @@ class Progress:
     from_start: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Gaussians:
-    """The components in the world at this instant: means (K, D), covariances and precisions (K, D, D)."""
+    """The components in the world at this instant.
 
+    A pose is as far away as the worse of its two parts, position and rotation, so that the gates mean the
+    same in every space.
+
+    Args:
+        space: Positions or poses.
+        means: Shape (K, C).
+        covariances: Shape (K, T, T).
+        precisions: Their inverses. Shape (K, T, T).
+        part_precisions: The inverses of position's and rotation's own covariances. Shape (K, T, T).
+    """
+
+    space: Manifold
     means: Array
     covariances: Array
     precisions: Array
+    part_precisions: Array
 
-    def distance(self, component: int, position: Array) -> float:
-        """Mahalanobis distance of a position to one component."""
-        e = position - self.means[component]
-        return float(np.sqrt(e @ self.precisions[component] @ e))
+    @classmethod
+    def of(cls, means: Array, covariances: Array) -> Gaussians:
+        """From means (K, C) and covariances (K, T, T)."""
+        space, precisions = Manifold.of(means.shape[1], covariances.shape[2]), np.linalg.inv(covariances)
+        parts = precisions
+        if space.oriented:
+            parts = np.zeros_like(covariances)
+            for part in space.parts:
+                parts[:, part, part] = np.linalg.inv(covariances[:, part, part])
+        return cls(space, means, covariances, precisions, parts)
 
-    def lateral_distance(self, component: int, origin: int, position: Array) -> float:
+    def distance(self, component: int, point: Array) -> float:
+        """Mahalanobis distance of a point to one component."""
+        return self.length(component, self.space.log(self.means[component], point))
+
+    def lateral_distance(self, component: int, origin: int, point: Array) -> float:
         """The same, without the part along the way from another component."""
-        along = self.means[component] - self.means[origin]
-        e = position - self.means[component]
-        square = along @ along
-        if square > 0.0:
-            e = e - along * ((along @ e) / square)
-        return float(np.sqrt(e @ self.precisions[component] @ e))
+        along = self.space.log(self.means[component], self.means[origin])
+        e = self.space.log(self.means[component], point)
+        for part in self.space.parts:
+            square = along[part] @ along[part]
+            if square > 0.0:
+                e[part] -= along[part] * ((along[part] @ e[part]) / square)
+        return self.length(component, e)
 
-    def most_likely(self, position: Array) -> int:
-        """Component of highest likelihood at a position."""
-        e = position - self.means
+    def length(self, component: int, tangent: Array) -> float:
+        """Length of a tangent in standard deviations of one component, of its worse part."""
+        P = self.part_precisions[component]
+        return float(np.sqrt(max(tangent[s] @ P[s, s] @ tangent[s] for s in self.space.parts)))
+
+    def most_likely(self, point: Array) -> int:
+        """Component of highest likelihood at a point."""
+        e = self.space.log(self.means, point)
         mahalanobis = np.einsum("kd,kde,ke->k", e, self.precisions, e)
         return int(np.argmin(mahalanobis + np.linalg.slogdet(self.covariances)[1]))
 
@@ -83,7 +113,7 @@ class ProgressTracker:
 
     Args:
         model: The learned task.
-        start: Where the motion began in each frame, if that was where demonstrations began. Shape (P, D).
+        start: Where the motion began in each frame, if that was where demonstrations began. Shape (P, C).
 
     Raises:
         InvalidModel: When no component is terminal, so that no motion could ever end.
@@ -97,32 +127,33 @@ class ProgressTracker:
         self.durations_s = model.duration_mean_s
         self.remaining_s = self._remaining()
 
-    def start(self, position: Array, gaussians: Gaussians) -> Progress:
+    def start(self, point: Array, gaussians: Gaussians) -> Progress:
         """Begin where demonstrations began if that is near, else at the nearest component (Sec. VI)."""
-        distances = np.linalg.norm(position - gaussians.means, axis=1)
+        lambda_m = self.model.max_distance_m
+        distances = gaussians.space.distance(gaussians.means, point, metres_per_radian=lambda_m)
         first = np.where(self.model.initial > 0, distances, np.inf)
-        if first.min() <= _START_REACH * self.model.max_distance_m:
+        if first.min() <= _START_REACH * lambda_m:
             return Progress(int(np.argmin(first)), from_start=True)
         return Progress(int(np.argmin(np.where(self.model.terminal, np.inf, distances))))
 
     def advance(
-        self, now: Progress, position: Array, velocity: Array, gaussians: Gaussians, dt: float
+        self, now: Progress, point: Array, velocity: Array, gaussians: Gaussians, dt: float
     ) -> Progress:
         """The progress one control period later.
 
         Args:
             now: The progress so far.
-            position: Of the robot in the world [m]. Shape (D,).
-            velocity: Relative to the task frames [m/s]. Shape (D,).
+            point: Of the robot in the world. Shape (C,).
+            velocity: Relative to the task frames [m/s, rad/s]. Shape (T,).
             gaussians: The components at this instant.
             dt: Control period [s].
         """
         q, elapsed = now.component, now.elapsed_s + dt
-        here = gaussians.distance(q, position)
+        here = gaussians.distance(q, point)
         if not now.free and here > _LOST:
             return replace(
                 now,
-                component=gaussians.most_likely(position),
+                component=gaussians.most_likely(point),
                 elapsed_s=0.0,
                 free=True,
                 waiting=False,
@@ -130,23 +161,22 @@ class ProgressTracker:
             )
         free = now.free and here >= _INSIDE
         if self.model.terminal[q]:
-            e = velocity * _SETTLED_S
-            settled = here < _CLOSE and e @ gaussians.precisions[q] @ e < _CLOSE**2
+            settled = here < _CLOSE and gaussians.length(q, velocity * _SETTLED_S) < _CLOSE
             return replace(
                 now, elapsed_s=elapsed, free=free, waiting=False, arrived=now.arrived or bool(settled)
             )
         n, due = int(self.successors[q]), elapsed >= self.durations_s[q]
-        if n >= 0 and self._may_advance(q, n, here, due, elapsed, position, gaussians):
+        if n >= 0 and self._may_advance(q, n, here, due, elapsed, point, gaussians):
             return replace(now, component=n, elapsed_s=0.0, free=free, waiting=False)
         return replace(now, elapsed_s=elapsed, free=free, waiting=bool(due))
 
     def _may_advance(
-        self, q: int, n: int, here: float, due: bool, elapsed: float, position: Array, gaussians: Gaussians
+        self, q: int, n: int, here: float, due: bool, elapsed: float, point: Array, gaussians: Gaussians
     ) -> bool:
         if elapsed > self.durations_s[q] + _TIME_OUT_S or (due and here < _CLOSE):
             return True
-        inside = gaussians.lateral_distance(n, q, position) < _INSIDE
-        return bool(inside and (due or gaussians.distance(n, position) < here))
+        inside = gaussians.lateral_distance(n, q, point) < _INSIDE
+        return bool(inside and (due or gaussians.distance(n, point) < here))
 
     def time_to_go(self, now: Progress) -> float:
         """Time until the end of the motion as it was demonstrated [s]."""
@@ -171,7 +201,7 @@ def successors(model: TPHSMM, start: Array | None = None) -> Integers:
 
     Args:
         model: The learned task.
-        start: Where the motion began in each frame [m]; None when not where demonstrations began. Shape (P, D).
+        start: Where the motion began in each frame [m]; None when not where demonstrations began. Shape (P, C).
     """
     with np.errstate(divide="ignore"):
         score = np.log(model.transition)  # log a_ij, -inf where never seen
@@ -197,7 +227,7 @@ def successors(model: TPHSMM, start: Array | None = None) -> Integers:
 
 def start_log_likelihood(model: TPHSMM, start: Array) -> Array:
     """Log density of a start among those of the demonstrations that visited each component. Shape (K,)."""
-    e = start[:, None] - model.start_means
+    e = model.manifold.log(model.start_means, start[:, None])
     mahalanobis = np.einsum("pkd,pkd->pk", e, np.linalg.solve(model.start_covariances, e[..., None])[..., 0])
     log_determinant = np.linalg.slogdet(model.start_covariances)[1]
     return -0.5 * (mahalanobis + log_determinant).mean(axis=0)

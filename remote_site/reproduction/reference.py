@@ -1,4 +1,4 @@
-"""The reference of the next N_p steps: desired positions and tracking costs Q_r (Sec. III-B).
+"""The reference of the next N_p steps: desired points and tracking costs Q_r (Sec. III-B).
 
 The labels walk along the chain of components with their mean durations. The paper's reference steps from
 mean to mean; here it ramps through each component as the demonstrations did (an extension), from where
@@ -8,15 +8,17 @@ they entered it to where they left it. In a terminal component it stands still.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from common.kernel import kernel
+from common.manifold import exp_at, log_at, right_jacobian
 
 # A component that waits is held this long before the labels go on [s].
 _HOLD_S = 0.5
 
 
-@njit(cache=True)
-def reference(component, elapsed, waiting, successors, durations, entries, exits, precisions, n_steps, dt):
-    """Labels, desired positions and their cost over the horizon.
+@kernel
+def reference(component, elapsed, waiting, successors, durations, entries, ramps, precisions, n_steps, dt):
+    """Labels, desired points and their cost over the horizon.
 
     Args:
         component: Present component.
@@ -24,18 +26,18 @@ def reference(component, elapsed, waiting, successors, durations, entries, exits
         waiting: Whether it is due, but its successor must not be entered yet.
         successors: Component after each, or -1. Shape (K,).
         durations: Mean durations [s]. Shape (K,).
-        entries: World position at entering each component [m]. Shape (K, D).
-        exits: World position at leaving it [m]. Shape (K, D).
-        precisions: Its tracking cost [1/m^2]. Shape (K, D, D).
+        entries: Where each component is entered, in the world [m]. Shape (K, C).
+        ramps: The tangent from there to where it is left [m, rad]. Shape (K, T).
+        precisions: Its tracking cost [1/m^2, 1/rad^2]. Shape (K, T, T).
         n_steps: N_p.
         dt: Control period [s].
 
     Returns:
-        Labels (N_p,), desired positions (N_p, D) [m] and costs (N_p, D, D) [1/m^2].
+        Labels (N_p,), desired points (N_p, C) and costs (N_p, T, T).
     """
-    D = entries.shape[1]
-    labels = np.empty(n_steps, np.int64)
-    targets, costs = np.empty((n_steps, D)), np.empty((n_steps, D, D))
+    C, T = entries.shape[1], ramps.shape[1]
+    labels, step = np.empty(n_steps, np.int64), np.empty(T)
+    targets, costs = np.empty((n_steps, C)), np.empty((n_steps, T, T))
     q = component
     if waiting:
         elapsed = durations[q] - _HOLD_S
@@ -49,6 +51,70 @@ def reference(component, elapsed, waiting, successors, durations, entries, exits
         if not waiting and durations[q] > 0.0:
             fraction = min(max(elapsed / durations[q], 0.0), 1.0)
         labels[r] = q
-        targets[r] = entries[q] + fraction * (exits[q] - entries[q])
+        for k in range(T):
+            step[k] = fraction * ramps[q, k]
+        exp_at(entries[q], step, targets[r])
         costs[r] = precisions[q]
     return labels, targets, costs
+
+
+@kernel
+def seen_from(point, targets, costs):
+    """The reference in the tangent space of a point, where the robot is a double integrator at zero.
+
+    The cost of missing a target is a quadratic form in its own axes; in those of the point it is J^T Q J,
+    with J the right Jacobian of the rotation to the target. A rotation that passes half a turn goes on
+    beyond it, so that the reference has no jump.
+
+    Args:
+        point: The present position or pose. Shape (C,).
+        targets: Desired points. Shape (N_p, C).
+        costs: Their costs. Shape (N_p, T, T).
+
+    Returns:
+        Tangents to the targets (N_p, T) and their costs (N_p, T, T).
+    """
+    N_p, T = targets.shape[0], costs.shape[1]
+    tangents, seen = np.empty((N_p, T)), costs.copy()
+    J, QJ = np.empty((3, 3)), np.empty((T, 3))
+    for r in range(N_p):
+        log_at(point, targets[r], tangents[r])
+        if point.size == T:
+            continue
+        v = tangents[r, T - 3 :]
+        if r > 0:
+            _unwrap(v, tangents[r - 1, T - 3 :])
+        right_jacobian(v, J)
+        _turn(seen[r], J, QJ)
+    return tangents, seen
+
+
+@kernel
+def _unwrap(v, previous):
+    """The same rotation as v, by the way nearer to the previous one."""
+    square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+    along = v[0] * previous[0] + v[1] * previous[1] + v[2] * previous[2]
+    if along < 0.0 and square > 0.0:
+        angle = np.sqrt(square)
+        other = 1.0 - 2.0 * np.pi / angle  # |other v - p|^2 < |v - p|^2
+        if (other * other - 1.0) * square < 2.0 * (other - 1.0) * along:
+            for k in range(3):
+                v[k] *= other
+
+
+@kernel
+def _turn(Q, J, QJ):
+    """Q <- diag(I, J)^T Q diag(I, J), in place; QJ is room to work in."""
+    T = Q.shape[0]
+    n = T - 3
+    for a in range(T):
+        for b in range(3):
+            QJ[a, b] = Q[a, n] * J[0, b] + Q[a, n + 1] * J[1, b] + Q[a, n + 2] * J[2, b]
+    for b in range(3):
+        for a in range(n):
+            Q[a, n + b] = QJ[a, b]
+            Q[n + b, a] = QJ[a, b]
+        for a in range(b + 1):
+            total = J[0, a] * QJ[n, b] + J[1, a] * QJ[n + 1, b] + J[2, a] * QJ[n + 2, b]
+            Q[n + a, n + b] = total
+            Q[n + b, n + a] = total

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from common.manifold import Manifold
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from remote_site.reproduction.executor import Executor, ExecutorSettings
@@ -25,15 +26,27 @@ class Rollout:
 
     Args:
         time_s: From zero [s]. Shape (T,).
-        position_m: In the world [m]. Shape (T, D).
+        points: Positions or poses in the world. Shape (T, C).
         components: Component of each sample. Shape (T,).
         arrived: Whether it came to its end; if not, it was given up.
+        space: Positions or poses.
     """
 
     time_s: Array
-    position_m: Array
+    points: Array
     components: NDArray[np.int64]
     arrived: bool
+    space: Manifold
+
+    @property
+    def position_m(self) -> Array:
+        """Positions in the world [m]. Shape (T, D)."""
+        return self.points[:, : self.space.n_dims]
+
+    @property
+    def quat_wxyz(self) -> Array | None:
+        """Orientations in the world, of a model of poses. Shape (T, 4)."""
+        return self.points[:, self.space.n_dims :] if self.space.oriented else None
 
 
 def roll_out(
@@ -46,22 +59,24 @@ def roll_out(
 
     Args:
         model: The learned task.
-        start: Where the point rests at first [m]. Shape (D,).
+        start: Where the point rests at first. Shape (C,).
         frames_at: The task frames at a time from the start [s].
         settings: Of the executor.
     """
     settings = settings or ExecutorSettings()
     dt = settings.dt_s
     executor = Executor(model, settings)
-    p, v, t = np.asarray(start, dtype=float), np.zeros(model.n_dims), 0.0
+    space = model.manifold
+    p, v, t = space.checked(start, "rollout", "start"), np.zeros(space.n_tangent), 0.0
     executor.begin(p, v, frames_at(0.0))
     limit_s = _PATIENCE * executor.remaining_s + _PATIENCE_S
-    times, positions, components, arrived = [0.0], [p], [executor.state().progress.component], False
+    times, points, components, arrived = [0.0], [p], [executor.state().progress.component], False
     while not arrived and t < limit_s:
         control = executor.step(p, v, frames_at(t))
-        p, v = p + dt * v + 0.5 * dt**2 * control.acceleration, v + dt * control.acceleration  # Eq. 2
+        u = control.acceleration
+        p, v = space.exp(p, dt * v + 0.5 * dt**2 * u), v + dt * u  # Eq. 2
         t, arrived = t + dt, control.arrived
         times.append(t)
-        positions.append(p)
+        points.append(p)
         components.append(control.component)
-    return Rollout(np.array(times), np.stack(positions), np.array(components), arrived)
+    return Rollout(np.array(times), np.stack(points), np.array(components), arrived, space)

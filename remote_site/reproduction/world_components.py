@@ -22,16 +22,16 @@ class WorldComponents:
     Args:
         frames: The task frames that it holds for.
         gaussians: The products of Eq. 9.
-        entries: Where the ramp of each component begins [m]. Shape (K, D).
-        exits: Where it ends [m]. Shape (K, D).
-        precisions: Its tracking cost, from the residual covariances [1/m^2]. Shape (K, D, D).
-        factors: Precisions of the single frames in the world [1/m^2]. Shape (P, K, D, D).
+        entries: Where the ramp of each component begins [m]. Shape (K, C).
+        ramps: The tangent from there to where it ends [m, rad]. Shape (K, T).
+        precisions: Its tracking cost, from the residual covariances [1/m^2, 1/rad^2]. Shape (K, T, T).
+        factors: Precisions of the single frames in the world. Shape (P, K, T, T).
     """
 
     frames: tuple[TaskFrame, ...]
     gaussians: Gaussians
     entries: Array
-    exits: Array
+    ramps: Array
     precisions: Array
     factors: Array
 
@@ -41,21 +41,23 @@ class WorldComponents:
 
         Args:
             model: The learned task.
-            shift: Added to the means, from the start of the motion [m]. Shape (P, K, D).
+            shift: Moves the means, from the start of the motion [m, rad]. Shape (P, K, T).
             frames: The present task frames. Length P.
         """
-        means, covariances = gaussian_product(model.means + shift, model.covariances, frames)
-        local_entries = model.means + shift - model.slopes * model.elapsed_mean_s[:, None]
-        local_exits = local_entries + model.slopes * model.duration_mean_s[:, None]
-        entries, residual = gaussian_product(local_entries, model.residual_covariances, frames)
-        exits, _ = gaussian_product(local_exits, model.residual_covariances, frames)
-        factors = _inverse(
+        space = model.manifold
+        shifted = space.exp(model.means, shift)
+        means, covariances = gaussian_product(shifted, model.covariances, frames)
+        before = model.slopes * model.elapsed_mean_s[:, None]
+        after = model.slopes * (model.duration_mean_s - model.elapsed_mean_s)[:, None]
+        entries, residual = gaussian_product(space.exp(shifted, -before), model.residual_covariances, frames)
+        exits, _ = gaussian_product(space.exp(shifted, after), model.residual_covariances, frames)
+        factors = np.linalg.inv(
             np.stack(
                 [f.covariance_to_world(c) for f, c in zip(frames, model.residual_covariances, strict=True)]
             )
         )
-        gaussians = Gaussians(means, covariances, _inverse(covariances))
-        return cls(frames, gaussians, entries, exits, _inverse(residual), factors)
+        gaussians = Gaussians.of(means, covariances)
+        return cls(frames, gaussians, entries, space.log(entries, exits), np.linalg.inv(residual), factors)
 
     def valid_for(self, frames: tuple[TaskFrame, ...]) -> bool:
         """Whether these frames are the same."""
@@ -65,22 +67,19 @@ class WorldComponents:
         )
 
     def weights(self, component: int) -> Array:
-        """Share of each frame in a component's mean; they sum to the identity. Shape (P, D, D)."""
+        """Share of each frame in a component's mean; they sum to the identity. Shape (P, T, T)."""
         factors = self.factors[:, component]
         return np.linalg.solve(factors.sum(axis=0), factors)
 
 
 def start_shift(model: TPHSMM, start: Array | None) -> Array:
-    """How a start moves the means of the components (start regression) [m]. Shape (P, K, D).
+    """How a start moves the means of the components (start regression) [m, rad]. Shape (P, K, T).
 
     Args:
         model: The learned task.
-        start: Where the motion began in each frame [m]; None when not where demonstrations began. Shape (P, D).
+        start: Where the motion began in each frame; None when not where demonstrations began. Shape (P, C).
     """
     if start is None:
-        return np.zeros_like(model.means)
-    return np.einsum("pkde,pke->pkd", model.start_gains, start[:, None] - model.start_means)
-
-
-def _inverse(matrices: Array) -> Array:
-    return np.asarray(np.linalg.inv(matrices), dtype=np.float64)
+        return np.zeros_like(model.slopes)
+    e = model.manifold.log(model.start_means, start[:, None])
+    return np.einsum("pkde,pke->pkd", model.start_gains, e)

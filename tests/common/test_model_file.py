@@ -16,7 +16,7 @@ from tests.strategies import learned
 
 
 def test_a_model_survives_its_file(tmp_path: Path):
-    model = learned(n_dims=3, n_frames=2)
+    model = learned(3, n_frames=2)
     digest = save(model, tmp_path / "task.model")
     assert load(tmp_path / "task.model") == model
     assert digest == hashlib.sha256((tmp_path / "task.model").read_bytes()).hexdigest()

@@ -29,7 +29,7 @@ def test_arrays_are_copies_that_cannot_be_written():
 
 
 def test_sizes_are_those_of_the_means():
-    model = learned(n_dims=3, n_frames=2)
+    model = learned(3, n_frames=2)
     assert (model.n_frames, model.n_components, model.n_dims) == model.means.shape
 
 

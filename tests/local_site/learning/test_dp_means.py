@@ -4,16 +4,19 @@ import numpy as np
 from hypothesis import given, settings
 from numpy.typing import NDArray
 
-from local_site.learning.dp_means import Clusters, Motion, add_end, assign_points
+from common.manifold import Manifold
+from local_site.learning.clusters import Clusters
+from local_site.learning.dp_means import add_end, assign_points
+from local_site.learning.motion import Motion
 from tests.strategies import dims, frame_counts, recording, seeds
 
-LAMBDA, WEIGHTS, HYSTERESIS = 0.2, np.array([1.0, 0.5]), 0.1
+LAMBDA, WEIGHTS, HYSTERESIS = 0.2, np.array([1.0, 0.5, 1.0]), 0.1
 
 
 def assigned(points: NDArray, times: NDArray, weights: NDArray = WEIGHTS) -> tuple[Clusters, NDArray]:
-    clusters = Clusters.empty(256, *points.shape[1:])
+    clusters = Clusters.empty(256, points.shape[1], Manifold(points.shape[2]))
     labels = np.zeros(len(times), np.int64)
-    motion = Motion.begin(*points.shape[1:])
+    motion = Motion.begin(points.shape[1], Manifold(points.shape[2]))
     assert assign_points(clusters, motion, points, times, LAMBDA, weights, HYSTERESIS, labels) == len(times)
     return clusters, labels
 
@@ -43,7 +46,7 @@ def test_means_and_scatters_are_the_batch_statistics_of_the_assigned_points(
 @given(seed=seeds)
 def test_every_point_was_within_lambda_of_its_component_when_assigned(seed: int):
     points, times = in_frames(np.random.default_rng(seed), 2, 1)
-    _, labels = assigned(points, times, np.zeros(2))
+    _, labels = assigned(points, times, np.array([0.0, 0.0, 1.0]))
     seen: dict[int, list[NDArray]] = {}
     for point, label in zip(points[:, 0], labels, strict=True):
         if label in seen:
@@ -57,7 +60,7 @@ def test_hysteresis_keeps_the_component_at_a_border():
     # two components at 0 and 0.3; then the point trembles about their middle
     line = np.array([0.0, 0.3] + [0.148, 0.152] * 20)[:, None, None]
     points = np.concatenate([line, np.zeros_like(line)], axis=2)
-    _, labels = assigned(points, np.arange(float(len(line))), np.zeros(2))
+    _, labels = assigned(points, np.arange(float(len(line))), np.array([0.0, 0.0, 1.0]))
     assert labels[0] != labels[1]
     assert len(set(labels[2:])) == 1
 
@@ -67,8 +70,8 @@ def test_a_stroke_that_returns_on_itself_is_learned_in_both_directions():
     line = np.concatenate([there, there[::-1]])[:, None, None]
     points = np.concatenate([line, np.zeros_like(line)], axis=2)
     times = np.arange(120.0)
-    _, by_position = assigned(points, times, np.zeros(2))
-    _, by_direction = assigned(points, times, np.array([1.0, 0.0]))
+    _, by_position = assigned(points, times, np.array([0.0, 0.0, 1.0]))
+    _, by_direction = assigned(points, times, np.array([1.0, 0.0, 1.0]))
     assert set(by_position[:55]) & set(by_position[70:])
     assert not set(by_direction[:55]) & set(by_direction[70:])
 
@@ -76,8 +79,8 @@ def test_a_stroke_that_returns_on_itself_is_learned_in_both_directions():
 def test_it_stops_where_there_is_no_room_and_goes_on_from_there():
     points, times = in_frames(np.random.default_rng(3), 2, 1)
     _, whole = assigned(points, times)
-    small = Clusters.empty(4, 1, 2)
-    motion, labels = Motion.begin(1, 2), np.zeros(len(times), np.int64)
+    small = Clusters.empty(4, 1, Manifold(2))
+    motion, labels = Motion.begin(1, Manifold(2)), np.zeros(len(times), np.int64)
     done = assign_points(small, motion, points, times, LAMBDA, WEIGHTS, HYSTERESIS, labels)
     assert small.size[0] == 4
     assert done < len(times)
@@ -85,10 +88,10 @@ def test_it_stops_where_there_is_no_room_and_goes_on_from_there():
 
 
 def test_ends_near_each_other_share_a_terminal_component():
-    clusters = Clusters.empty(64, 1, 2)
+    clusters = Clusters.empty(64, 1, Manifold(2))
     ends = []
     for last in (0.0, 0.5 * LAMBDA, 3.0 * LAMBDA):
-        motion = Motion.begin(1, 2)
+        motion = Motion.begin(1, Manifold(2))
         points = np.linspace([[1.0, last]], [[0.0, last]], 40)
         assign_points(
             clusters, motion, points, np.arange(40.0), LAMBDA, WEIGHTS, HYSTERESIS, np.zeros(40, np.int64)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from common.errors import InvalidConfiguration, InvalidInput, InvalidModel
+from common.manifold import POSE
 from common.task_frame import TaskFrame
 from remote_site.reproduction.executor import Executor, ExecutorSettings, warm_up
 from tests.remote_site.reproduction.scenes import DT, STARTS, descent, descents, run, still
@@ -186,5 +187,5 @@ def test_settings_that_do_not_fit_are_refused():
 
 
 def test_warming_up_needs_no_model():
-    warm_up(2)
-    warm_up(3)
+    for space in (2, 3, POSE):
+        warm_up(space)

@@ -19,8 +19,7 @@ DT = 0.02
 
 
 def gaussians(model: TPHSMM) -> Gaussians:
-    covariances = np.array(model.covariances[0])
-    return Gaussians(model.means[0], covariances, np.linalg.inv(covariances))
+    return Gaussians.of(model.means[0], model.covariances[0])
 
 
 def straight() -> TPHSMM:

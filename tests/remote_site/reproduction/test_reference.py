@@ -6,13 +6,13 @@ from remote_site.reproduction.reference import reference
 
 SUCCESSORS, DURATIONS = np.array([1, 2, -1]), np.array([0.5, 0.3, 0.0])
 ENTRIES = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 2.0]])
-EXITS = np.array([[1.0, 0.0], [2.0, 1.0], [2.0, 2.0]])
+RAMPS = np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 0.0]])
 PRECISIONS = np.array([1.0, 2.0, 3.0])[:, None, None] * np.eye(2)
 
 
 def walk(component: int = 0, elapsed: float = 0.0, waiting: bool = False, n_steps: int = 12):
     return reference(
-        component, elapsed, waiting, SUCCESSORS, DURATIONS, ENTRIES, EXITS, PRECISIONS, n_steps, 0.1
+        component, elapsed, waiting, SUCCESSORS, DURATIONS, ENTRIES, RAMPS, PRECISIONS, n_steps, 0.1
     )
 
 

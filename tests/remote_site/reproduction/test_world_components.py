@@ -20,7 +20,7 @@ def test_everything_moves_with_the_frames(seed: int, n_dims: int, n_frames: int)
     here, there = WorldComponents.seen(model, shift, tuple(frames)), WorldComponents.seen(model, shift, moved)
     np.testing.assert_allclose(there.gaussians.means, world.to_world(here.gaussians.means), atol=1e-7)
     np.testing.assert_allclose(there.entries, world.to_world(here.entries), atol=1e-7)
-    np.testing.assert_allclose(there.exits, world.to_world(here.exits), atol=1e-7)
+    np.testing.assert_allclose(there.ramps, here.ramps @ world.A.T, atol=1e-7)
     assert here.valid_for(tuple(frames))
     assert not here.valid_for(moved)
 
@@ -30,7 +30,7 @@ def test_the_ramp_passes_through_the_mean_at_the_mean_elapsed_time():
     seen = WorldComponents.seen(model, start_shift(model, None), (TaskFrame.identity(2),))
     inner = ~model.terminal
     share = (model.elapsed_mean_s / model.duration_mean_s.clip(1e-9))[inner, None]
-    at = seen.entries[inner] + share * (seen.exits - seen.entries)[inner]
+    at = seen.entries[inner] + share * seen.ramps[inner]
     np.testing.assert_allclose(at, model.means[0, inner], atol=1e-12)
 
 

@@ -1,0 +1,33 @@
+"""`kernel`: the decorator of all compiled functions.
+
+Numba keeps compiled functions on disk, but looks only at the file of the function itself when it asks
+whether they are still valid: a kernel that calls one of another, changed file would go on running the old
+code. So the cache lies in a folder that is named by the content of all files with kernels.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+import numba
+from numba import njit
+
+_ROOT = Path(__file__).resolve().parent.parent
+_FOLDERS = ("common", "local_site/learning", "remote_site/reproduction")
+
+
+def _cache_folder() -> Path:
+    digest = hashlib.sha256()
+    for folder in _FOLDERS:
+        for file in sorted((_ROOT / folder).glob("*.py")):
+            content = file.read_bytes()
+            if b"@kernel" in content:
+                digest.update(content)
+    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return Path(numba.config.CACHE_DIR or user / "farhand") / f"kernels-{digest.hexdigest()[:12]}"
+
+
+numba.config.CACHE_DIR = str(_cache_folder())
+kernel = njit(cache=True, error_model="numpy")

@@ -1,0 +1,112 @@
+"""Clusters: the sufficient statistics of the components, in the count form of Algorithm 1.
+
+A component's mean is the running mean of its datapoints, its covariance the minimum covariance plus their
+scatter divided by their number. Each datapoint carries more than its point x, and the same update serves
+the whole vector
+
+    y = [ x, w_u lambda u, w_sigma sigma, elapsed, s ]        per frame
+
+with u the unit direction of travel, sigma the distance travelled since the start of the demonstration,
+*elapsed* the time since the component was entered and s the start of the demonstration. x and s are points,
+of C coordinates, whose differences are tangents, of T numbers (see `common.manifold`): a mean has
+2 C + T + 2 numbers, a scatter 3 T + 2 rows, in the axes of the mean.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.kernel import kernel
+from common.manifold import Manifold, exp_at, log_at
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Clusters(NamedTuple):
+    """Sufficient statistics of the components; arrays have room for more than `size` of them."""
+
+    size: Integers  # K, shape (1,)
+    counts: Integers  # n_i, shape (capacity,)
+    terminal: NDArray[np.bool_]  # shape (capacity,)
+    means: Array  # of y, shape (capacity, P, 2 C + T + 2)
+    scatters: Array  # of y about its mean, shape (capacity, P, 3 T + 2, 3 T + 2)
+
+    @classmethod
+    def empty(cls, capacity: int, n_frames: int, space: Manifold) -> Clusters:
+        """No component yet."""
+        rows = 3 * space.n_tangent + 2
+        return cls(
+            np.zeros(1, np.int64),
+            np.zeros(capacity, np.int64),
+            np.zeros(capacity, np.bool_),
+            np.zeros((capacity, n_frames, 2 * space.n_coordinates + space.n_tangent + 2)),
+            np.zeros((capacity, n_frames, rows, rows)),
+        )
+
+
+@kernel
+def new_component(clusters):
+    """The index of a component that has no datapoint yet."""
+    k = clusters.size[0]
+    clusters.size[0] = k + 1
+    return k
+
+
+@kernel
+def update(clusters, q, y, C, T, e):
+    """Running mean and scatter: n += 1, S += (n-1)/n e e^T, mu <- exp(mu, e/n), with e = log(mu, y)."""
+    clusters.counts[q] += 1
+    n = clusters.counts[q]
+    if n == 1:
+        clusters.means[q] = y
+        return
+    share = (n - 1) / n
+    for p in range(y.shape[0]):
+        mean, scatter = clusters.means[q, p], clusters.scatters[q, p]
+        log_at(mean[:C], y[p, :C], e[:T])
+        for k in range(C, C + T + 2):
+            e[T + k - C] = y[p, k] - mean[k]
+        log_at(mean[C + T + 2 :], y[p, C + T + 2 :], e[2 * T + 2 :])
+        for k in range(e.size):
+            scaled = share * e[k]
+            for m in range(k + 1):
+                scatter[k, m] += scaled * e[m]
+                scatter[m, k] = scatter[k, m]
+        for k in range(e.size):
+            e[k] /= n
+        if C > T:
+            _turn_axes(scatter, T - 3, e)
+            _turn_axes(scatter, e.size - 3, e)
+        exp_at(mean[:C], e[:T], mean[:C])
+        for k in range(C, C + T + 2):
+            mean[k] += e[T + k - C]
+        exp_at(mean[C + T + 2 :], e[2 * T + 2 :], mean[C + T + 2 :])
+
+
+@kernel
+def _turn_axes(scatter, first, step):
+    """Carry the three rows and columns of a rotation along when its mean is turned by a step.
+
+    Seen from the new mean, small differences are turned back by half the step (parallel transport).
+    """
+    x, y, z = 0.5 * step[first], 0.5 * step[first + 1], 0.5 * step[first + 2]
+    square = x * x + y * y + z * z
+    for column in range(scatter.shape[0]):
+        _turn_back(scatter[first : first + 3, column], x, y, z, square)
+    for row in range(scatter.shape[0]):
+        _turn_back(scatter[row, first : first + 3], x, y, z, square)
+
+
+@kernel
+def _turn_back(v, x, y, z, square):
+    """V <- v - h x v + h x (h x v) / 2 with h = (x, y, z), a rotation by -h to second order."""
+    a, b, c = v[0], v[1], v[2]
+    along = 0.5 * (x * a + y * b + z * c)
+    keep = 1.0 - 0.5 * square
+    v[0] = keep * a - (y * c - z * b) + along * x
+    v[1] = keep * b - (z * a - x * c) + along * y
+    v[2] = keep * c - (x * b - y * a) + along * z

@@ -1,0 +1,88 @@
+"""ExecutorSettings: how a model is executed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.errors import InvalidConfiguration
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ExecutorSettings:
+    """How a model is executed.
+
+    Args:
+        dt_s: Control period [s].
+        horizon_s: Prediction horizon, N_p control periods [s].
+        bandwidth_rad_s: Of the closed loop; sets the control cost R [rad/s].
+        control_horizon_s: N_c control periods [s]; the prediction horizon when not given.
+        max_acceleration_m_s2: Limit of the acceleration [m/s^2]; none when not given.
+        max_speed_m_s: Limit of the speed [m/s]; none when not given.
+        max_angular_acceleration_rad_s2: The same for the rotation of poses [rad/s^2].
+        max_angular_speed_rad_s: The same for the rotation of poses [rad/s].
+
+    Raises:
+        InvalidConfiguration: When a number is not positive or the horizons do not fit.
+    """
+
+    dt_s: float = 0.02
+    horizon_s: float = 1.2
+    bandwidth_rad_s: float = 5.0
+    control_horizon_s: float | None = None
+    max_acceleration_m_s2: float | None = None
+    max_speed_m_s: float | None = None
+    max_angular_acceleration_rad_s2: float | None = None
+    max_angular_speed_rad_s: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise InvalidConfiguration("executor", name, f"a positive number, got {value}")
+        if not 1 <= self.n_controls <= self.n_steps:
+            raise InvalidConfiguration("executor", "control_horizon_s", "from dt_s to horizon_s")
+
+    @property
+    def n_steps(self) -> int:
+        """Prediction horizon N_p."""
+        return round(self.horizon_s / self.dt_s)
+
+    @property
+    def n_controls(self) -> int:
+        """Control horizon N_c."""
+        return self.n_steps if self.control_horizon_s is None else round(self.control_horizon_s / self.dt_s)
+
+    def limited(self, acceleration: Array, velocity: Array, n_dims: int) -> Array:
+        """The command within the limits of speed and acceleration. Shape (T,).
+
+        Args:
+            acceleration: The command. Shape (T,).
+            velocity: Of the robot. Shape (T,).
+            n_dims: How many of the T numbers are of the position; the others are of the rotation.
+        """
+        position, rotation = slice(0, n_dims), slice(n_dims, None)
+        u = acceleration.copy()
+        u[position] = self._bounded(
+            u[position], velocity[position], self.max_speed_m_s, self.max_acceleration_m_s2
+        )
+        u[rotation] = self._bounded(
+            u[rotation],
+            velocity[rotation],
+            self.max_angular_speed_rad_s,
+            self.max_angular_acceleration_rad_s2,
+        )
+        return u
+
+    def _bounded(self, u: Array, velocity: Array, max_speed: float | None, most: float | None) -> Array:
+        if max_speed is not None:
+            following = velocity + self.dt_s * u
+            speed = float(np.linalg.norm(following))
+            if speed > max_speed:
+                u = (following * (max_speed / speed) - velocity) / self.dt_s
+        if most is not None:
+            u = u * min(1.0, most / max(float(np.linalg.norm(u)), 1e-12))
+        return u
