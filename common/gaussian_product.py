@@ -41,12 +41,12 @@ def gaussian_product(means: Array, covariances: Array, frames: Sequence[TaskFram
     sigma = np.stack([frame.covariance_to_world(c) for frame, c in zip(frames, covariances, strict=True)])
     if len(frames) == 1:  # the product of one factor
         return world[0], sigma[0]
-    precisions, x = np.linalg.inv(sigma), world[0]
+    precisions, x, product = inverse(sigma), world[0], sigma[0]
     for _ in range(_MAX_STEPS):
         e = space.log(world, x)  # log(mu_j, exp(x, t)) = e_j + J(e_j)^-1 t
-        J = np.linalg.inv(space.jacobian(e))
+        J = inverse(space.jacobian(e))
         weighted = np.swapaxes(J, -1, -2) @ precisions
-        product = np.linalg.inv((weighted @ J).sum(axis=0))  # Eq. 9
+        product = inverse((weighted @ J).sum(axis=0))  # Eq. 9
         step = -np.einsum("kde,pkef,pkf->kd", product, weighted, e)
         x = space.exp(x, step)
         if not space.oriented or np.abs(step).max() < _CONVERGED:
@@ -61,3 +61,8 @@ def check_frames(frames: Sequence[TaskFrame], n_frames: int, n_dims: int) -> Non
     for index, frame in enumerate(frames):
         if frame.n_dims != n_dims:
             raise InvalidInput("task frames", f"frame {index}", f"dimension {n_dims}, got {frame.n_dims}")
+
+
+def inverse(matrices: Array) -> Array:
+    """Inverses of the matrices in the last two axes. Shape (..., T, T)."""
+    return np.asarray(np.linalg.inv(matrices), dtype=np.float64)

@@ -11,8 +11,8 @@ import hashlib
 import os
 from pathlib import Path
 
-import numba
 from numba import njit
+from numba.core import config
 
 _ROOT = Path(__file__).resolve().parent.parent
 _FOLDERS = ("common", "local_site/learning", "remote_site/reproduction")
@@ -25,9 +25,9 @@ def _cache_folder() -> Path:
             content = file.read_bytes()
             if b"@kernel" in content:
                 digest.update(content)
-    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return Path(numba.config.CACHE_DIR or user / "farhand") / f"kernels-{digest.hexdigest()[:12]}"
+    parent = vars(config)["CACHE_DIR"] or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(parent) / "farhand" / f"kernels-{digest.hexdigest()[:12]}"
 
 
-numba.config.CACHE_DIR = str(_cache_folder())
+config.__dict__["CACHE_DIR"] = str(_cache_folder())  # what the variable NUMBA_CACHE_DIR sets
 kernel = njit(cache=True, error_model="numpy")

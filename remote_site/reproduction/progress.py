@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidModel
+from common.gaussian_product import inverse
 from common.manifold import Manifold
 from common.tphsmm import TPHSMM
 
@@ -74,12 +75,12 @@ class Gaussians:
     @classmethod
     def of(cls, means: Array, covariances: Array) -> Gaussians:
         """From means (K, C) and covariances (K, T, T)."""
-        space, precisions = Manifold.of(means.shape[1], covariances.shape[2]), np.linalg.inv(covariances)
+        space, precisions = Manifold.of(means.shape[1], covariances.shape[2]), inverse(covariances)
         parts = precisions
         if space.oriented:
             parts = np.zeros_like(covariances)
             for part in space.parts:
-                parts[:, part, part] = np.linalg.inv(covariances[:, part, part])
+                parts[:, part, part] = inverse(covariances[:, part, part])
         return cls(space, means, covariances, precisions, parts)
 
     def distance(self, component: int, point: Array) -> float:

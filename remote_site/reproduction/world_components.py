@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.gaussian_product import gaussian_product
+from common.gaussian_product import gaussian_product, inverse
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from remote_site.reproduction.progress import Gaussians
@@ -51,13 +51,13 @@ class WorldComponents:
         after = model.slopes * (model.duration_mean_s - model.elapsed_mean_s)[:, None]
         entries, residual = gaussian_product(space.exp(shifted, -before), model.residual_covariances, frames)
         exits, _ = gaussian_product(space.exp(shifted, after), model.residual_covariances, frames)
-        factors = np.linalg.inv(
+        factors = inverse(
             np.stack(
                 [f.covariance_to_world(c) for f, c in zip(frames, model.residual_covariances, strict=True)]
             )
         )
         gaussians = Gaussians.of(means, covariances)
-        return cls(frames, gaussians, entries, space.log(entries, exits), np.linalg.inv(residual), factors)
+        return cls(frames, gaussians, entries, space.log(entries, exits), inverse(residual), factors)
 
     def valid_for(self, frames: tuple[TaskFrame, ...]) -> bool:
         """Whether these frames are the same."""

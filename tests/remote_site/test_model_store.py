@@ -25,7 +25,7 @@ REFUSED = {
     "a wrong hash": (transfer(sha256="0" * 64), "sha256"),
     "one bit that fell over": (damaged(), "sha256"),
     "another task": (transfer(task="other"), "task"),
-    "another dimension": (transfer(learned(n_dims=3)), "2 dimensions"),
+    "another dimension": (transfer(learned(3)), "2 dimensions"),
     "another number of frames": (transfer(learned(n_frames=2)), "1 frames"),
     "no model at all": (transfer(content=b"hello", sha256=content_hash(b"hello")), ""),
     "nothing": (transfer(content=b"", sha256=content_hash(b"")), ""),

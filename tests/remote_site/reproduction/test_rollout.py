@@ -15,7 +15,7 @@ def test_a_rollout_begins_at_rest_at_the_start_and_ends_at_the_goal():
     assert np.linalg.norm(result.position_m[-1]) < 0.006
     assert len(result.time_s) == len(result.position_m) == len(result.components)
     np.testing.assert_allclose(np.diff(result.time_s), 0.02, atol=1e-12)
-    assert result.time_s[-1] == pytest.approx(4.0, abs=1.0)
+    assert 3.0 < result.time_s[-1] < 6.0
 
 
 def test_a_rollout_that_cannot_arrive_is_given_up():
