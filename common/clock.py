@@ -41,6 +41,8 @@ class Rate:
         self._stop = stop
         self._due_s = time.monotonic()
         self.overruns = 0
+        self.late_s = 0.0
+        """How late the present tick began [s]."""
 
     def wait(self) -> bool:
         """Wait for the next tick. False when the loop was asked to end."""
@@ -50,4 +52,6 @@ class Rate:
             # A tick that was missed is not made up for: two in a row would be a jump in time.
             self.overruns += 1
             self._due_s += late_s
-        return not self._stop.wait(max(0.0, self._due_s - time.monotonic()))
+        running = not self._stop.wait(max(0.0, self._due_s - time.monotonic()))
+        self.late_s = max(late_s, time.monotonic() - self._due_s, 0.0)
+        return running

@@ -6,6 +6,7 @@ The remote site owns the mode; the local site shows the mode that the remote rep
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import NamedTuple
 
 
 class ControlMode(StrEnum):
@@ -19,6 +20,8 @@ class ControlMode(StrEnum):
     """Coupled: follows the operator."""
     AUTONOMOUS = "autonomous"
     """Decoupled: executes a learned model by its own MPC and its own sensing."""
+    PAUSED = "paused"
+    """Decoupled, holds its position; the execution is kept and can be resumed."""
     STOPPED = "stopped"
     """Latched by Stop or by a guard; left by Reset alone."""
 
@@ -29,12 +32,23 @@ class ControlMode(StrEnum):
 
 
 class Phase(StrEnum):
-    """Where an execution is; `NONE` outside of AUTONOMOUS."""
+    """What AUTONOMOUS is at; `NONE` in every other mode."""
 
     NONE = ""
     APPROACHING = "approaching"
     ARRIVED = "arrived"
     """At the end of the motion, still tracking the task frame."""
+    SEATED = "seated"
+    """The same with the tool in contact, force-limited."""
+    BACKING_OFF = "backing off"
+    """The force was too high: a little way back, then HOLD."""
+    RETRACTING = "retracting"
+    GOING_TO_READY = "going to ready"
+
+    @property
+    def at_end(self) -> bool:
+        """Whether the motion has come to its end, from where it can be left or replaced directly."""
+        return self in (Phase.ARRIVED, Phase.SEATED)
 
 
 class Action(StrEnum):
@@ -46,40 +60,90 @@ class Action(StrEnum):
     CLUTCH = "clutch"
     PREVIEW = "preview"
     EXECUTE = "execute"
+    PAUSE = "pause"
+    RESUME = "resume"
     ABORT = "abort"
+    RETRACT = "retract"
+    GO_TO_READY = "go to ready"
     STOP = "stop"
     RESET = "reset"
 
 
-# Each row: the action, the modes in which it is allowed, the mode that it leads to (None: stays).
-_TABLE: dict[Action, tuple[frozenset[ControlMode], ControlMode | None]] = {
-    Action.ARM: (frozenset({ControlMode.DISARMED}), ControlMode.HOLD),
-    Action.DISARM: (frozenset(ControlMode) - {ControlMode.STOPPED}, ControlMode.DISARMED),
-    Action.COUPLE: (frozenset({ControlMode.HOLD}), ControlMode.DIRECT),
-    Action.CLUTCH: (frozenset({ControlMode.DIRECT}), ControlMode.HOLD),
-    Action.PREVIEW: (frozenset({ControlMode.HOLD}), None),
-    Action.EXECUTE: (frozenset({ControlMode.HOLD, ControlMode.DIRECT}), ControlMode.AUTONOMOUS),
-    Action.ABORT: (frozenset({ControlMode.AUTONOMOUS}), ControlMode.HOLD),
-    Action.STOP: (frozenset(ControlMode), ControlMode.STOPPED),
-    Action.RESET: (frozenset({ControlMode.STOPPED}), ControlMode.DISARMED),
+class Guard(StrEnum):
+    """What the robot itself ends or changes a motion for, whatever the operator asks."""
+
+    COUPLING_ENDED = "coupling ended"
+    """The drag ended, no input, the lease was lost, silence, the link's delay changed."""
+    MANOEUVRE_ENDED = "manoeuvre ended"
+    FORCE = "force limit"
+    PERCEPTION_LOST = "perception lost"
+    LINK_LOST_HOLD = "link lost: hold"
+    LINK_LOST_RETRACT = "link lost: retract"
+    FAULT = "fault"
+    """A number that is not finite, a deadline missed by too much."""
+
+
+class Row(NamedTuple):
+    """One row of the table.
+
+    Args:
+        modes: Where the action is allowed, or the guard acts.
+        leads_to: The mode after it; None stays.
+        phase: The phase after it, if that is not decided elsewhere.
+        at_end: Also allowed in AUTONOMOUS once its motion is at its end.
+    """
+
+    modes: frozenset[ControlMode]
+    leads_to: ControlMode | None
+    phase: Phase = Phase.NONE
+    at_end: bool = False
+
+
+Cause = Action | Guard
+
+
+def _row(*modes: ControlMode, to: ControlMode | None, phase: Phase = Phase.NONE, at_end: bool = False) -> Row:
+    return Row(frozenset(modes), to, phase, at_end)
+
+
+_M = ControlMode
+TABLE: dict[Cause, Row] = {
+    Action.ARM: _row(_M.DISARMED, to=_M.HOLD),
+    Action.DISARM: _row(_M.DISARMED, _M.HOLD, _M.DIRECT, _M.AUTONOMOUS, _M.PAUSED, to=_M.DISARMED),
+    Action.COUPLE: _row(_M.HOLD, to=_M.DIRECT),
+    Action.CLUTCH: _row(_M.DIRECT, to=_M.HOLD, at_end=True),
+    Action.PREVIEW: _row(_M.HOLD, _M.PAUSED, to=None, at_end=True),
+    Action.EXECUTE: _row(_M.HOLD, _M.DIRECT, to=_M.AUTONOMOUS, phase=Phase.APPROACHING, at_end=True),
+    Action.PAUSE: _row(_M.AUTONOMOUS, to=_M.PAUSED),
+    Action.RESUME: _row(_M.PAUSED, to=_M.AUTONOMOUS),
+    Action.ABORT: _row(_M.AUTONOMOUS, _M.PAUSED, to=_M.HOLD),
+    Action.RETRACT: _row(_M.HOLD, _M.PAUSED, to=_M.AUTONOMOUS, phase=Phase.RETRACTING, at_end=True),
+    Action.GO_TO_READY: _row(_M.HOLD, _M.PAUSED, to=_M.AUTONOMOUS, phase=Phase.GOING_TO_READY, at_end=True),
+    Action.STOP: Row(frozenset(_M), _M.STOPPED),
+    Action.RESET: _row(_M.STOPPED, to=_M.DISARMED),
+    Guard.COUPLING_ENDED: _row(_M.DIRECT, to=_M.HOLD),
+    Guard.MANOEUVRE_ENDED: _row(_M.AUTONOMOUS, to=_M.HOLD),
+    Guard.FORCE: _row(_M.DIRECT, _M.AUTONOMOUS, to=_M.AUTONOMOUS, phase=Phase.BACKING_OFF),
+    Guard.PERCEPTION_LOST: _row(_M.AUTONOMOUS, to=_M.PAUSED),
+    Guard.LINK_LOST_HOLD: _row(_M.AUTONOMOUS, to=_M.PAUSED),
+    Guard.LINK_LOST_RETRACT: _row(_M.AUTONOMOUS, _M.PAUSED, to=_M.AUTONOMOUS, phase=Phase.RETRACTING),
+    Guard.FAULT: Row(frozenset(_M), _M.STOPPED),
 }
-
-# Once the motion has arrived, an execution can also be left or replaced directly.
-_ALSO_WHEN_ARRIVED = frozenset({Action.CLUTCH, Action.PREVIEW, Action.EXECUTE})
+"""The one table: what is allowed where, and where it leads."""
 
 
-def mode_after(mode: ControlMode, phase: Phase, action: Action) -> ControlMode | None:
-    """The mode that an allowed action leads to, or None where the table forbids it.
+def mode_after(mode: ControlMode, phase: Phase, cause: Cause) -> ControlMode | None:
+    """The mode that an action or a guard leads to, or None where the table has no such transition.
 
     Args:
         mode: The mode now.
         phase: The phase now; it matters in AUTONOMOUS only.
-        action: What the operator asks for.
+        cause: What the operator asks for, or what the robot itself noticed.
     """
-    allowed_in, target = _TABLE[action]
-    arrived = mode is ControlMode.AUTONOMOUS and phase is Phase.ARRIVED
-    if mode in allowed_in or (arrived and action in _ALSO_WHEN_ARRIVED):
-        return mode if target is None else target
+    row = TABLE[cause]
+    at_end = row.at_end and mode is ControlMode.AUTONOMOUS and phase.at_end
+    if mode in row.modes or at_end:
+        return mode if row.leads_to is None else row.leads_to
     return None
 
 
@@ -90,7 +154,8 @@ def allowed_actions(mode: ControlMode, phase: Phase) -> frozenset[Action]:
 
 def modes_allowing(action: Action) -> str:
     """The modes in which an action is allowed, in words fit for a refusal."""
-    names = [mode.name for mode in ControlMode if mode in _TABLE[action][0]]
-    if action in _ALSO_WHEN_ARRIVED:
-        names.append("AUTONOMOUS once arrived")
+    row = TABLE[action]
+    names = [mode.name for mode in ControlMode if mode in row.modes]
+    if row.at_end:
+        names.append("AUTONOMOUS at the end of its motion")
     return ", ".join(names)

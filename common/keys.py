@@ -46,6 +46,7 @@ HEARTBEAT = Channel("op/hb", Urgency.STREAM, must_arrive=False, keep=8)
 TARGET = Channel("op/target", Urgency.EVENT, must_arrive=True, keep=4)
 MODEL = Channel("op/model", Urgency.BULK, must_arrive=True)
 REPORT = Channel("op/report", Urgency.EVENT, must_arrive=True)
+EVENTS = Channel("op/events", Urgency.EVENT, must_arrive=True)
 
 # From the robot
 STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True, keep=16)
@@ -53,4 +54,18 @@ TELEMETRY = Channel("rov/tele/state", Urgency.TELEMETRY, must_arrive=False)
 EVENT = Channel("rov/event", Urgency.EVENT, must_arrive=True, keep=256)
 PATH = Channel("rov/path", Urgency.BULK, must_arrive=False, keep=4)
 
-ALL = (STOP, COMMAND, LEASE, INPUT, HEARTBEAT, TARGET, MODEL, REPORT, STOP_ACK, TELEMETRY, EVENT, PATH)
+ALL = (
+    STOP,
+    COMMAND,
+    LEASE,
+    INPUT,
+    HEARTBEAT,
+    TARGET,
+    MODEL,
+    REPORT,
+    EVENTS,
+    STOP_ACK,
+    TELEMETRY,
+    EVENT,
+    PATH,
+)

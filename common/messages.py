@@ -6,6 +6,7 @@ back as an `echo` lets the robot compute an age on its own clock alone.
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import Annotated
 
 from msgspec import Meta, Struct
@@ -110,11 +111,25 @@ class MoveTarget(Message, frozen=True, kw_only=True):
     position_m: Vector
 
 
+class Wish(StrEnum):
+    """What a local site wants of the control of the robot."""
+
+    CONTROL = "control"
+    """Have it when it is free, keep it while it has it."""
+    WATCH = "watch"
+    """Never have it; give it up if it has it."""
+    ASK = "ask"
+    """Have it; its holder is told so."""
+    GIVE = "give"
+    """Hand it over to who asked."""
+
+
 class LeaseRequest(Message, frozen=True, kw_only=True):
-    """Asks for, or renews, the control of the robot. Moves nothing."""
+    """Asks for, renews or hands over the control of the robot. Moves nothing."""
 
     session: Id
     site_name: Id
+    wish: Wish = Wish.CONTROL
     echo: Stamp | None = None
 
 
@@ -125,6 +140,8 @@ class LeaseReply(Message, frozen=True, kw_only=True):
     lease_id: Id
     holder: Id
     reason: Text = ""
+    asked_by: Id = ""
+    """To the holder: who asks for the control."""
     stamp: Stamp
     task: Id
     n_dims: Annotated[int, Meta(ge=2, le=3)]
@@ -168,6 +185,23 @@ class Event(Message, frozen=True, kw_only=True):
     mode: ControlMode
     coupling_id: Count = 0
     plan_id: Count = 0
+    who: Id = ""
+    """The site that caused it, empty for the robot itself."""
+    measured: float | None = None
+
+
+class EventsRequest(Message, frozen=True, kw_only=True):
+    """Asks for the events after a number: what an outage has swallowed."""
+
+    after_seq: Count = 0
+
+
+class EventsReply(Message, frozen=True, kw_only=True):
+    """The robot's events of this boot, oldest first; only the newest are kept."""
+
+    events: Annotated[tuple[Event, ...], Meta(max_length=64)]
+    newest_seq: Count
+    stamp: Stamp
 
 
 class ModelTransfer(Message, frozen=True, kw_only=True):
@@ -175,6 +209,10 @@ class ModelTransfer(Message, frozen=True, kw_only=True):
 
     task: Id
     sha256: Sha256
+    version: Count = 0
+    """Counts the models of one local site."""
+    parent_sha256: Sha256 = ""
+    """The model that this one was refined from."""
     content: Annotated[bytes, Meta(max_length=4_000_000)]
 
 

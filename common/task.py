@@ -23,6 +23,12 @@ class Limits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     speed_m_s: Positive = 0.6
     acceleration_m_s2: Positive = 4.0
+    force_n: Positive = 250.0
+    """Force on the tool that is tolerated for 50 ms [N]."""
+    force_peak_n: Positive = 400.0
+    """Force on the tool that is not tolerated at all [N]."""
+    contact_n: Positive = 5.0
+    """Force on the tool from which on it is in contact [N]."""
 
 
 class Learning(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -67,8 +73,14 @@ class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The motion has arrived when the effector is this close to its end [m]."""
     require_preview: bool = False
     """Refuse an execution that was not previewed."""
-    lost_link: Literal["continue"] = "continue"
-    """What an execution does when the link is lost."""
+    lost_link: Literal["continue", "hold", "retract"] = "continue"
+    """What an execution does when the link is lost: go on, pause, or retract."""
+    blind_retract: bool = False
+    """Retract after a minute without sight of the target and without a link."""
+    retract_m: Vector | None = None
+    """Where Retract goes, from where the tool is, in the axes of the first task frame [m]; none: nowhere."""
+    ready_m: Vector | None = None
+    """Where Go to ready goes [m]; none: to `start_m`."""
     success_rms_m: Positive = 0.01
     """The task has succeeded when the distance to the target, RMS over 10 s after arrival, is below [m]."""
     samples: tuple[Sample, ...] = ()
@@ -77,9 +89,11 @@ class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     limits: Limits = Limits()
 
     def __post_init__(self) -> None:
-        for name in ("workspace_m", "start_m"):
-            if len(getattr(self, name)) != self.n_dims:
+        for name in ("workspace_m", "start_m", "retract_m", "ready_m"):
+            if (value := getattr(self, name)) is not None and len(value) != self.n_dims:
                 raise ValueError(f"{name} must have n_dims = {self.n_dims} numbers")
+        if self.retract_m is None and (self.lost_link == "retract" or self.blind_retract):
+            raise ValueError('retract_m is needed for lost_link = "retract" and for blind_retract')
         if not len(self.target.origin_m) == len(self.target.amplitude_m) == self.n_dims:
             raise ValueError(f"target.origin_m and target.amplitude_m must have {self.n_dims} numbers")
         if any(len(point) != self.n_dims for sample in self.samples for point in sample.waypoints_m):

@@ -126,6 +126,8 @@ class Remote:
     """Endpoint to listen on, such as tcp/0.0.0.0:7447."""
     task: str | None = None
     """Name of a task that comes with Farhand, or a task file."""
+    data_dir: str | None = None
+    """Where the events and the state of the simulated robot are kept."""
     seed: int | None = None
     """Of the simulated noise and of the target's phase."""
 
@@ -133,7 +135,9 @@ class Remote:
         """Do it."""
         from deploy.processes import run_remote
 
-        return run_remote(self.config, link_listen=self.listen, task=self.task, seed=self.seed)
+        return run_remote(
+            self.config, link_listen=self.listen, task=self.task, data_dir=self.data_dir, seed=self.seed
+        )
 
 
 @dataclass(frozen=True)

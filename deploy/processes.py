@@ -58,7 +58,7 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
 
     end_with_parent()
     config = configured(RemoteConfig, config_file, **overrides)
-    site = RemoteSite(config, find_task(config.task))
+    site = RemoteSite(config, find_task(config.task), data_folder(config.data_dir))
     _on_signals(site.stop)
     site.run(say_ready)
     return 0

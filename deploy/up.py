@@ -72,8 +72,8 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
         check_writable("json", json_file)
     with tempfile.TemporaryDirectory(prefix="farhand-") as scratch:
         result = Path(scratch) / "result.json"
-        local = [f"--data-dir={data_dir or scratch}", "--demo", f"--outage={outage}", f"--json={result}"]
-        status = asyncio.run(_together(settings, local))
+        data = [f"--data-dir={data_dir or scratch}"]
+        status = asyncio.run(_together(settings, data, ["--demo", f"--outage={outage}", f"--json={result}"]))
         if not result.is_file():
             return status
         content = result.read_text()
@@ -94,12 +94,12 @@ def run_up(settings: Together, port: int, data_dir: str) -> int:
     """
     settings.check()
     bind((_HOST, port)).close()  # better now in one line than as a child's last words
-    local = [f"--port={port}", *([f"--data-dir={data_dir}"] if data_dir else [])]
-    status = asyncio.run(_together(settings, local))
+    data = [f"--data-dir={data_dir}"] if data_dir else []
+    status = asyncio.run(_together(settings, data, [f"--port={port}"]))
     return 0 if status == INTERRUPTED else status
 
 
-async def _together(settings: Together, local_arguments: Sequence[str]) -> int:
+async def _together(settings: Together, data: Sequence[str], local_arguments: Sequence[str]) -> int:
     """Start remote, link and local in this order, and end them in the reverse one.
 
     Returns:
@@ -113,7 +113,7 @@ async def _together(settings: Together, local_arguments: Sequence[str]) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, interrupted.set)
     children: list[Child] = []
-    work = asyncio.create_task(_start_and_wait(settings, local_arguments, children))
+    work = asyncio.create_task(_start_and_wait(settings, data, local_arguments, children))
     waiting = asyncio.create_task(interrupted.wait())
     try:
         await asyncio.wait([work, waiting], return_when=asyncio.FIRST_COMPLETED)
@@ -131,11 +131,11 @@ async def _together(settings: Together, local_arguments: Sequence[str]) -> int:
 
 
 async def _start_and_wait(
-    settings: Together, local_arguments: Sequence[str], children: list[Child]
+    settings: Together, data: Sequence[str], local_arguments: Sequence[str], children: list[Child]
 ) -> int:  # fmt: skip
     remote_port = _free_port()
     task, seed = f"--task={settings.task}", f"--seed={settings.seed}"
-    remote = Child("remote", ["remote", f"--listen=tcp/{_HOST}:{remote_port}", task, seed])
+    remote = Child("remote", ["remote", f"--listen=tcp/{_HOST}:{remote_port}", task, seed, *data])
     link = Child(
         "link",
         ["link", f"--listen={_HOST}:0", f"--target={_HOST}:{remote_port}", f"--control={_HOST}:0",
@@ -150,7 +150,7 @@ async def _start_and_wait(
             f"--connect=tcp/{_HOST}:{ports['port']}",
             f"--link-control={_HOST}:{ports['control_port']}",
         ]
-        local = Child("local", ["local", *connect, task, seed, *local_arguments])
+        local = Child("local", ["local", *connect, task, seed, *data, *local_arguments])
         children.append(local)
         _log.info("starting the local site")
         # The local site needs the link's port alone: while the remote site starts, so does the page.

@@ -8,6 +8,7 @@ from common.task import Task
 from remote_site.contact import OperatorContact
 from remote_site.model_store import ModelStore
 from remote_site.plans import Plans
+from remote_site.sensing import Sensing
 
 
 class CommandJudge:
@@ -18,10 +19,14 @@ class CommandJudge:
         contact: The operator's lease and the age of its messages.
         models: What was received.
         plans: What was previewed.
+        sensing: Whether the target is seen.
     """
 
-    def __init__(self, task: Task, contact: OperatorContact, models: ModelStore, plans: Plans):
-        self._task, self._contact, self._models, self._plans = task, contact, models, plans
+    def __init__(
+        self, task: Task, contact: OperatorContact, models: ModelStore, plans: Plans, sensing: Sensing
+    ):
+        self._task, self._contact, self._models = task, contact, models
+        self._plans, self._sensing = plans, sensing
 
     def refusal(
         self, command: Command, mode: ControlMode, phase: Phase, now: Stamp
@@ -39,6 +44,8 @@ class CommandJudge:
             )
         if command.action in (Action.EXECUTE, Action.PREVIEW):
             return self._motion_refusal(command, mode, now)
+        if command.action is Action.RETRACT and self._task.retract_m is None:
+            return "this task says nowhere to retract to (`retract_m`)", None
         return "", None
 
     def _motion_refusal(
@@ -48,6 +55,8 @@ class CommandJudge:
             return f"this robot does {self._task.name!r}, not {command.task!r}", None
         if self._models.get(command.model_sha256) is None:
             return f"the robot has no model {command.model_sha256[:8] or '(none named)'}: send it first", None
+        if self._sensing.unseen_s > 0.0:
+            return "the robot does not see the target", min(self._sensing.unseen_s, 1e6)
         if command.action is Action.EXECUTE and self._task.require_preview:
             if mode is ControlMode.DIRECT:
                 return "this task is previewed before it is executed: clutch and preview first", None

@@ -25,5 +25,9 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """What telemetry may take of the link [B/s]; 0: as much as it needs."""
     max_age_s: Positive = 15.0
     """No command older than this is ever accepted [s]."""
+    deadline_s: Positive = 0.5
+    """A control period that begins later than this while the robot moves is a fault [s]."""
+    data_dir: str = ""
+    """Where the events and the state of the simulated robot are kept; empty: the user's data folder."""
     lease_s: Positive = 3.0
     """Silence after which the control of the robot is free again [s]."""

@@ -26,20 +26,25 @@ class OperatorContact:
         self._clock = clock
         self.lease = Lease(config.lease_s)
         self._freshness = Freshness(clock, config.max_age_s, 1.0 / config.telemetry_hz)
+        self._usual_for = ""
         self._newest_echo_ns = 0
         self._heartbeat_session = ""
         self.heartbeat_seq = 0
         self.heartbeat_received_ns = 0
         self.stale_refused = 0
+        self.delay_changed = False
+        """Set when another delay became usual; who drives must be decoupled for it, then it is cleared."""
 
     def answer(self, request: LeaseRequest, task: Task, now: Stamp) -> LeaseReply:
         """Grant, renew or refuse the lease, and say what the robot is."""
         reason, age_s = self._refusal(request)
+        holds = not reason
         return LeaseReply(
-            granted=not reason,
-            lease_id="" if reason else self.lease.lease_id,
+            granted=holds,
+            lease_id=self.lease.lease_id if holds else "",
             holder=self.lease.holder,
             reason=reason,
+            asked_by=self.lease.asked_by if holds else "",
             stamp=now,
             task=task.name,
             n_dims=task.n_dims,
@@ -54,10 +59,15 @@ class OperatorContact:
         # What is usual is learned from the holder alone: another site may be nearer or further away.
         judge = self._freshness.renew if is_renewal or not self.lease.lease_id else self._freshness.judge
         verdict = judge(request.echo) if request.echo is not None else None
-        if is_renewal and verdict is not None and verdict.reason:
+        self.delay_changed = self.delay_changed or (verdict is not None and verdict.delay_changed)
+        if is_renewal and verdict is not None and verdict.reason and not verdict.delay_changed:
             self.stale_refused += 1
             return f"this renewal came too late: {verdict.reason}", verdict.age_s
-        reason = self.lease.request(request.session, request.site_name, now_s)
+        reason = self.lease.request(request.session, request.site_name, request.wish, now_s)
+        if self.lease.lease_id and self.lease.session != self._usual_for:
+            # What is usual for one site says nothing of another.
+            self._usual_for = self.lease.session
+            self._freshness.forget()
         if not reason:
             self._heard(request.echo)
         return reason, verdict.age_s if verdict else None
@@ -96,11 +106,17 @@ class OperatorContact:
         """How old a message usually is when it arrives [s]; zero before that is known."""
         return self._freshness.reference_s or 0.0
 
+    def silent_s(self, now_s: float) -> float:
+        """How much older than usual the newest thing heard from the operator is [s]."""
+        return now_s - self._newest_echo_ns * 1e-9 - self.usual_age_s
+
     def lost_reason(self, lease_id: str, now_s: float) -> str:
         """Why who had this lease is not there to drive any more; empty while they are."""
         if lease_id != self.lease.lease_id:
             return "the lease was lost"
-        if now_s - self._newest_echo_ns * 1e-9 - self.usual_age_s > _SILENCE_S:
+        if self.delay_changed:
+            return "link delay changed"
+        if self.silent_s(now_s) > _SILENCE_S:
             return f"nothing new was heard from the operator for {_SILENCE_S} s longer than usual"
         return ""
 

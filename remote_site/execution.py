@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from common.control_mode import Phase
 from common.messages import Command, ExecutionReport, Stamp
 from common.task_frame import TaskFrame
+from remote_site.guards import force_of
 from remote_site.model_store import StoredModel
 from remote_site.plant import EffectorState
 from remote_site.reproduction.executor import Executor, ExecutorSettings
@@ -53,6 +54,7 @@ class Execution:
         effector: Where the robot is.
         frames: The task frames now.
         began: Now.
+        contact_n: Force on the tool from which on it is in contact [N].
     """
 
     def __init__(
@@ -63,8 +65,10 @@ class Execution:
         effector: EffectorState,
         frames: list[TaskFrame],
         began: Stamp,
+        contact_n: float,
     ):
         self.command, self.stored, self.settings, self.began = command, stored, settings, began
+        self._contact_n = contact_n
         self.executor = Executor(stored.model, settings)
         self.executor.begin(effector.position_m, effector.velocity_m_s, frames)
         self.phase = Phase.APPROACHING
@@ -84,8 +88,15 @@ class Execution:
         self.elapsed_s += dt_s
         if control.arrived and self.arrived_after_s is None:
             self.arrived_after_s = self.elapsed_s
-            self.phase = Phase.ARRIVED
+        if self.arrived_after_s is not None:
+            force_n = force_of(effector)
+            seated = force_n is not None and force_n >= self._contact_n
+            self.phase = Phase.SEATED if seated else Phase.ARRIVED
         return control.acceleration
+
+    def resume(self, frames: list[TaskFrame]) -> None:
+        """Go on after the robot stood still for a while; where it is in the motion is found anew."""
+        self.executor.resume(frames)
 
     def measure(self, effector: EffectorState, truth_m: Array | None, dt_s: float) -> None:
         """Record the distance to where the target really is, once arrived."""

@@ -7,7 +7,7 @@ stamp is one round trip when all is well, and grows by whatever held the message
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from common.messages import Stamp
 _WINDOW = 10
 _LEAST_GAP_S = 0.3
 """Renewals come at 1 Hz; closer together they come from a backlog."""
+_TTL_MIN_S, _TTL_MAX_S = 0.25, 1.0
+"""What a message may be older than usual, at least and at most."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,8 @@ class Verdict:
 
     reason: str
     age_s: float | None
+    delay_changed: bool = False
+    """Another age is usual from now on: the delay of the link has risen for good."""
 
 
 class Freshness:
@@ -44,15 +48,22 @@ class Freshness:
     def __init__(self, clock: BootClock, max_age_s: float, telemetry_period_s: float):
         self._clock = clock
         self._max_age_s = max_age_s
-        self._command_ttl_max_s = max(1.0, 2.0 * telemetry_period_s + 0.1)
+        self._command_ttl_max_s = max(_TTL_MAX_S, 2.0 * telemetry_period_s + 0.1)
         self._accepted: deque[float] = deque(maxlen=_WINDOW)
-        self._refused: deque[float] = deque(maxlen=_WINDOW)
+        self._late: deque[float] = deque(maxlen=_WINDOW)
         self._last_renewal_s = -np.inf
+        self._last_echo_ns = -1
 
     @property
     def reference_s(self) -> float | None:
         """The smallest age of the last accepted renewals [s]; None before the first."""
         return min(self._accepted) if self._accepted else None
+
+    def forget(self) -> None:
+        """Somebody else is heard from now on: nothing is usual yet."""
+        self._accepted.clear()
+        self._late.clear()
+        self._last_echo_ns = -1
 
     def judge(self, echo: Stamp | None, ttl_max_s: float | None = None) -> Verdict:
         """Whether a message with this echo is fresh.
@@ -81,21 +92,25 @@ class Freshness:
         now_s = self._clock.now_s()
         in_burst = now_s - self._last_renewal_s < _LEAST_GAP_S
         self._last_renewal_s = now_s
-        if verdict.age_s is None or verdict.age_s < 0.0 or in_burst:
+        if verdict.age_s is None or verdict.age_s < 0.0 or echo is None:
+            return verdict
+        in_order = echo.t_ns > self._last_echo_ns
+        self._last_echo_ns = max(self._last_echo_ns, echo.t_ns)
+        if in_burst or not in_order:
+            self._late.clear()
             return verdict
         if not verdict.reason:
             self._accepted.append(verdict.age_s)
-            self._refused.clear()
+            self._late.clear()
             return verdict
-        self._refused.append(verdict.age_s)
-        agree = max(self._refused) - min(self._refused) <= self._command_ttl_max_s
-        if len(self._refused) == _WINDOW and agree and max(self._refused) <= self._max_age_s:
-            # The delay of the link has risen for good.
-            self._accepted = self._refused
-            self._refused = deque(maxlen=_WINDOW)
-        return verdict
+        self._late.append(verdict.age_s)
+        spread_s = max(self._late) - min(self._late)
+        if len(self._late) < _WINDOW or max(self._late) > self._max_age_s or spread_s > _TTL_MAX_S:
+            return verdict
+        self._accepted, self._late = self._late, deque(maxlen=_WINDOW)
+        return replace(verdict, delay_changed=True)
 
     def _ttl_s(self, upper_s: float) -> float:
         """How much more than the reference is still usual [s]."""
         spread_s = float(np.quantile(np.array(self._accepted), 0.99)) - min(self._accepted)
-        return min(max(spread_s + 0.1, 0.25), upper_s)
+        return min(max(spread_s + 0.1, _TTL_MIN_S), upper_s)

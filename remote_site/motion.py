@@ -1,4 +1,4 @@
-"""What moves the plant in one control period: the operator's hand, a learned model, or nothing."""
+"""What moves the plant in one control period: the hand, a learned model, a manoeuvre, or nothing."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ import numpy as np
 from common.task import Limits
 from remote_site.coupling import Coupling
 from remote_site.execution import Execution
+from remote_site.manoeuvre import Manoeuvre
 from remote_site.perception import Perception
 from remote_site.plant import Plant
 from remote_site.sensing import Sensing
 
 _STANDING_M_S = 2e-3
+
+Mover = Coupling | Execution | Manoeuvre
 
 
 class Outcome(Enum):
@@ -26,6 +29,8 @@ class Outcome(Enum):
     """A model is executed and has not arrived."""
     ARRIVED = auto()
     """It arrived in this very period."""
+    ENDED = auto()
+    """A manoeuvre came to its end in this very period."""
     FAILED = auto()
     """A measured or computed number is not finite; the plant was braked instead."""
 
@@ -42,23 +47,57 @@ class Motion:
 
     def __init__(self, plant: Plant, perception: Perception, sensing: Sensing, limits: Limits):
         self._plant, self._perception, self._sensing, self._limits = plant, perception, sensing, limits
-        self.coupling: Coupling | None = None
-        self.execution: Execution | None = None
+        self.mover: Mover | None = None
+        """What moves the robot, or would if it were not paused."""
+        self.paused = False
+        self._interrupted = False
+
+    @property
+    def coupling(self) -> Coupling | None:
+        """The operator's hand, if that moves the robot."""
+        return self.mover if isinstance(self.mover, Coupling) else None
+
+    @property
+    def execution(self) -> Execution | None:
+        """The execution of a model, also while it is paused."""
+        return self.mover if isinstance(self.mover, Execution) else None
+
+    @property
+    def manoeuvre(self) -> Manoeuvre | None:
+        """The manoeuvre under way, also while it is paused."""
+        return self.mover if isinstance(self.mover, Manoeuvre) else None
+
+    def begin(self, mover: Mover) -> None:
+        """Let this move the robot from now on, and nothing else."""
+        self.mover, self.paused, self._interrupted = mover, False, False
 
     def end(self) -> None:
         """Let nothing move the robot any more; it brakes from the next period on."""
-        self.coupling = self.execution = None
+        self.mover, self.paused = None, False
 
-    def step(self, now_s: float, dt_s: float) -> Outcome:
-        """Move for one control period [s]."""
-        effector = self._sensing.effector
+    def step(self, now_s: float, dt_s: float, wait: bool = False) -> Outcome:
+        """Move for one control period.
+
+        Args:
+            now_s: Now [s].
+            dt_s: The period [s].
+            wait: An execution must not go on now, for want of sight.
+        """
+        mover, effector = self.mover, self._sensing.effector
         if not np.isfinite([effector.position_m, effector.velocity_m_s]).all():
             self._plant.brake(dt_s)
             return Outcome.FAILED
-        if self.execution is not None:
-            return self._execute(self.execution, now_s, dt_s)
-        if self.coupling is not None and self._follow(self.coupling, now_s, dt_s):
-            return Outcome.MOVING
+        if mover is None or self.paused or (wait and isinstance(mover, Execution)):
+            self._interrupted = True
+            return self._brake(dt_s)
+        if isinstance(mover, Execution):
+            return self._execute(mover, now_s, dt_s)
+        if isinstance(mover, Manoeuvre):
+            ended = mover.step(self._plant, effector, dt_s)
+            return Outcome.ENDED if ended else Outcome.MOVING
+        return Outcome.MOVING if self._follow(mover, now_s, dt_s) else self._brake(dt_s)
+
+    def _brake(self, dt_s: float) -> Outcome:
         self._plant.brake(dt_s)
         speed_m_s = float(np.linalg.norm(self._plant.read().velocity_m_s))
         return Outcome.STANDING if speed_m_s <= _STANDING_M_S else Outcome.MOVING
@@ -74,6 +113,9 @@ class Motion:
 
     def _execute(self, execution: Execution, now_s: float, dt_s: float) -> Outcome:
         sensed, under_way = self._sensing, execution.arrived_after_s is None
+        if self._interrupted:
+            execution.resume(sensed.frames)
+            self._interrupted = False
         acceleration = execution.step(sensed.effector, sensed.frames, dt_s)
         if not np.isfinite(acceleration).all():
             self._plant.brake(dt_s)

@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 class Perception(Protocol):
     """What the remote site needs to know about its surroundings, local to it and without delay."""
 
-    def observe(self, now_s: float) -> list[TaskFrame]:
-        """The task frames as estimated now, in the order of the task's `frame_names`."""
+    def observe(self, now_s: float) -> list[TaskFrame] | None:
+        """The task frames as estimated now, in the order of the task's `frame_names`; None while unseen."""
         ...
 
     def true_origin_m(self, now_s: float) -> Array | None:

@@ -18,10 +18,12 @@ class EffectorState:
     Args:
         position_m: Shape (D,) [m], in the world.
         velocity_m_s: Shape (D,) [m/s].
+        force_n: On the tool, mean over the last 10 ms. Shape (D,) [N]; None where it is not measured.
     """
 
     position_m: Array
     velocity_m_s: Array
+    force_n: Array | None = None
 
 
 class Plant(Protocol):

@@ -1,16 +1,39 @@
-"""What the robot senses each tick: its effector and its task frames."""
+"""What the robot senses each tick: its effector and its task frames, also for a moment unseen."""
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from common.task_frame import TaskFrame
 from remote_site.perception import Perception
 from remote_site.plant import Plant
 
+Array = NDArray[np.float64]
+
+PREDICTED_S = 0.3
+"""For so long a frame that is not seen is predicted to go on as it went."""
 _MEAN_FRAME_S = 10.0
+_VELOCITY_S = 0.2
+
+
+@dataclass(frozen=True)
+class SeenAgain:
+    """The task frames were seen again in this very tick.
+
+    Args:
+        gap_s: How long they were not [s].
+        moved_m: How far the first one is from where it was predicted [m].
+        turned_rad: How far it is turned from that [rad].
+    """
+
+    gap_s: float
+    moved_m: float
+    turned_rad: float
 
 
 class Sensing:
@@ -19,21 +42,56 @@ class Sensing:
     Args:
         plant: The machine.
         perception: Its surroundings.
+        n_frames: How many task frames there are.
         control_hz: How often `update` is called [Hz].
         now_s: Now [s].
     """
 
-    def __init__(self, plant: Plant, perception: Perception, control_hz: float, now_s: float):
+    def __init__(self, plant: Plant, perception: Perception, n_frames: int, control_hz: float, now_s: float):
         self._plant, self._perception = plant, perception
-        self._origins: deque[NDArray[np.float64]] = deque(maxlen=max(1, round(_MEAN_FRAME_S * control_hz)))
+        self._origins: deque[Array] = deque(maxlen=max(1, round(_MEAN_FRAME_S * control_hz)))
+        self._window = max(1, round(_VELOCITY_S * control_hz))
+        self._seen_s = -np.inf
+        self.effector = plant.read()
+        self.frames = [TaskFrame.identity(self.effector.position_m.size)] * n_frames
+        """The task frames as seen, or as predicted while they are not."""
+        self._last_seen = self.frames
+        self.seen_again: SeenAgain | None = None
+        self.unseen_s = np.inf
+        """For how long the frames have not been seen [s]; zero while they are, infinite before."""
         self.update(now_s)
 
     def update(self, now_s: float) -> None:
         """Measure."""
         self.effector = self._plant.read()
-        self.frames = self._perception.observe(now_s)
-        self._origins.append(self.frames[0].b)
+        observed = self._perception.observe(now_s)
+        self.seen_again = None
+        if observed is None:
+            self.unseen_s = now_s - self._seen_s
+            self.frames = self._predicted()
+            return
+        if 0.0 < self.unseen_s < np.inf:
+            self.seen_again = _difference(self.frames[0], observed[0], now_s - self._seen_s)
+        self.frames = self._last_seen = observed
+        self._seen_s, self.unseen_s = now_s, 0.0
+        self._origins.append(observed[0].b)
 
-    def mean_frame_m(self) -> NDArray[np.float64]:
+    def mean_frame_m(self) -> Array:
         """The first frame's origin averaged over its movement. Shape (D,) [m]."""
-        return np.mean(self._origins, axis=0)
+        return np.mean(self._origins, axis=0) if self._origins else self.frames[0].b
+
+    def _predicted(self) -> list[TaskFrame]:
+        """The frames as they go on as the first one went, for a moment; after that they stand still."""
+        if len(self._origins) < 2:
+            return self._last_seen
+        n = min(self._window, len(self._origins) - 1)
+        per_tick = (self._origins[-1] - self._origins[-1 - n]) / n
+        shift = per_tick * self._window / _VELOCITY_S * min(self.unseen_s, PREDICTED_S)
+        return [TaskFrame(frame.A, frame.b + shift) for frame in self._last_seen]
+
+
+def _difference(predicted: TaskFrame, seen: TaskFrame, gap_s: float) -> SeenAgain:
+    turn = predicted.A.T @ seen.A
+    # The angle of a rotation from its distance to the identity, in the plane and in space.
+    angle = 2.0 * math.asin(min(1.0, float(np.linalg.norm(turn - np.eye(len(turn)))) / math.sqrt(8.0)))
+    return SeenAgain(gap_s, float(np.linalg.norm(seen.b - predicted.b)), angle)

@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -13,12 +14,14 @@ from common import keys
 from common.clock import BootClock, Rate
 from common.codec import decode, encode
 from common.errors import InvalidMessage
+from common.event_log import EventLog
 from common.keys import Channel
 from common.link import Request, ZenohLink
 from common.log import loop_logger
 from common.mailbox import Mailbox
 from common.messages import (
     Command,
+    EventsRequest,
     ExecutionReport,
     Heartbeat,
     LeaseRequest,
@@ -34,6 +37,7 @@ from remote_site.config import RemoteConfig
 from remote_site.perception import OscillatingTarget, SimulatedPerception
 from remote_site.planner import Planner
 from remote_site.plant import PointPlant
+from remote_site.plant_memory import PERIOD_S, PlantMemory, PlantState
 from remote_site.reproduction.executor import warm_up
 from remote_site.supervisor import Supervisor
 from remote_site.telemetry import Reporter
@@ -52,10 +56,12 @@ class RemoteSite:
     Args:
         config: Endpoints, rates, limits.
         task: What the robot does.
+        data_dir: Where its events and the state of the simulated robot are kept.
     """
 
-    def __init__(self, config: RemoteConfig, task: Task):
+    def __init__(self, config: RemoteConfig, task: Task, data_dir: Path):
         self._config, self._task = config, task
+        self._data_dir = data_dir / "robot" / config.link.vehicle
         self._stop = threading.Event()
         self._inbox: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
         # A flood of other messages must push out neither a stop nor the answer to a preview.
@@ -79,6 +85,8 @@ class RemoteSite:
         sys.setswitchinterval(5e-4)
         warm_up(self._task.n_dims)
         self._link = ZenohLink(self._config.link)
+        self._memory = PlantMemory(self._data_dir / "state.json")
+        self._event_log = EventLog(self._data_dir / "events.jsonl")
         planner = Planner(lambda *result: self._first.put(partial(self._supervisor.on_path, *result)))
         try:
             self._supervisor = self._make_supervisor(planner)
@@ -89,6 +97,8 @@ class RemoteSite:
         finally:
             planner.close()
             self._link.close()
+            self._memory.close()
+            self._event_log.close()
 
     def _make_supervisor(self, planner: Planner) -> Supervisor:
         task, target = self._task, self._task.target
@@ -96,13 +106,17 @@ class RemoteSite:
         perception = self._perception = SimulatedPerception(
             OscillatingTarget(target, phase), target.noise_std_m, self._config.seed
         )
-        limits = task.limits
-        plant = PointPlant(
-            np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
-        )
-        return Supervisor(
-            task, self._config, plant, perception, self._clock, self._announce, planner.request
+        limits, remembered = task.limits, self._memory.load(task.n_dims)
+        start_m = np.clip(remembered.position_m if remembered else task.start_m, 0.0, task.workspace_m)
+        plant = PointPlant(start_m, np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2)
+        supervisor = Supervisor(
+            task, self._config, plant, perception, self._clock, self._announce, planner.request,
+            self._event_log.append,
         )  # fmt: skip
+        if remembered is not None and remembered.executing:
+            why = f"the execution of {remembered.executing[:8]} was interrupted by a restart of the robot"
+            supervisor.machine.tell("interrupted", why, succeeded=False)
+        return supervisor
 
     def _announce(self, channel: Channel, message: Message) -> None:
         self._link.send(channel, encode(message))
@@ -124,6 +138,7 @@ class RemoteSite:
             (keys.LEASE, LeaseRequest, supervisor.on_lease),
             (keys.MODEL, ModelTransfer, supervisor.on_model),
             (keys.REPORT, ReportRequest, self._on_report),
+            (keys.EVENTS, EventsRequest, supervisor.on_events),
         ):
             self._link.serve(channel, partial(self._on_request, kind, handle))
 
@@ -162,13 +177,16 @@ class RemoteSite:
     def _loop(self) -> None:
         period_s = 1.0 / self._config.control_hz
         every = max(1, round(self._config.control_hz / self._config.telemetry_hz))
+        remember_every = max(1, round(PERIOD_S * self._config.control_hz))
         reporter = Reporter(self._supervisor, self._clock)
         self._rate = Rate(period_s, self._stop)
         tick = 0
         while self._rate.wait():
             for handle in self._first.take_all() + self._inbox.take_all():
                 handle()
-            self._supervisor.tick(period_s)
+            self._supervisor.tick(period_s, self._rate.late_s)
             if tick % every == 0:
                 self._announce(keys.TELEMETRY, reporter.report())
+            if tick % remember_every == 0:
+                self._memory.remember(PlantState.of(self._supervisor.sensing, self._supervisor.motion))
             tick += 1

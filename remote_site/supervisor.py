@@ -1,4 +1,4 @@
-"""The robot's authority: owns the mode, judges every command, decides what moves the plant each tick.
+"""The robot's authority: judges every message, watches over every tick, and has the mode machine act.
 
 Pure but for what it is given: time comes from the clock, what it has to say goes to `announce`. All of
 its methods are called by one thread.
@@ -6,20 +6,19 @@ its methods are called by one thread.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable
 
 from common import keys
 from common.clock import BootClock
-from common.control_mode import Action, ControlMode, Phase, mode_after
-from common.keys import Channel
+from common.control_mode import ControlMode, Guard, Phase
+from common.errors import InvalidInput
 from common.messages import (
     Command,
     CommandReply,
-    Event,
+    EventsReply,
+    EventsRequest,
     LeaseReply,
     LeaseRequest,
-    Message,
     ModelReply,
     ModelTransfer,
     OperatorInput,
@@ -28,13 +27,15 @@ from common.messages import (
     Stop,
 )
 from common.task import Task
+from remote_site.black_box import BlackBox
 from remote_site.command_judge import CommandJudge
 from remote_site.command_log import CommandLog
 from remote_site.config import RemoteConfig
 from remote_site.contact import OperatorContact
-from remote_site.coupling import Coupling
+from remote_site.events import Announce, Events, Write
 from remote_site.execution import Execution
-from remote_site.model_store import ModelStore, StoredModel
+from remote_site.mode_machine import ModeMachine
+from remote_site.model_store import ModelStore
 from remote_site.motion import Motion, Outcome
 from remote_site.perception import Perception
 from remote_site.planner import PlanRequest
@@ -42,13 +43,11 @@ from remote_site.plans import Plans
 from remote_site.plant import Plant
 from remote_site.reproduction.executor import ExecutorSettings
 from remote_site.sensing import Sensing
-from remote_site.stops import Stops
-
-Announce = Callable[[Channel, Message], None]
+from remote_site.watch import Trip, Watch
 
 
 class Supervisor:
-    """Mode machine of one robot.
+    """One robot.
 
     Args:
         task: What the robot does.
@@ -58,6 +57,7 @@ class Supervisor:
         clock: Its time.
         announce: Sends a message to the operators; never blocks.
         request_plan: Hands a rollout to the worker; never blocks.
+        write: Writes down what happened; never blocks.
     """
 
     def __init__(
@@ -69,34 +69,48 @@ class Supervisor:
         clock: BootClock,
         announce: Announce,
         request_plan: Callable[[PlanRequest], None],
+        write: Write,
     ):
-        self._task, self._clock = task, clock
-        self._announce = announce
-        self._settings = ExecutorSettings(
+        self._task, self._clock, self._announce = task, clock, announce
+        settings = ExecutorSettings(
             dt_s=1.0 / config.control_hz,
             max_speed_m_s=task.limits.speed_m_s,
             max_acceleration_m_s2=task.limits.acceleration_m_s2,
         )
-        self.sensing = Sensing(plant, perception, config.control_hz, clock.now_s())
+        self.sensing = Sensing(plant, perception, len(task.frame_names), config.control_hz, clock.now_s())
         self.contact = OperatorContact(config, clock)
         self.models = ModelStore(task)
-        self._plans = Plans(self.sensing, self._settings, request_plan)
-        self._stops = Stops(lambda acknowledgement: announce(keys.STOP_ACK, acknowledgement))
-        self._judge = CommandJudge(task, self.contact, self.models, self._plans)
-        self._log = CommandLog()
-        self.mode = ControlMode.DISARMED
         self.motion = Motion(plant, perception, self.sensing, task.limits)
-        self.last_execution: Execution | None = None
-        self.path_id = 0
-        self._coupling_count = 0
-        self._event_seq = 0
-        self._until_standing: list[Command] = []
-        self._previewing: dict[int, Command] = {}
+        self.events = Events(announce, self.stamp, write)
+        self._plans = Plans(self.sensing, settings, request_plan)
+        self.machine = ModeMachine(
+            task, settings, self.sensing, self.motion, self._plans, self.events, announce, self.stamp
+        )
+        self._judge = CommandJudge(task, self.contact, self.models, self._plans, self.sensing)
+        self._log = CommandLog()
+        self._watch = Watch(task, self.sensing, self.contact, self.motion, config.deadline_s)
+        self._black_box = BlackBox(self.sensing, self.motion, config.control_hz, write)
+        self._holder = ""
+
+    @property
+    def mode(self) -> ControlMode:
+        """The mode of the robot."""
+        return self.machine.mode
 
     @property
     def phase(self) -> Phase:
-        """Where the execution is."""
-        return self.motion.execution.phase if self.motion.execution else Phase.NONE
+        """What AUTONOMOUS is at."""
+        return self.machine.phase
+
+    @property
+    def path_id(self) -> int:
+        """The committed path that is being executed, 0 for none."""
+        return self.machine.path_id
+
+    @property
+    def last_execution(self) -> Execution | None:
+        """The newest execution of this boot, also when it has ended."""
+        return self.machine.last_execution
 
     def stamp(self) -> Stamp:
         """Now."""
@@ -105,19 +119,25 @@ class Supervisor:
     # What arrives -------------------------------------------------------------------------------
 
     def on_lease(self, request: LeaseRequest) -> LeaseReply:
-        """Grant, renew or refuse the control of the robot."""
-        return self.contact.answer(request, self._task, self.stamp())
+        """Grant, renew, refuse or hand over the control of the robot."""
+        reply = self.contact.answer(request, self._task, self.stamp())
+        self._tell_holder()
+        return reply
 
     def on_model(self, transfer: ModelTransfer) -> ModelReply:
         """Verify and keep a model; it becomes active with the next Execute that names it."""
-        return self.models.answer(transfer, self.stamp())
+        reply = self.models.answer(transfer, self.stamp())
+        if not reply.accepted:
+            self.events.refused("model", "", reply.reason, self.mode, None)
+        return reply
+
+    def on_events(self, request: EventsRequest) -> EventsReply:
+        """Tell again what an outage has swallowed."""
+        return self.events.answer(request)
 
     def on_stop(self, stop: Stop) -> None:
         """Stop, whoever asks and in whatever mode."""
-        if self._stops.receive(stop.stop_id, self.stamp()):
-            self._leave_motion(f"stopped by {stop.site_name}")
-            self.mode = ControlMode.STOPPED
-            self._event("stopped", f"stop by {stop.site_name}")
+        self.machine.stop(stop)
 
     def on_input(self, message: OperatorInput) -> None:
         """Follow the operator's hand, if coupled, by the holder, with this coupling, and fresh."""
@@ -133,122 +153,80 @@ class Supervisor:
         if (known := self._log.reply_to(command.command_id)) is not None:
             return known
         reason, measured = self._judge.refusal(command, self.mode, self.phase, self.stamp())
-        if not reason:
-            self._run(command)
+        if reason:
+            self.events.refused(command.action, self.contact.lease.holder, reason, self.mode, measured)
+        else:
+            self.machine.run(command, self.models.get(command.model_sha256))
         reply = CommandReply(
-            command_id=command.command_id,
-            accepted=not reason,
-            reason=reason,
-            measured=measured,
-            mode=self.mode,
-            stamp=self.stamp(),
-        )
+            command_id=command.command_id, accepted=not reason, reason=reason, measured=measured,
+            mode=self.mode, stamp=self.stamp(),
+        )  # fmt: skip
         self._log.remember(reply)
         return reply
 
     def on_path(self, request: PlanRequest, path: PlannedPath | None, problem: str) -> None:
         """A rollout is ready, or could not be made."""
-        command = self._previewing.pop(request.plan_id, None)
+        command = self.machine.previews.finish(request, path)
         if request.plan_id and command is None:
             return  # a newer preview has replaced it
         if path is not None:
             self._announce(keys.PATH, path)
         if command is None:
             if path is not None and self.motion.execution is not None:
-                self.path_id = path.path_id
-            return
-        if path is None:
-            self._fail([command], problem)
-            return
-        self._plans.shown(request)
-        duration_s = (len(path.points) // (4 * path.n_dims) - 1) * path.step_s
-        self._complete(command, f"previewed {duration_s:.1f} s of motion", plan_id=request.plan_id)
-
-    # Commands -----------------------------------------------------------------------------------
-
-    def _run(self, command: Command) -> None:
-        """Do an allowed command; its second answer comes as an event."""
-        target = mode_after(self.mode, self.phase, command.action)
-        assert target is not None
-        stored = self.models.get(command.model_sha256)
-        if command.action is Action.PREVIEW and stored is not None:
-            self._fail(self._previewing.values(), "replaced by a newer preview")
-            self._previewing = {self._plans.preview(stored, self.stamp()): command}
-            return
-        self._leave_motion(f"ended by {command.action}")
-        self._fail(self._until_standing, f"{command.action} came before the robot stood still")
-        self._until_standing.clear()
-        self.mode = target
-        if command.action is Action.EXECUTE and stored is not None:
-            self._execute(command, stored)
-        elif command.action is Action.COUPLE:
-            self._coupling_count += 1
-            self.motion.coupling = Coupling(self._coupling_count, command.lease_id, self._clock.now_s())
-            self._complete(command, "coupled", coupling_id=self._coupling_count)
+                self.machine.path_id = path.path_id
+        elif path is None:
+            self.machine.fail(command, problem)
         else:
-            self._until_standing.append(command)
-
-    def _execute(self, command: Command, stored: StoredModel) -> None:
-        sensed = self.sensing
-        self.motion.execution = self.last_execution = Execution(
-            command, stored, self._settings, sensed.effector, sensed.frames, self.stamp()
-        )  # fmt: skip
-        self._event("executing", f"executing {stored.sha256[:8]}", command_id=command.command_id)
-        self._plans.forget_commit()
-
-    def _leave_motion(self, why: str) -> None:
-        """End whatever moves the robot; the plant brakes from the next tick on."""
-        if self.motion.execution is not None and self.motion.execution.arrived_after_s is None:
-            self._fail([self.motion.execution.command], why)
-        self.motion.end()
-        self.path_id = 0
+            duration_s = (len(path.points) // (4 * path.n_dims) - 1) * path.step_s
+            text = f"previewed {duration_s:.1f} s of motion"
+            self.machine.complete(command, text, plan_id=request.plan_id)
 
     # The tick -----------------------------------------------------------------------------------
 
-    def tick(self, dt_s: float) -> None:
-        """One control period: sense, watch the operator, move."""
+    def tick(self, dt_s: float, late_s: float = 0.0) -> None:
+        """One control period: sense, watch, move.
+
+        Args:
+            dt_s: The period [s].
+            late_s: How late it begins [s].
+        """
         now_s = self._clock.now_s()
-        self.sensing.update(now_s)
+        try:
+            self.sensing.update(now_s)
+        except InvalidInput as error:
+            self._trip(Trip(Guard.FAULT, f"a measurement is wrong: {error}"))
         self.contact.lease.expire(now_s)
-        coupling, execution = self.motion.coupling, self.motion.execution
-        if coupling is not None and (
-            why := self.contact.lost_reason(coupling.lease_id, now_s) or coupling.end_reason(now_s)
-        ):
-            self._leave_motion(why)
-            self.mode = ControlMode.HOLD
-            self._event("decoupled", why)
-        match self.motion.step(now_s, dt_s):
+        self._tell_holder()
+        if (trip := self._watch.trip(self.mode, now_s, dt_s, late_s)) is not None:
+            self._trip(trip)
+        self._black_box.remember(now_s, self.mode)
+        self._move(now_s, dt_s)
+
+    def _move(self, now_s: float, dt_s: float) -> None:
+        execution, manoeuvre = self.motion.execution, self.motion.manoeuvre
+        match self.motion.step(now_s, dt_s, wait=self._watch.must_wait):
             case Outcome.UNDER_WAY if execution is not None:
                 self._plans.commit(execution, self.stamp())
             case Outcome.ARRIVED if execution is not None:
-                self._complete(execution.command, f"arrived after {execution.arrived_after_s:.2f} s")
-            case Outcome.FAILED if self.mode is not ControlMode.STOPPED:
-                why = "a measured or computed number is not finite"
-                self._leave_motion(why)
-                self.mode = ControlMode.STOPPED
-                self._event("stopped", why, succeeded=False)
+                self.machine.arrived(execution)
+            case Outcome.ENDED if manoeuvre is not None:
+                self.machine.end_manoeuvre(manoeuvre)
+            case Outcome.FAILED:
+                self._trip(Trip(Guard.FAULT, "a measured or computed number is not finite"))
             case Outcome.STANDING:
-                self._settle()
+                self.machine.settle()
 
-    def _settle(self) -> None:
-        """Answer what waits for the robot to stand still."""
-        for command in self._until_standing:
-            self._complete(command, "done")
-        self._until_standing.clear()
-        self._stops.stands(self.stamp())
+    def _trip(self, trip: Trip) -> None:
+        fault = trip.guard is Guard.FAULT
+        if fault and self.mode is ControlMode.STOPPED:
+            return  # said once
+        if self.machine.trip(trip) and fault:
+            self._black_box.dump()
 
-    def _complete(self, command: Command, text: str, **ids: int) -> None:
-        self._event("completed", text, command_id=command.command_id, **ids)
-
-    def _fail(self, commands: Iterable[Command], why: str) -> None:
-        for command in commands:
-            self._event("failed", why, command_id=command.command_id, succeeded=False)
-
-    def _event(self, kind: str, text: str, **fields: Any) -> None:
-        self._event_seq += 1
-        self._announce(
-            keys.EVENT,
-            Event(
-                seq=self._event_seq, stamp=self.stamp(), kind=kind, text=text[:500], mode=self.mode, **fields
-            ),
-        )
+    def _tell_holder(self) -> None:
+        """Announce that the control of the robot changed hands."""
+        holder, before = self.contact.lease.holder, self._holder
+        if holder != before:
+            self._holder = holder
+            text = f"{holder} is in control" if holder else f"{before} is not in control any more"
+            self.machine.tell("control", text, who=holder or before)

@@ -56,7 +56,7 @@ class Reporter:
             position_m=tuple(sensed.effector.position_m.tolist()),
             frame_origin_m=tuple(sensed.frames[0].b.tolist()),
             frame_rotation_rad=rotation_of(sensed.frames[0]),
-            component=execution.component if execution else -1,
+            component=execution.component if execution else -1,  # while paused, too: it can go on
             elapsed_s=execution.elapsed_s if execution else 0.0,
             path_id=s.path_id,
             model=newest.sha256[:8] if newest else "",

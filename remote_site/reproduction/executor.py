@@ -137,6 +137,15 @@ class Executor:
         start = np.stack([frame.to_local(point) for frame in frames]) if progress.from_start else None
         self._continue(ExecutorState(progress, FrameMotion.still(frames), start))
 
+    def resume(self, frames: Sequence[TaskFrame]) -> None:
+        """Go on after a pause: how the frames moved meanwhile says nothing of how they move now.
+
+        Raises:
+            InvalidInput: Before `begin`, or when the frames are not the model's.
+        """
+        check_frames(frames, self.model.n_frames, self.model.n_dims)
+        self._state = replace(self.state(), motion=FrameMotion.still(frames))
+
     def _continue(self, state: ExecutorState) -> None:
         self._state, self._world = state, None
         self._tracker = ProgressTracker(self.model, state.start)

@@ -1,0 +1,60 @@
+"""What happened, kept on disk: one JSON object a line, written by a thread of its own.
+
+A log that reaches its size is renamed to `.1` and begun anew, so that it never fills a disk. A disk that
+is full or gone stops the log, not the site.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from common.log import loop_logger
+
+_log = loop_logger(__name__)
+
+MAX_BYTES = 4_000_000
+
+
+class EventLog:
+    """Appends to one file.
+
+    Args:
+        path: The file; its folder is made.
+        max_bytes: Size at which it is begun anew [B].
+    """
+
+    def __init__(self, path: Path, max_bytes: int = MAX_BYTES):
+        self.path, self._max_bytes = path, max_bytes
+        self._waiting: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="event log", daemon=True)
+        self._thread.start()
+
+    def append(self, **fields: Any) -> None:
+        """Write one event, with the wall time for the reader beside it. Never blocks."""
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        self._waiting.put({"time": now, **fields})
+
+    def close(self) -> None:
+        """Write what waits and end."""
+        self._waiting.put(None)
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while (fields := self._waiting.get()) is not None:
+            try:
+                self._write(msgspec.json.encode(fields) + b"\n")
+            except OSError as error:
+                _log.warning("an event could not be written to %s: %s", self.path, error.strerror)
+
+    def _write(self, line: bytes) -> None:
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        if self.path.exists() and self.path.stat().st_size + len(line) > self._max_bytes:
+            self.path.replace(self.path.with_name(self.path.name + ".1"))
+        with self.path.open("ab") as file:
+            file.write(line)

@@ -1,0 +1,103 @@
+"""Where the simulated robot was, so that a restarted remote site finds it there: it does not jump home.
+
+Written 20 times a second by a thread of its own, each time as a whole new file, so that a crash in the
+middle of it leaves the one before.
+"""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+
+from common.log import loop_logger
+from common.mailbox import Mailbox
+from remote_site.motion import Motion
+from remote_site.sensing import Sensing
+
+_log = loop_logger(__name__)
+
+PERIOD_S = 0.05
+
+
+class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
+    """What is remembered of a robot.
+
+    Args:
+        position_m: Of the effector. Length D [m].
+        executing: Hash of the model that was executed and had not arrived, empty for none.
+    """
+
+    position_m: tuple[float, ...]
+    executing: str = ""
+
+    @classmethod
+    def of(cls, sensing: Sensing, motion: Motion) -> PlantState:
+        """The state now."""
+        execution = motion.execution
+        under_way = execution is not None and execution.arrived_after_s is None
+        return cls(
+            tuple(sensing.effector.position_m.tolist()),
+            execution.stored.sha256 if execution is not None and under_way else "",
+        )
+
+
+class PlantMemory:
+    """The file.
+
+    Args:
+        path: Where it is; its folder is made.
+    """
+
+    def __init__(self, path: Path):
+        self._path = path
+        self._box: Mailbox[PlantState] = Mailbox()
+        self._wanted = threading.Event()
+        self._closed = False
+        self._newest: PlantState | None = None
+        self._thread = threading.Thread(target=self._run, name="plant memory", daemon=True)
+        self._thread.start()
+
+    def load(self, n_dims: int) -> PlantState | None:
+        """What was remembered, or None when there is nothing that fits."""
+        try:
+            state = msgspec.json.decode(self._path.read_bytes(), type=PlantState)
+        except FileNotFoundError:
+            return None
+        except (OSError, msgspec.DecodeError) as error:
+            _log.warning("%s is not understood, the robot starts anew: %s", self._path, error)
+            return None
+        return state if len(state.position_m) == n_dims else None
+
+    def remember(self, state: PlantState) -> None:
+        """Have a state written soon; what has not changed is not written. Never blocks."""
+        if state != self._newest:
+            self._newest = state
+            self._box.put(state)
+            self._wanted.set()
+
+    def close(self) -> None:
+        """Write what waits and end."""
+        self._closed = True
+        self._wanted.set()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while not self._closed:
+            self._wanted.wait()
+            self._wanted.clear()
+            for state in self._box.take_all():
+                try:
+                    self._write(state)
+                except OSError as error:
+                    _log.warning(
+                        "the robot's state could not be written to %s: %s", self._path, error.strerror
+                    )
+
+    def _write(self, state: PlantState) -> None:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        new = self._path.with_suffix(".new")
+        new.write_bytes(msgspec.json.encode(state))
+        new.replace(self._path)
