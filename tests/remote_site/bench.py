@@ -65,6 +65,7 @@ class Bench:
         self.delay_s = delay_s
         self.said: list[tuple[Channel, Message]] = []
         self.plan_requests: list[PlanRequest] = []
+        self.written: list[dict[str, Any]] = []
         limits = task.limits
         self.plant = plant or PointPlant(
             np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
@@ -73,6 +74,7 @@ class Bench:
         self.robot = Supervisor(
             task, RemoteConfig(), self.plant, perception, self.clock,
             lambda channel, message: self.said.append((channel, message)), self.plan_requests.append,
+            lambda **fields: self.written.append(fields),
         )  # fmt: skip
         self.lease_id = ""
         self._count = 0
