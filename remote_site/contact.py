@@ -57,20 +57,20 @@ class OperatorContact:
         self.lease.expire(now_s)
         is_renewal = self.lease.is_held_by(request.session, self.lease.lease_id)
         # What is usual is learned from the holder alone: another site may be nearer or further away.
-        judge = self._freshness.renew if is_renewal or not self.lease.lease_id else self._freshness.judge
-        verdict = judge(request.echo) if request.echo is not None else None
-        self.delay_changed = self.delay_changed or (verdict is not None and verdict.delay_changed)
-        if is_renewal and verdict is not None and verdict.reason and not verdict.delay_changed:
+        verdict = (self._freshness.renew if is_renewal else self._freshness.judge)(request.echo)
+        self.delay_changed = self.delay_changed or verdict.delay_changed
+        if is_renewal and verdict.reason and not verdict.delay_changed:
             self.stale_refused += 1
             return f"this renewal came too late: {verdict.reason}", verdict.age_s
-        reason = self.lease.request(request.session, request.site_name, request.wish, now_s)
-        if self.lease.lease_id and self.lease.session != self._usual_for:
-            # What is usual for one site says nothing of another.
+        reason = self.lease.request(request.session, request.site_name, now_s, request.wish)
+        if self.lease.session and self.lease.session != self._usual_for:
             self._usual_for = self.lease.session
             self._freshness.forget()
         if not reason:
+            if not is_renewal:
+                self._freshness.renew(request.echo)
             self._heard(request.echo)
-        return reason, verdict.age_s if verdict else None
+        return reason, verdict.age_s
 
     def command_refusal(self, command: Command) -> tuple[str, float | None]:
         """Why a command may not count, with the measured value; an empty reason when it may."""

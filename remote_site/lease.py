@@ -31,14 +31,14 @@ class Lease:
         self.asked_by = ""
         """Name of the site that asks the holder for it, empty for none."""
 
-    def request(self, session: str, site_name: str, wish: Wish, now_s: float) -> str:
+    def request(self, session: str, site_name: str, now_s: float, wish: Wish = Wish.CONTROL) -> str:
         """Take, renew, ask for, hand over or give up the lease.
 
         Args:
             session: Of the local site's process.
             site_name: What it is called.
-            wish: What it wants.
             now_s: Now [s].
+            wish: What it wants.
 
         Returns:
             An empty string when it holds the lease after this, else why not.

@@ -185,6 +185,11 @@ class Bench:
             self.run(0.5)
         raise AssertionError("it never arrived")
 
+    def paused(self) -> Bench:
+        self.executing()
+        assert self.command(Action.PAUSE).accepted
+        return self
+
     def stopped(self) -> Bench:
         self.armed()
         self.stop()
@@ -205,6 +210,7 @@ BEGINNINGS = {
     ControlMode.HOLD: Bench.armed,
     ControlMode.DIRECT: Bench.coupled,
     ControlMode.AUTONOMOUS: Bench.executing,
+    ControlMode.PAUSED: Bench.paused,
     ControlMode.STOPPED: Bench.stopped,
 }
 """How a fresh bench comes into each mode."""

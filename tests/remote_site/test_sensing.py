@@ -22,7 +22,7 @@ class Steps:
 
 
 def test_the_mean_frame_is_over_the_last_ten_seconds():
-    sensing = Sensing(PointPlant(np.zeros(2), np.ones(2), 1.0, 1.0), Steps(), control_hz=10.0, now_s=0.0)
+    sensing = Sensing(PointPlant(np.zeros(2), np.ones(2), 1.0, 1.0), Steps(), n_frames=1, control_hz=10.0, now_s=0.0)
     np.testing.assert_array_equal(sensing.mean_frame_m(), [1.0, 0.0])
     for n in range(2, 301):
         sensing.update(0.1 * n)
@@ -32,7 +32,7 @@ def test_the_mean_frame_is_over_the_last_ten_seconds():
 
 def test_what_was_measured_does_not_change_when_the_robot_moves_on():
     plant = PointPlant(np.array([0.5, 0.5]), np.ones(2), 1.0, 1.0)
-    sensing = Sensing(plant, Steps(), control_hz=10.0, now_s=0.0)
+    sensing = Sensing(plant, Steps(), n_frames=1, control_hz=10.0, now_s=0.0)
     measured = sensing.effector
     for _ in range(10):
         plant.accelerate(np.array([1.0, 0.0]), 0.1)

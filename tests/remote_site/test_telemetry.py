@@ -41,7 +41,7 @@ def test_the_longest_report_fits_into_200_bytes(beginning):
     bench.robot.contact.lease.holder = "ü" * 30
     beginning(bench)
     bench.robot.contact.stale_refused = bench.robot.contact.heartbeat_seq = 2**31
-    bench.robot.path_id, bench.robot.contact.heartbeat_received_ns = 2**16, 0
+    bench.robot.machine.path_id, bench.robot.contact.heartbeat_received_ns = 2**16, 0
     reporter = reports(bench)
     reporter._seq = 2**31
     data = encode(reporter.report())
