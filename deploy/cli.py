@@ -89,8 +89,10 @@ class Local:
     """Port of the web page; without one, or with 0, there is no page."""
     site_name: str | None = None
     """What the robot and other operators call this place."""
+    watch: bool = False
+    """Only watch: never take the control of the robot by itself."""
     data_dir: str | None = None
-    """Where demonstrations and models are kept."""
+    """Where demonstrations, models and events are kept."""
     connect_timeout_s: float | None = None
     """How long to wait for the robot's first report [s]."""
     seed: int | None = None
@@ -109,7 +111,7 @@ class Local:
         overrides = {
             "link_connect": self.connect, "link_control": self.link_control, "task": self.task,
             "page_port": self.port, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
-            "connect_timeout_s": self.connect_timeout_s,
+            "connect_timeout_s": self.connect_timeout_s, "watch": self.watch or None,
         }  # fmt: skip
         if self.demo:
             return run_scripted(self.outage, self.json, self.config, **overrides)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+import time
 from collections.abc import Callable
 from functools import partial
 
@@ -11,7 +12,16 @@ from common.codec import encode
 from common.control_mode import Action
 from common.link import Link
 from common.link_monitor import LinkMonitor
-from common.messages import Command, CommandReply, Event, Heartbeat, LeaseReply, LeaseRequest, Telemetry
+from common.messages import (
+    Command,
+    CommandReply,
+    Event,
+    Heartbeat,
+    LeaseReply,
+    LeaseRequest,
+    Telemetry,
+    Wish,
+)
 from local_site.inquiries import Inquiries
 from local_site.picture import Notice, Pending
 
@@ -34,14 +44,25 @@ class Commanding:
         site_name: This place.
         do: Runs something on the console's thread.
         notify: Tells the operator.
+        wish: What this site wants of the control of the robot at first.
     """
 
     def __init__(
-        self, link: Link, inquiries: Inquiries, monitor: LinkMonitor, site_name: str, do: Do, notify: Notify
+        self,
+        link: Link,
+        inquiries: Inquiries,
+        monitor: LinkMonitor,
+        site_name: str,
+        do: Do,
+        notify: Notify,
+        wish: Wish = Wish.CONTROL,
     ):
         self._link, self._inquiries, self._monitor = link, inquiries, monitor
         self._site_name, self._do, self._notify = site_name, do, notify
         self.session = secrets.token_hex(8)
+        self.present_wish = wish
+        self.asked_by = ""
+        """Who asks this site for the control, empty for nobody."""
         self.lease_id = ""
         self.why_not_in_control = "the robot has not answered yet"
         self.pending: dict[Action, Pending] = {}
@@ -56,6 +77,11 @@ class Commanding:
         """Whether the robot itself reports that this site's lease counts."""
         return robot is not None and bool(self.lease_id) and robot.lease == self.lease_id[:4]
 
+    def wish(self, wish: Wish) -> None:
+        """Want something else of the control of the robot from now on; said with the next renewal, now."""
+        self.present_wish = wish
+        self._renewed_s = float("-inf")
+
     def tick(self, robot: Telemetry | None, now_s: float) -> None:
         """Say that this site is alive, renew the lease, give up what was never settled."""
         echo = robot.stamp if robot else None
@@ -67,7 +93,8 @@ class Commanding:
             self._link.send(keys.HEARTBEAT, encode(heartbeat))
         if now_s - self._renewed_s >= _RENEW_S:
             self._renewed_s = now_s
-            request = LeaseRequest(session=self.session, site_name=self._site_name, echo=echo)
+            wish = self.present_wish
+            request = LeaseRequest(session=self.session, site_name=self._site_name, wish=wish, echo=echo)
             self._inquiries.ask(keys.LEASE, request, LeaseReply, 0.0, self._hand_over(self._on_lease))
         for action, pending in list(self.pending.items()):
             if now_s - pending.since_s > _UNSETTLED_S:
@@ -105,7 +132,7 @@ class Commanding:
             if event.command_id and pending.command_id == event.command_id:
                 del self.pending[action]
         what = self._asked.get(event.command_id, event.kind)
-        self._notify(Notice(now_s, what, event.text, good=event.succeeded))
+        self._notify(Notice(now_s, what, event.text, event.succeeded, event.measured, event.who))
 
     def on_report(self, robot: Telemetry) -> None:
         """A newer report of the robot: it shows what an accepted command led to."""
@@ -127,6 +154,18 @@ class Commanding:
         self._lease_boot, self._lease_stamp_ns = reply.stamp.boot, reply.stamp.t_ns
         self.lease_id = reply.lease_id if reply.granted else ""
         self.why_not_in_control = "" if reply.granted else reply.reason
+        if reply.asked_by and reply.asked_by != self.asked_by:
+            self._notify(
+                Notice(
+                    time.monotonic(), "control", f"{reply.asked_by} asks for the control", who=reply.asked_by
+                )
+            )
+        self.asked_by = reply.asked_by
+        if (self.present_wish is Wish.ASK and reply.granted) or (
+            self.present_wish is Wish.GIVE and not reply.granted
+        ):
+            # What was asked for or given has changed hands; after a hand-over this site asks no more.
+            self.present_wish = Wish.CONTROL if reply.granted else Wish.WATCH
 
     def _on_reply(
         self, action: Action, command_id: str, asked_s: float, reply: CommandReply | None, took_s: float

@@ -19,6 +19,8 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     """Name of a task that comes with Farhand, or a task file."""
     site_name: Annotated[str, Meta(min_length=1, max_length=16)] = "operator"
     """What the robot and other operators call this place."""
+    watch: bool = False
+    """Only watch: never take the control of the robot by itself. Stop works all the same."""
     data_dir: str = ""
     """Where demonstrations and models are kept; empty: the user's data folder."""
     page_port: Annotated[int, Meta(ge=0, le=65535)] = 0

@@ -20,21 +20,33 @@ from common import keys
 from common.codec import decode
 from common.control_mode import Action
 from common.errors import FarhandError, InvalidMessage
+from common.event_log import EventLog
 from common.keys import Channel
 from common.link import Link
 from common.link_monitor import LinkMonitor
 from common.log import loop_logger
-from common.messages import Event, ExecutionReport, Message, PlannedPath, ReportRequest, StopAck, Telemetry
+from common.messages import (
+    Event,
+    ExecutionReport,
+    Message,
+    PlannedPath,
+    ReportRequest,
+    StopAck,
+    Telemetry,
+    Wish,
+)
 from common.task import Task
 from local_site import intents
 from local_site.command_check import check
 from local_site.commanding import Commanding
+from local_site.event_follower import EventFollower
 from local_site.inquiries import Inquiries
 from local_site.model_sender import ModelSender
 from local_site.picture import Notice, Picture
-from local_site.samples import sample_strokes
+from local_site.reports import Reports
 from local_site.stop_sender import StopSender
 from local_site.task_library import NotNow, TaskLibrary
+from local_site.teaching import Teaching
 from local_site.teleoperation import Teleoperation
 
 _log = loop_logger(__name__)
@@ -51,25 +63,35 @@ class Console:
         library: Demonstrations and models.
         link: To the robot.
         site_name: This place.
+        log: Keeps what happened; None keeps it in memory alone.
+        wish: Whether this site takes control when it can, or watches.
     """
 
-    def __init__(self, task: Task, library: TaskLibrary, link: Link, site_name: str):
-        self._task, self._library, self._link = task, library, link
+    def __init__(
+        self,
+        task: Task,
+        library: TaskLibrary,
+        link: Link,
+        site_name: str,
+        log: EventLog | None = None,
+        wish: Wish = Wish.CONTROL,
+    ):
+        self._task, self._library, self._link, self._event_log = task, library, link, log
         self._queue: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._notices: deque[Notice] = deque(maxlen=_NOTICES)
         self._monitor = LinkMonitor()
         self._inquiries = Inquiries(link)
         self._commanding = Commanding(
-            link, self._inquiries, self._monitor, site_name, self._queue.put, self._notices.append
+            link, self._inquiries, self._monitor, site_name, self._queue.put, self._notify, wish
         )
         self._models = ModelSender(
-            self._inquiries, task.name, self._queue.put, self._notices.append, time.monotonic
+            self._inquiries, task.name, self._queue.put, self._notify, time.monotonic
         )  # fmt: skip
+        self._events = EventFollower(self._inquiries, self._queue.put, self._on_event)
+        self._reports = Reports(self._monitor, self._events, self._on_restart)
+        self._teaching = Teaching(task, library, self._models, self._tell)
         self._stop = StopSender(link, site_name)
         self._teleoperation = Teleoperation(link)
-        self._robot: Telemetry | None = None
-        self._path: PlannedPath | None = None
-        self._path_received_s, self._plan_id = 0.0, 0
         self._changed = threading.Condition()
         self.picture = self._draw(time.monotonic())
         self._thread = threading.Thread(target=self._run, name="console", daemon=True)
@@ -79,7 +101,7 @@ class Console:
     def start(self) -> None:
         """Listen to the robot and begin."""
         self._listen(keys.TELEMETRY, Telemetry, self._on_telemetry)
-        self._listen(keys.EVENT, Event, self._on_event)
+        self._listen(keys.EVENT, Event, self._events.received)
         self._listen(keys.PATH, PlannedPath, self._on_path)
         self._listen(keys.STOP_ACK, StopAck, self._stop.acknowledged)
         self._thread.start()
@@ -141,7 +163,10 @@ class Console:
     def _tick(self) -> None:
         now_s = time.monotonic()
         self._stop.tick(now_s)
-        self._commanding.tick(self._robot, now_s)
+        self._commanding.tick(self._reports.robot, now_s)
+        self._teaching.tick(self._commanding.in_control(self._reports.robot))
+
+    # Intents ------------------------------------------------------------------------------------
 
     def _on_intent(self, intent: intents.Intent) -> None:
         try:
@@ -150,102 +175,93 @@ class Console:
                     self._command(intent)
                 case intents.Hand():
                     self._hand(intent)
-                case intents.Record():
-                    self._record()
-                case intents.End():
-                    learned = self._library.end()
-                    self._tell("end", f"learned: {learned.model.n_components} components")
-                case intents.Undo():
-                    self._library.undo()
-                    self._tell("undo", "the last demonstration was undone")
-                case intents.LoadSamples():
-                    self._library.learn(sample_strokes(self._task))
-                    self._tell("samples", "the samples were learned")
-                case intents.SendModel():
-                    self._send_model()
+                case intents.Control():
+                    self._commanding.wish(intent.wish)
                 case intents.MoveTarget():
                     self._teleoperation.move_target(intent.position_m, self._commanding.lease_id)
+                case _:
+                    self._teaching.do(intent, self.picture)
         except FarhandError as error:
             what = intent.action if isinstance(intent, intents.Command) else type(intent).__name__.lower()
             self._tell(what, f"refused: {error}", good=False)
 
-    # Intents ------------------------------------------------------------------------------------
-
     def _command(self, intent: intents.Command) -> None:
-        action, now_s = intent.action, time.monotonic()
+        action, now_s, robot = intent.action, time.monotonic(), self._reports.robot
+        if action in (Action.STOP, Action.ABORT):
+            self._teaching.roll_back(f"{action} was pressed")
         if action is Action.STOP:
             self._stop.press(now_s)
             return
         check(intent, self._draw(now_s))
-        assert self._robot is not None
-        sha256 = self._models.confirmed_sha256
-        self._commanding.command(action, self._robot, now_s, self._task.name, sha256, self._plan_id)
-
-    def _record(self) -> None:
-        if self.picture.coupled:
-            raise NotNow("coupled: your hand drives the robot now; clutch first")
-        self._library.record()
-        self._tell("record", "recording a demonstration")
+        if robot is None:
+            raise NotNow("the robot has not reported yet")
+        sha256, plan_id = self._models.confirmed_sha256, self._reports.plan_id
+        self._commanding.command(action, robot, now_s, self._task.name, sha256, plan_id)
 
     def _hand(self, intent: intents.Hand) -> None:
         """The hand teaches, or drives the robot while coupled, or does nothing."""
+        robot = self._reports.robot
         if self._library.recording:
             self._library.hand(np.array(intent.position_m), intent.time_s)
-        elif self._robot is not None and self._robot.coupling_id and self._commanding.lease_id:
-            self._teleoperation.hand(
-                intent.position_m, intent.released, self._robot, self._commanding.lease_id
-            )  # fmt: skip
-
-    def _send_model(self) -> None:
-        if self._library.learned is None:
-            raise NotNow("nothing was learned yet: record a demonstration first")
-        self._models.send(self._library.learned)
+        elif robot is not None and robot.coupling_id and self._commanding.lease_id:
+            lease_id = self._commanding.lease_id
+            self._teleoperation.hand(intent.position_m, intent.released, robot, lease_id)
 
     # Reports of the robot -----------------------------------------------------------------------
 
     def _on_telemetry(self, report: Telemetry) -> None:
-        if not self._monitor.received(report, time.monotonic()):
-            return
-        if self._robot is not None and report.stamp.boot != self._robot.stamp.boot:
-            self._models.confirmed_sha256, self._plan_id, self._path = "", 0, None
-            self._tell("restart", "the robot was restarted", good=False)
-        self._robot = report
-        self._commanding.on_report(report)
+        if self._reports.on_telemetry(report, time.monotonic()):
+            self._commanding.on_report(report)
+
+    def _on_restart(self) -> None:
+        self._models.confirmed_sha256 = ""
+        self._tell("restart", "the robot was restarted: send the model again", good=False)
 
     def _on_event(self, event: Event) -> None:
         self._commanding.on_event(event, time.monotonic())
 
     def _on_path(self, path: PlannedPath) -> None:
-        self._path, self._path_received_s = path, time.monotonic()
-        self._plan_id = path.plan_id or self._plan_id
+        self._reports.on_path(path, time.monotonic())
 
     # The picture --------------------------------------------------------------------------------
 
     def _tell(self, what: str, text: str, good: bool = True) -> None:
-        self._notices.append(Notice(time.monotonic(), what, text, good))
+        self._notify(Notice(time.monotonic(), what, text, good))
+
+    def _notify(self, notice: Notice) -> None:
+        self._notices.append(notice)
+        if self._event_log is not None:
+            self._event_log.append(
+                what=notice.what, who=notice.who, text=notice.text, good=notice.good, measured=notice.measured
+            )
 
     def _draw(self, now_s: float) -> Picture:
-        library, commanding = self._library, self._commanding
+        library, commanding, models, reports = self._library, self._commanding, self._models, self._reports
         current = (np.array(library.current),) if library.recording and library.current else ()
         return Picture(
             now_s=now_s,
-            robot=self._robot,
+            robot=reports.robot,
             link=self._monitor.view(now_s),
-            in_control=commanding.in_control(self._robot),
+            in_control=commanding.in_control(reports.robot),
             why_not_in_control=commanding.why_not_in_control,
+            wish=commanding.present_wish,
+            asked_by=commanding.asked_by,
             pending=dict(commanding.pending),
             notices=tuple(self._notices),
             recording=library.recording,
             n_demonstrations=len(library.strokes),
             can_undo=library.can_undo,
+            can_recover=self._teaching.left_over is not None,
             learned=library.learned,
             forming=library.forming(),
-            confirmed_sha256=self._models.confirmed_sha256,
-            sending_model=self._models.sending,
+            confirmed_sha256=models.confirmed_sha256,
+            sending_model=models.sending,
+            auto_send=self._teaching.auto_send,
             strokes=(*library.strokes, *current),
-            path=self._path,
-            path_received_s=self._path_received_s,
-            plan_id=self._plan_id,
+            path=reports.path,
+            path_received_s=reports.path_received_s,
+            plan_id=reports.plan_id,
+            plan_received_s=reports.plan_received_s,
             stop=self._stop.status,
             command_round_trips_s=tuple(commanding.round_trips_s),
         )

@@ -44,6 +44,7 @@ class Inquiries:
         kind: type[M],
         give_up_s: float,
         answered: Callable[[M | None, float], None],
+        wanted: Callable[[], bool] = lambda: True,
     ) -> None:
         """Put a question; returns at once.
 
@@ -54,9 +55,10 @@ class Inquiries:
             give_up_s: How long to try [s]; zero asks once.
             answered: Called from a worker with the answer, or None, and the time that the asking which
                 was answered took [s].
+            wanted: Whether the answer still matters; it is not asked again when not.
         """
         if not self._closed.is_set():
-            self._workers.submit(self._ask, channel, encode(question), kind, give_up_s, answered)
+            self._workers.submit(self._ask, channel, encode(question), kind, give_up_s, answered, wanted)
 
     def ask_and_wait(self, channel: Channel, question: Message, kind: type[M], timeout_s: float) -> M | None:
         """Ask once and wait for the answer. None when none came in time."""
@@ -79,6 +81,7 @@ class Inquiries:
         kind: type[M],
         give_up_s: float,
         answered: Callable[[M | None, float], None],
+        wanted: Callable[[], bool],
     ) -> None:
         deadline_s = time.monotonic() + give_up_s
         while not self._closed.is_set():
@@ -92,7 +95,7 @@ class Inquiries:
                 else:
                     answered(answer, time.monotonic() - asked_s)
                     return
-            if time.monotonic() >= deadline_s:
+            if time.monotonic() >= deadline_s or not wanted():
                 break
             self._closed.wait(_RETRY_S)
         if not self._closed.is_set():

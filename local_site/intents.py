@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from common.control_mode import Action, ControlMode
+from common.messages import Wish
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,33 @@ class LoadSamples:
 
 
 @dataclass(frozen=True)
+class Recover:
+    """Learn the demonstration that an earlier process was recording when it ended."""
+
+
+@dataclass(frozen=True)
+class AutoSend:
+    """Send the model whenever it changes, or only when asked to.
+
+    Args:
+        on: Whether to.
+    """
+
+    on: bool
+
+
+@dataclass(frozen=True)
+class Control:
+    """Want the control of the robot, ask its holder for it, hand it over, or watch.
+
+    Args:
+        wish: Which of them.
+    """
+
+    wish: Wish
+
+
+@dataclass(frozen=True)
 class SendModel:
     """Send the learned model to the robot."""
 
@@ -71,4 +99,5 @@ class MoveTarget:
     position_m: tuple[float, ...]
 
 
-Intent = Command | Record | End | Undo | LoadSamples | SendModel | Hand | MoveTarget
+Teach = Record | End | Undo | LoadSamples | Recover | SendModel | AutoSend
+Intent = Command | Control | Hand | MoveTarget | Teach

@@ -30,6 +30,8 @@ class ModelSender:
         self._inquiries, self._task = inquiries, task
         self._do, self._notify, self._now_s = do, notify, now_s
         self._sending = ""
+        self.newest_sha256 = ""
+        """The model that was sent last, confirmed or not."""
         self.confirmed_sha256 = ""
 
     @property
@@ -38,20 +40,31 @@ class ModelSender:
         return bool(self._sending)
 
     def send(self, learned: LearnedModel) -> None:
-        """Send a model; sending the same one twice asks once."""
+        """Send a model in the background, also through outages; a newer one takes the place of an older one."""
         if self._sending == learned.sha256:
             return
-        self._sending = learned.sha256
-        transfer = ModelTransfer(task=self._task, sha256=learned.sha256, content=learned.content)
+        self._sending = self.newest_sha256 = learned.sha256
+        transfer = ModelTransfer(
+            task=self._task,
+            sha256=learned.sha256,
+            version=learned.version,
+            parent_sha256=learned.parent_sha256,
+            content=learned.content,
+        )
         answered = partial(self._hand_over, learned.sha256)
-        self._inquiries.ask(keys.MODEL, transfer, ModelReply, _GIVE_UP_S, answered)
+        wanted = partial(self._is_newest, learned.sha256)
+        self._inquiries.ask(keys.MODEL, transfer, ModelReply, _GIVE_UP_S, answered, wanted)
+
+    def _is_newest(self, sha256: str) -> bool:
+        return sha256 == self.newest_sha256
 
     def _hand_over(self, sha256: str, reply: ModelReply | None, took_s: float) -> None:
         self._do(partial(self._on_reply, sha256, reply, took_s))
 
     def _on_reply(self, sha256: str, reply: ModelReply | None, took_s: float) -> None:
-        if self._sending == sha256:
-            self._sending = ""
+        if sha256 != self.newest_sha256:
+            return  # a newer one is on its way, or there already
+        self._sending = ""
         if reply is None:
             self._tell("NOT DELIVERED: the robot did not confirm the model", good=False)
         elif not reply.accepted or reply.sha256 != sha256:

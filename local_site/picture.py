@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from common.control_mode import Action, ControlMode, Phase
 from common.link_monitor import LinkView
-from common.messages import PlannedPath, Telemetry
+from common.messages import PlannedPath, Telemetry, Wish
 from common.tphsmm import TPHSMM
 from local_site.stop_sender import StopStatus
 from local_site.task_library import LearnedModel
@@ -42,6 +42,7 @@ class Notice:
         text: What happened, and why.
         good: False for a refusal or a failure.
         measured: A measured value that goes with it, if any.
+        who: The site that caused it; empty for the robot itself, and for this site.
     """
 
     time_s: float
@@ -49,6 +50,7 @@ class Notice:
     text: str
     good: bool = True
     measured: float | None = None
+    who: str = ""
 
 
 @dataclass(frozen=True)
@@ -61,19 +63,24 @@ class Picture:
         link: The link.
         in_control: Whether this site holds the lease.
         why_not_in_control: The robot's words when it does not.
+        wish: What this site wants of the control.
+        asked_by: Who asks this site for the control, empty for nobody.
         pending: Actions under way.
         notices: The newest last.
         recording: Whether a demonstration is being made.
         n_demonstrations: Learned ones.
         can_undo: Whether there is one to forget.
+        can_recover: Whether a demonstration is left over that an earlier process was recording.
         learned: The model of all ended demonstrations.
         forming: The model with the demonstration under way, None without one.
         confirmed_sha256: The model that the robot has confirmed last.
         sending_model: Whether one is on its way.
+        auto_send: Whether a model is sent whenever it changes.
         strokes: What was demonstrated, each of shape (T, D) [m], the one under way last.
         path: The newest path.
         path_received_s: When it came, on the console's clock [s].
         plan_id: The newest preview, 0 without one.
+        plan_received_s: When it came, on the console's clock [s].
         stop: The newest stop of this site.
         command_round_trips_s: Of each command that was accepted [s].
     """
@@ -83,19 +90,24 @@ class Picture:
     link: LinkView
     in_control: bool
     why_not_in_control: str
+    wish: Wish
+    asked_by: str
     pending: dict[Action, Pending]
     notices: tuple[Notice, ...]
     recording: bool
     n_demonstrations: int
     can_undo: bool
+    can_recover: bool
     learned: LearnedModel | None
     forming: TPHSMM | None
     confirmed_sha256: str
     sending_model: bool
+    auto_send: bool
     strokes: tuple[NDArray[np.float64], ...]
     path: PlannedPath | None
     path_received_s: float
     plan_id: int
+    plan_received_s: float
     stop: StopStatus | None
     command_round_trips_s: tuple[float, ...]
 

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from common.errors import InvalidConfiguration, LinkError
+from common.event_log import EventLog
 from common.link import ZenohLink
 from common.link_control import RelayControl
+from common.messages import Wish
 from common.task import Task
 from local_site.config import LocalConfig
 from local_site.console import Console
@@ -35,6 +37,7 @@ class LocalSite:
     def __init__(self, config: LocalConfig, task: Task, data_dir: Path):
         self._config, self._task = config, task
         self._library = TaskLibrary(task, data_dir)
+        self._event_log = data_dir / "operator" / config.site_name / "events.jsonl"
         self._stop = threading.Event()
 
     def stop(self) -> None:
@@ -51,7 +54,7 @@ class LocalSite:
             LinkError: When the robot does not report in time.
             PortInUse: When the page's port cannot be had.
         """
-        with _Opened(self._config, self._task, self._library, self._stop, self._config.page_port) as opened:
+        with self._opened(self._config.page_port) as opened:
             ready(**({"page": opened.page.address} if opened.page is not None else {}))
             self._stop.wait()
 
@@ -70,20 +73,32 @@ class LocalSite:
             JobFailed: When a step of the job did not come to its end.
         """
         control = relay_control(self._config.link_control)
-        with _Opened(self._config, self._task, self._library, self._stop) as opened:
+        with self._opened() as opened:
             ready()
             return ScriptedOperator(opened.console, self._task, control, outage, self._config.seed).run()
+
+    def _opened(self, page_port: int = 0) -> _Opened:
+        log = EventLog(self._event_log)
+        return _Opened(self._config, self._task, self._library, log, self._stop, page_port)
 
 
 class _Opened:
     """The console while the link is open, connected to the robot; with a page if a port is given."""
 
     def __init__(
-        self, config: LocalConfig, task: Task, library: TaskLibrary, stop: threading.Event, page_port: int = 0
+        self,
+        config: LocalConfig,
+        task: Task,
+        library: TaskLibrary,
+        log: EventLog,
+        stop: threading.Event,
+        page_port: int,
     ):
         self._config, self._task, self._stop, self._page_port = config, task, stop, page_port
+        self._log = log
         self._link = ZenohLink(config.link)
-        self.console = Console(task, library, self._link, config.site_name)
+        wish = Wish.WATCH if config.watch else Wish.CONTROL
+        self.console = Console(task, library, self._link, config.site_name, log, wish)
         self.page: Page | None = None
 
     def __enter__(self) -> _Opened:
@@ -111,6 +126,7 @@ class _Opened:
             self.page.close()
         self.console.close()
         self._link.close()
+        self._log.close()
 
     def _open_page(self) -> Page:
         """The page, before the robot has reported: it says that it waits."""

@@ -19,6 +19,7 @@ from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from local_site.demonstration import Demonstration
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner, Snapshot
+from local_site.raw_recording import RawRecording
 from local_site.samples import Stroke
 
 Array = NDArray[np.float64]
@@ -26,6 +27,7 @@ Array = NDArray[np.float64]
 LEARNING_PERIOD_S = 0.02
 """Strokes are resampled to this period, whatever the rate of the hand's events [s]."""
 _NEWEST = "newest.farhand"
+_RAW = "under-way.jsonl"
 _MIN_SAMPLES = 5
 _MAX_PAUSE_S = 600.0
 """The hand reports nothing while it rests; after longer than this its clock is wrong [s]."""
@@ -47,11 +49,15 @@ class LearnedModel:
         model: What was learned.
         content: As it travels.
         sha256: Of the content.
+        version: Counts the models that were learned here.
+        parent_sha256: The model that it was refined from, empty for the first.
     """
 
     model: TPHSMM
     content: bytes
     sha256: str
+    version: int = 1
+    parent_sha256: str = ""
 
 
 class TaskLibrary:
@@ -76,6 +82,10 @@ class TaskLibrary:
         self._last_hand: tuple[Array, float] = (np.zeros(task.n_dims), 0.0)
         self._forming: tuple[int, TPHSMM] | None = None
         self.learned: LearnedModel | None = None
+        self._version = 0
+        self._raw = RawRecording(self._folder / _RAW, task.n_dims)
+        self.left_over = self._raw.left_over()
+        """What an earlier process had recorded and neither ended nor undone, None when there is nothing."""
 
     @property
     def recording(self) -> bool:
@@ -95,6 +105,7 @@ class TaskLibrary:
         """
         if self.recording:
             raise NotNow("a demonstration is being recorded already: end or undo it first")
+        self.left_over = None  # its file is written over from now on
         self._undo.append((self._learner.snapshot(), self.strokes))
         self._learner.start()
         self.current, self._times, self._forming = [], [], None
@@ -130,6 +141,7 @@ class TaskLibrary:
             self.undo()
             raise NotNow("the demonstration was too short and was not kept: draw the whole motion")
         self._learner.end()
+        self._raw.forget()
         demonstration = self._demonstration()
         self.strokes = (*self.strokes, demonstration.position_m)
         self.current, self._times, self._forming = [], [], None
@@ -140,6 +152,16 @@ class TaskLibrary:
             demonstration.save(folder / name)
             save_model(learned.model, folder / _NEWEST)
         return learned
+
+    def recover(self) -> None:
+        """Learn what an earlier process had recorded.
+
+        Raises:
+            NotNow: When there is nothing, or a demonstration is being recorded.
+        """
+        if self.left_over is None:
+            raise NotNow("there is no demonstration to recover")
+        self.learn([self.left_over])
 
     def learn(self, strokes: Sequence[Stroke]) -> None:
         """Learn whole demonstrations, one after the other.
@@ -164,6 +186,7 @@ class TaskLibrary:
             raise NotNow("there is no demonstration to undo")
         snapshot, self.strokes = self._undo.pop()
         self._learner.restore(snapshot)
+        self._raw.forget()
         self.current, self._times, self._forming = [], [], None
         learned = self._update_model()
         with self._on_disk() as folder:
@@ -196,14 +219,17 @@ class TaskLibrary:
         self._learner.observe_many(points, self.frames, times_s.tolist())
         self.current.extend(points)
         self._times.extend(times_s)
+        self._raw.follow(self.current, self._times)
 
     def _update_model(self) -> LearnedModel | None:
         """Make the model of all ended demonstrations; None without any."""
-        self.learned = None
+        parent, self.learned = self.learned, None
         if self._learner.n_demonstrations:
             model = self._learner.model()
             content = encode(model)
-            self.learned = LearnedModel(model, content, content_hash(content))
+            self._version += 1
+            parent_sha256 = parent.sha256 if parent is not None else ""
+            self.learned = LearnedModel(model, content, content_hash(content), self._version, parent_sha256)
         return self.learned
 
     def _demonstration(self) -> Demonstration:

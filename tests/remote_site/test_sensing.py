@@ -22,7 +22,9 @@ class Steps:
 
 
 def test_the_mean_frame_is_over_the_last_ten_seconds():
-    sensing = Sensing(PointPlant(np.zeros(2), np.ones(2), 1.0, 1.0), Steps(), n_frames=1, control_hz=10.0, now_s=0.0)
+    sensing = Sensing(
+        PointPlant(np.zeros(2), np.ones(2), 1.0, 1.0), Steps(), n_frames=1, control_hz=10.0, now_s=0.0
+    )
     np.testing.assert_array_equal(sensing.mean_frame_m(), [1.0, 0.0])
     for n in range(2, 301):
         sensing.update(0.1 * n)

@@ -1,0 +1,78 @@
+"""The robot's events, each once: what an outage has swallowed is asked for and told later."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from common import keys
+from common.messages import Event, EventsReply, EventsRequest
+from local_site.inquiries import Inquiries
+
+_GIVE_UP_S = 60.0
+
+
+class EventFollower:
+    """Follows the numbers of the events. Used by the console's thread alone.
+
+    Args:
+        inquiries: Asks the robot.
+        do: Runs something on the console's thread.
+        tell: Takes each new event.
+    """
+
+    def __init__(
+        self, inquiries: Inquiries, do: Callable[[Callable[[], None]], None], tell: Callable[[Event], None]
+    ):
+        self._inquiries, self._do, self._tell = inquiries, do, tell
+        self._boot = ""
+        self._complete_to = 0
+        """All events up to this number were told."""
+        self._ahead: set[int] = set()
+        self._asking = False
+
+    def received(self, event: Event) -> None:
+        """An event came by itself."""
+        if event.stamp.boot != self._boot:
+            self._begin(event.stamp.boot)
+        if event.seq <= self._complete_to or event.seq in self._ahead:
+            return
+        self._ahead.add(event.seq)
+        self._tell(event)
+        while self._complete_to + 1 in self._ahead:
+            self._complete_to += 1
+            self._ahead.remove(self._complete_to)
+        if self._ahead:
+            self.catch_up(self._boot)
+
+    def catch_up(self, boot: str) -> None:
+        """Ask for what may have been missed: when a number is left out, and after every outage.
+
+        Args:
+            boot: The robot's present one.
+        """
+        if boot != self._boot:
+            self._begin(boot)
+        if not self._asking:
+            self._asking = True
+            request = EventsRequest(after_seq=self._complete_to)
+            self._inquiries.ask(keys.EVENTS, request, EventsReply, _GIVE_UP_S, self._hand_over)
+
+    def _begin(self, boot: str) -> None:
+        self._boot, self._complete_to = boot, 0
+        self._ahead.clear()
+
+    def _hand_over(self, reply: EventsReply | None, _took_s: float) -> None:
+        self._do(partial(self._on_reply, reply))
+
+    def _on_reply(self, reply: EventsReply | None) -> None:
+        self._asking = False
+        if reply is None or reply.stamp.boot != self._boot:
+            return
+        if reply.events:
+            # Older ones than these are not kept any more.
+            self._complete_to = max(self._complete_to, reply.events[0].seq - 1)
+        for event in reply.events:
+            self.received(event)
+        if reply.events and reply.events[-1].seq < reply.newest_seq:
+            self.catch_up(self._boot)

@@ -1,0 +1,88 @@
+"""Everything that is the local site's own: recording, undoing, sending what was learned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from common.task import Task
+from local_site import intents
+from local_site.model_sender import ModelSender
+from local_site.picture import Picture
+from local_site.samples import Stroke, sample_strokes
+from local_site.task_library import NotNow, TaskLibrary
+
+Tell = Callable[[str, str], None]
+
+
+class Teaching:
+    """Does what the operator asks about demonstrations and models. Used by the console's thread alone.
+
+    Args:
+        task: What is taught.
+        library: Demonstrations and models.
+        models: Sends them.
+        tell: Tells the operator what was done.
+    """
+
+    def __init__(self, task: Task, library: TaskLibrary, models: ModelSender, tell: Tell):
+        self._task, self._library, self._models, self._tell = task, library, models, tell
+        self._had_control = False
+        self.auto_send = False
+        """Whether a model is sent whenever it changes."""
+
+    @property
+    def left_over(self) -> Stroke | None:
+        """A demonstration that an earlier process was recording when it ended."""
+        return self._library.left_over
+
+    def do(self, intent: intents.Teach, picture: Picture) -> None:
+        """Do one of them.
+
+        Raises:
+            NotNow: When it is not possible at this moment.
+        """
+        match intent:
+            case intents.Record():
+                self._record(picture)
+            case intents.End():
+                learned = self._library.end()
+                self._tell("end", f"learned: {learned.model.n_components} components")
+            case intents.Undo():
+                self._library.undo()
+                self._tell("undo", "the last demonstration was undone")
+            case intents.LoadSamples():
+                self._library.learn(sample_strokes(self._task))
+                self._tell("samples", "the samples were learned")
+            case intents.Recover():
+                self._library.recover()
+                self._tell("recover", "the demonstration that was left over was learned")
+            case intents.SendModel():
+                self._send()
+            case intents.AutoSend(on):
+                self.auto_send = on
+
+    def tick(self, in_control: bool) -> None:
+        """Send a model that has changed, if so chosen; roll back what was recorded without control."""
+        if self._had_control and not in_control:
+            self.roll_back("the control of the robot was lost")
+        self._had_control = in_control
+        learned = self._library.learned
+        if self.auto_send and learned is not None and learned.sha256 != self._models.newest_sha256:
+            self._models.send(learned)
+
+    def roll_back(self, why: str) -> None:
+        """Forget a demonstration under way; the model is as before it, bit for bit."""
+        if self._library.recording:
+            self._library.undo()
+            self._tell("recording", f"rolled back: {why}")
+
+    def _record(self, picture: Picture) -> None:
+        if picture.coupled:
+            raise NotNow("coupled: your hand drives the robot now; clutch first")
+        self._library.record()
+        self._tell("record", "recording a demonstration")
+
+    def _send(self) -> None:
+        if self._library.learned is None:
+            raise NotNow("nothing was learned yet: record a demonstration first")
+        self._models.send(self._library.learned)
