@@ -35,7 +35,7 @@ class RawRecording:
             return
         self._written_s = times_s[-1]
         rows = zip(times_s[self._written :], points[self._written :], strict=True)
-        lines = b"".join(msgspec.json.encode([t, *point.tolist()]) + b"\n" for t, point in rows)
+        lines = b"".join(msgspec.json.encode([float(t), *point.tolist()]) + b"\n" for t, point in rows)
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             with self._path.open("ab" if self._written else "wb") as file:
