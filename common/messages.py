@@ -181,6 +181,8 @@ class Event(Message, frozen=True, kw_only=True):
     kind: Id
     text: Text
     command_id: Id = ""
+    action: Id = ""
+    """What the command asked for."""
     succeeded: bool = True
     mode: ControlMode
     coupling_id: Count = 0

@@ -67,7 +67,6 @@ class Commanding:
         self.why_not_in_control = "the robot has not answered yet"
         self.pending: dict[Action, Pending] = {}
         self.round_trips_s: list[float] = []
-        self._asked: dict[str, Action] = {}
         self._lease_stamp_ns, self._lease_boot = 0, ""
         # Not from zero: the robot echoes its holder's heartbeats, and another site's must not look like ours.
         self._heartbeat_seq = secrets.randbelow(2**31)
@@ -121,7 +120,6 @@ class Commanding:
             model_sha256=sha256,
             plan_id=plan_id,
         )
-        self._asked[command.command_id] = action
         self.pending[action] = Pending(command.command_id, now_s)
         answered = self._hand_over(partial(self._on_reply, action, command.command_id, now_s))
         self._inquiries.ask(keys.COMMAND, command, CommandReply, _GIVE_UP_S, answered)
@@ -131,7 +129,7 @@ class Commanding:
         for action, pending in list(self.pending.items()):
             if event.command_id and pending.command_id == event.command_id:
                 del self.pending[action]
-        what = self._asked.get(event.command_id, event.kind)
+        what = event.action or event.kind
         self._notify(Notice(now_s, what, event.text, event.succeeded, event.measured, event.who))
 
     def on_report(self, robot: Telemetry) -> None:

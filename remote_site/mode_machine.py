@@ -145,11 +145,11 @@ class ModeMachine:
 
     def complete(self, command: Command, text: str, **ids: int) -> None:
         """A command has come to its good end."""
-        self.tell("completed", text, command_id=command.command_id, **ids)
+        self.tell("completed", text, command_id=command.command_id, action=command.action, **ids)
 
     def fail(self, command: Command, why: str) -> None:
         """A command was begun and did not come to its good end."""
-        self.tell("failed", why, succeeded=False, command_id=command.command_id)
+        self.tell("failed", why, succeeded=False, command_id=command.command_id, action=command.action)
 
     def tell(self, kind: str, text: str, **fields: Any) -> None:
         """Say what happened, with the mode that it led to."""

@@ -56,7 +56,7 @@ def test_a_model_counts_once_the_robot_has_confirmed_its_hash():
     sending.sender.send(model)
     assert sending.sender.sending and not sending.sender.confirmed_sha256
     sending.settle()
-    assert got == [ModelTransfer(task="planar", sha256=model.sha256, content=model.content)]
+    assert got == [ModelTransfer(task="planar", sha256=model.sha256, version=1, content=model.content)]
     assert sending.sender.confirmed_sha256 == model.sha256 and not sending.sender.sending
     assert sending.notices[-1].good and model.sha256[:8] in sending.notices[-1].text
 
