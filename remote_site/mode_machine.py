@@ -96,7 +96,9 @@ class ModeMachine:
             if (replaced := self.previews.begin(command, stored, self._now())) is not None:
                 self.fail(replaced, "replaced by a newer preview")
             return
-        self._answer_waiting("done")  # those before it are over, whether or not the robot stood still yet
+        for overtaken in self._until_standing:
+            self.fail(overtaken, f"{action} came before the robot stood still")
+        self._until_standing.clear()
         self._enter(action, f"ended by {action}")
         match action:
             case Action.EXECUTE if stored is not None:
@@ -138,7 +140,9 @@ class ModeMachine:
 
     def settle(self) -> None:
         """The robot stands still: answer what waited for that."""
-        self._answer_waiting("done")
+        for command in self._until_standing:
+            self.complete(command, "done")
+        self._until_standing.clear()
         self._stops.stands(self._now())
 
     # What happened ------------------------------------------------------------------------------
@@ -166,11 +170,6 @@ class ModeMachine:
             self._leave_motion(why)
         self._motion.paused = target is ControlMode.PAUSED
         self.mode = target
-
-    def _answer_waiting(self, text: str) -> None:
-        for command in self._until_standing:
-            self.complete(command, text)
-        self._until_standing.clear()
 
     def _couple(self, command: Command) -> None:
         self._coupling_count += 1
