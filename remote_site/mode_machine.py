@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from common import keys
@@ -62,7 +63,7 @@ class ModeMachine:
         self._plans, self._events, self._now = plans, events, now
         self.previews = Previews(plans)
         self._manoeuvres = Manoeuvres(task, sensing)
-        self._stops = Stops(lambda acknowledgement: announce(keys.STOP_ACK, acknowledgement))
+        self._stops = Stops(partial(announce, keys.STOP_ACK))
         self._coupling_count = 0
         self._until_standing: list[Command] = []
         self.mode = ControlMode.DISARMED
