@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Locator, Page, Playwright, expect
 from local_site.view.camera import board_origin_m, view_of
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-WAIT_MS = 60_000.0
+WAIT_MS = 25_000.0
 """A generous deadline for an event, never a speed that is tested [ms]."""
 BOARD_M = (1.0, 1.0)
 
@@ -71,6 +71,10 @@ class OperatorPage:
         """Wait until a message says this."""
         expect(self.tp("message").filter(has_text=words).first).to_be_visible(timeout=WAIT_MS)
 
+    def advises(self, words: str) -> None:
+        """Wait until the advice on the next step names this."""
+        expect(self.tp("advice")).to_contain_text(words, timeout=WAIT_MS)
+
     def number(self, name: str) -> float:
         """The number under a name."""
         found = re.search(r"[\d.]+", self.tp(name).inner_text())
@@ -94,8 +98,8 @@ class OperatorPage:
 
     def slider(self, label: str) -> Locator:
         """The number beside a slider."""
-        row = self.page.locator(f'label:text-is("{label}")').locator("xpath=../..")
-        return row.locator("input[type=text], input[type=number], input[inputmode]").first
+        own = f'xpath=//p[normalize-space()="{label}"]/following::input[not(@type="hidden")]'
+        return self.page.locator(own).first
 
     def slide(self, label: str, value: float) -> None:
         """Type a slider's value."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -32,6 +33,10 @@ class Stack:
     def model_file(self) -> Path:
         """The newest model on disk."""
         return self.data_dir / "planar" / "newest.farhand"
+
+    def kill(self, role: str) -> None:
+        """End the `local`, `remote` or `link` process without warning."""
+        os.kill(self.process.children()[role], signal.SIGKILL)
 
 
 @contextmanager

@@ -110,6 +110,17 @@ def test_the_robot_executes_what_was_taught_and_arrives_in_the_u(tab: OperatorPa
     tab.command("Clutch", "HOLD")
 
 
+def test_the_robots_u_can_be_dragged_and_the_robot_follows_it(tab: OperatorPage) -> None:
+    tab.taught()
+    tab.command("Arm", "HOLD")
+    tab.command("Execute", "AUTONOMOUS")
+    tab.says("phase", "ARRIVED")
+    tab.draw([U, (0.65, 0.30), (0.60, 0.35), (0.55, 0.40)], remote=True)
+    await_point(tab, (0.55, 0.40))
+    tab.draw([(0.55, 0.40), (0.60, 0.35), (0.65, 0.30), U], remote=True)
+    await_point(tab, U)
+
+
 def distance_to(polyline: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Distance of each point to a polyline."""
     a, ab = polyline[:-1], np.diff(polyline, axis=0)
