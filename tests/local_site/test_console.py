@@ -61,9 +61,10 @@ def test_a_report_that_was_overtaken_is_not_shown(tmp_path: Path):
     with desk(tmp_path) as it:
         it.connected(ControlMode.HOLD, seq=20)
         it.robot.report(ControlMode.DIRECT, seq=19)
+        it.robot.event("sent", "after it")
+        assert it.told("after it").mode is ControlMode.HOLD
         it.robot.report(ControlMode.STOPPED, seq=21)
-        it.until(lambda p: p.mode is ControlMode.STOPPED)
-        assert it.picture.link.n_received == 2
+        assert it.until(lambda p: p.mode is ControlMode.STOPPED).link.n_received == 2
 
 
 def test_rubbish_on_the_wire_is_dropped(tmp_path: Path):
