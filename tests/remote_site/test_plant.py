@@ -99,3 +99,11 @@ def test_what_was_read_is_a_copy():
     plant = a_plant()
     plant.read().position_m[:] = 0.0
     np.testing.assert_array_equal(plant.read().position_m, MIDDLE)
+
+
+def test_it_is_never_faster_than_its_limit_however_long_it_is_accelerated():
+    plant = a_plant(np.array([0.1, 0.1]))
+    for _ in range(40):
+        plant.accelerate(np.array([3.0, 2.0]), DT_S)
+        assert np.linalg.norm(plant.read().velocity_m_s) <= SPEED_M_S + 1e-9
+    assert np.linalg.norm(plant.read().velocity_m_s) > SPEED_M_S - 1e-6
