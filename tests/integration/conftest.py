@@ -1,4 +1,4 @@
-"""The demos that several tests look at. They run beside the other tests, and mostly wait."""
+"""What several tests look at: two demos, which run beside the other tests and mostly wait, and some files."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from tests.farhand_process import FarhandProcess
+from tests.integration.files import make_files
 
 DEMOS = {"lan": (), "geo": ("--outage", "reset:3")}
 
@@ -42,3 +43,11 @@ def demos(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Demo]]
     finally:
         for demo in begun.values():
             demo.process.kill()
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """See `make_files`."""
+    folder = tmp_path_factory.mktemp("files")
+    make_files(folder)
+    return folder

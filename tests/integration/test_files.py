@@ -1,50 +1,15 @@
-"""`farhand import`, `learn`, `model show`, `rollout`, `evaluate` on files, good and bad."""
+"""`farhand import`, `learn`, `model show`, `rollout`, `evaluate` on files."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
 
-import msgpack
 import numpy as np
-import pytest
 
 from common.model_file import content_hash
 from local_site.demonstration import Demonstration
 from tests.farhand_process import farhand, refusal
-from tests.strategies import stroke
-
-N_RECORDINGS = 4
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A foreign recording `hook.npz`, its demonstrations and a model of all but the last."""
-    folder = tmp_path_factory.mktemp("files")
-    rng = np.random.default_rng(0)
-    motions = [1000.0 * stroke(rng, 2, 200) + [20.0, -30.0] for _ in range(N_RECORDINGS)]  # mm
-    np.savez(folder / "hook.npz", pos=np.stack(motions), t=np.linspace(0.0, 3.0, 200))
-    assert farhand("import", "lasa", folder / "hook.npz", "--out", folder / "taught").returncode == 0
-    assert farhand("learn", *demonstrations(folder)[:-1], "--out", folder / "hook.model").returncode == 0
-    return folder
-
-
-def demonstrations(folder: Path) -> list[Path]:
-    return sorted((folder / "taught").glob("hook_*.npz"))
-
-
-@contextmanager
-def unchanged(*folders: Path) -> Iterator[None]:
-    """Nothing in these folders changes, comes or goes."""
-
-    def content() -> dict[Path, bytes]:
-        return {file: file.read_bytes() for folder in folders for file in folder.rglob("*") if file.is_file()}
-
-    before = content()
-    yield
-    assert content() == before
+from tests.integration.files import N_RECORDINGS, demonstrations, unchanged
 
 
 def test_a_foreign_recording_becomes_demonstrations_in_metres_that_end_at_the_goal(folder):
@@ -87,146 +52,6 @@ def test_learning_the_same_again_writes_the_same_bytes(folder, tmp_path):
         done = farhand("learn", *demonstrations(folder)[:-1], "--out", tmp_path / "again.model")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "again.model").read_bytes() == (folder / "hook.model").read_bytes()
-
-
-# Bad input -------------------------------------------------------------------------------------
-
-
-def changed(name: str, change: Callable[[np.ndarray], object]) -> Callable[[Path, Path], None]:
-    """A demonstration file with one array changed, whatever a demonstration would say to that."""
-
-    def make(good: Path, bad: Path) -> None:
-        with np.load(good) as archive:
-            arrays = dict(archive)
-        np.savez(bad, **{**arrays, name: change(arrays[name].copy())})
-
-    return make
-
-
-def with_a_nan(position: np.ndarray) -> np.ndarray:
-    position[7, 1] = np.nan
-    return position
-
-
-def truncated(good: Path, bad: Path) -> None:
-    content = good.read_bytes()
-    bad.write_bytes(content[: len(content) // 2])
-
-
-def foreign(_good: Path, bad: Path) -> None:
-    bad.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(200))
-
-
-def pickled(good: Path, bad: Path) -> None:
-    with np.load(good) as archive:
-        np.savez(bad, **{**archive, "source": np.array([{"a": 1}], dtype=object)})
-
-
-def with_an_unknown_field(good: Path, bad: Path) -> None:
-    with np.load(good) as archive:
-        np.savez(bad, **archive, colour=np.array("red"))
-
-
-BAD_DEMONSTRATIONS = {
-    "nan": (changed("position_m", with_a_nan), "position_m: finite numbers only, got nan at [7, 1]"),
-    "shape": (changed("position_m", lambda p: p[:-1]), "position_m: shape (200, 2)"),
-    "dimensions": (changed("position_m", lambda p: p[:, :1]), "position_m: shape (200, 2)"),
-    "frames": (changed("frame_rotation", lambda r: 2.0 * r), "frame_rotation: orthonormal"),
-    "schema": (changed("schema", lambda s: s + 1), "schema: version 1, got"),
-    "unknown": (with_an_unknown_field, "colour: no such field"),
-    "truncated": (truncated, "a whole .npz file"),
-    "foreign": (foreign, "a whole .npz file"),
-    "pickled": (pickled, "a whole .npz file"),
-    "missing": (lambda good, bad: None, "a readable .npz file"),
-}
-
-
-@pytest.mark.parametrize("kind", BAD_DEMONSTRATIONS)
-def test_a_bad_demonstration_is_refused_by_name_and_nothing_is_learned(kind, folder, tmp_path):
-    make, expected = BAD_DEMONSTRATIONS[kind]
-    good, bad, out = demonstrations(folder)[0], tmp_path / "bad.npz", tmp_path / "out.model"
-    make(good, bad)
-    with unchanged(folder, tmp_path):
-        line = refusal("learn", good, bad, "--out", out)
-    assert f"{bad}: {expected}" in line
-
-
-def rewritten(change: Callable[[dict], None]) -> Callable[[Path, Path], None]:
-    def make(good: Path, bad: Path) -> None:
-        content = msgpack.unpackb(good.read_bytes())
-        change(content)
-        bad.write_bytes(msgpack.packb(content) or b"")
-
-    return make
-
-
-def put_a_nan(content: dict) -> None:
-    means = content["arrays"]["means"]
-    means["data"] = np.float64(np.nan).tobytes() + means["data"][8:]
-
-
-def drop_a_component(content: dict) -> None:
-    counts = content["arrays"]["counts"]
-    counts["shape"][0] -= 1
-    counts["data"] = counts["data"][8:]
-
-
-BAD_MODELS = {
-    "nan": (rewritten(put_a_nan), "means: finite numbers only"),
-    "shape": (rewritten(drop_a_component), "counts: shape"),
-    "schema": (rewritten(lambda content: content.update(schema=2)), "schema: version 1, got 2"),
-    "unknown": (rewritten(lambda content: content.update(colour="red")), "colour: no such field"),
-    "truncated": (truncated, "a whole model file; this one is truncated"),
-    "foreign": (foreign, ""),
-    "missing": (lambda good, bad: None, "a readable model file"),
-}
-
-
-@pytest.mark.parametrize("kind", BAD_MODELS)
-def test_a_bad_model_is_refused_by_name(kind, folder, tmp_path):
-    make, expected = BAD_MODELS[kind]
-    bad = tmp_path / "bad.model"
-    make(folder / "hook.model", bad)
-    with unchanged(folder, tmp_path):
-        line = refusal("rollout", bad, "--like", demonstrations(folder)[0], "--out", tmp_path / "out.npz")
-    assert f"{bad}: {expected}" in line
-
-
-def test_a_demonstration_of_another_task_is_refused(folder, tmp_path):
-    good = Demonstration.load(demonstrations(folder)[0])
-    spatial = Demonstration(
-        time_s=good.time_s,
-        position_m=np.pad(good.position_m, ((0, 0), (0, 1))),
-        frame_origin_m=np.zeros((1, 3)),
-        frame_rotation=np.eye(3)[None],
-        frame_names=("goal",),
-    )
-    spatial.save(tmp_path / "spatial.npz")
-    assert "dimension" in refusal("rollout", folder / "hook.model", "--like", tmp_path / "spatial.npz")
-
-
-def test_a_bad_recording_is_refused_and_nothing_is_written(folder, tmp_path):
-    broken = tmp_path / "broken.npz"
-    truncated(folder / "hook.npz", broken)
-    with_nan = tmp_path / "nan.npz"
-    recorded = dict(np.load(folder / "hook.npz"))
-    recorded["pos"][1, 5, 0] = np.nan
-    np.savez(with_nan, **recorded)
-    for file in (broken, with_nan, tmp_path / "none.npz"):
-        with unchanged(tmp_path):
-            assert str(file) in refusal("import", "lasa", file, "--out", tmp_path / "out")
-
-
-def test_what_cannot_be_written_or_drawn_is_said_in_one_line(folder, tmp_path):
-    demonstration, model = demonstrations(folder)[0], folder / "hook.model"
-    nowhere = tmp_path / "nowhere"
-    with unchanged(folder, tmp_path):
-        assert "nowhere" in refusal("learn", demonstration, "--out", nowhere / "a.model")
-        assert "nowhere" in refusal("rollout", model, "--like", demonstration, "--out", nowhere / "a.npz")
-        assert "figure" in refusal("model", "show", model, "--figure", tmp_path / "figure.txt")
-        assert "max_distance_m" in refusal(
-            "learn", demonstration, "--out", tmp_path / "a", "--max-distance-m=nan"
-        )
 
 
 # The study -------------------------------------------------------------------------------------
