@@ -8,13 +8,14 @@ nothing is trusted to have arrived until the other site's application says so.
 from __future__ import annotations
 
 import json
+import queue
 import threading
 from collections.abc import Callable
 from typing import Any, Protocol
 
-import msgspec
 import zenoh
 
+from common.endpoint import EndpointSettings, zenoh_configuration
 from common.errors import LinkError
 from common.keys import Channel, Urgency
 from common.log import loop_logger
@@ -23,6 +24,7 @@ from common.outbox import Outbox
 _log = loop_logger(__name__)
 
 Deliver = Callable[[bytes], None]
+Answered = Callable[[bytes | None], None]
 
 
 class Request(Protocol):
@@ -53,65 +55,25 @@ class Link(Protocol):
         """Have each question on a channel handed over, from a thread of the link's own."""
         ...
 
-    def ask(self, channel: Channel, data: bytes, timeout_s: float) -> bytes | None:
-        """Ask the other site and wait. None when no answer came: it was perhaps not delivered."""
+    def limit(self, channel: Channel, bytes_per_s: float) -> None:
+        """Give a newest-only channel a byte budget [B/s]: what does not fit is skipped, not queued."""
+        ...
+
+    def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
+        """Ask the other site; never blocks.
+
+        Args:
+            channel: Where it is served.
+            data: The question.
+            timeout_s: Patience [s].
+            answered: Called at most once, from a thread of the link's own, and must not block. None: no answer
+                came, the question was perhaps not delivered. A link that is closed before may not call it.
+        """
         ...
 
     def close(self) -> None:
         """End the connection and all its threads."""
         ...
-
-
-class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the transport listens and connects. The remote site listens, the local site connects."""
-
-    vehicle: str = "rov1"
-    """Name of the vehicle: the namespace of all keys."""
-    listen: str = ""
-    """Endpoint to listen on, such as tcp/127.0.0.1:7447."""
-    connect: str = ""
-    """Endpoint to connect to: the other site or the link process."""
-    lease_s: float = 120.0
-    """Silence after which the transport itself gives up [s]; the application notices much earlier."""
-    handshake_timeout_s: float = 60.0
-    """Longest time for a connection to open [s]; a handshake takes four one-way delays."""
-
-
-def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
-    """The transport's configuration: one explicit connection and nothing found by itself."""
-    handshake_ms = round(settings.handshake_timeout_s * 1000)
-    return {
-        "mode": "peer",
-        "namespace": settings.vehicle,
-        "listen": {"endpoints": [settings.listen] if settings.listen else []},
-        "connect": {
-            "endpoints": [settings.connect] if settings.connect else [],
-            "timeout_ms": -1,
-            "exit_on_failure": False,
-            "retry": {"period_init_ms": 200, "period_max_ms": 500, "period_increase_factor": 1.5},
-        },
-        # Gossip would let the sites connect directly, past the link process.
-        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
-        "timestamping": {"enabled": True},
-        "queries_default_timeout": handshake_ms,
-        "transport": {
-            "unicast": {"open_timeout": handshake_ms, "accept_timeout": handshake_ms},
-            "shared_memory": {"enabled": False},
-            "link": {
-                "tx": {
-                    "lease": round(settings.lease_s * 1000),
-                    "keep_alive": 4,
-                    "queue": {
-                        "size": {"real_time": 16, "interactive_high": 16, "data_high": 16},
-                        "congestion_control": {
-                            "drop": {"wait_before_drop": 20_000},
-                            "block": {"wait_before_close": 120_000_000},
-                        },
-                    },
-                }
-            },
-        },
-    }
 
 
 class _ZenohRequest:
@@ -125,6 +87,25 @@ class _ZenohRequest:
     def _reply(self, data: bytes) -> None:
         with self._query:
             self._query.reply(self._channel.key, data, express=True)  # with the question's priority
+
+
+class _Question:
+    """Gives the first reply on, or None at the end of all replies."""
+
+    def __init__(self, answered: Answered):
+        self._answered: Answered | None = answered
+
+    def on_reply(self, reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            self._give(reply.ok.payload.to_bytes())
+
+    def on_end(self) -> None:
+        self._give(None)
+
+    def _give(self, data: bytes | None) -> None:
+        answered, self._answered = self._answered, None
+        if answered is not None:
+            answered(data)
 
 
 class ZenohLink:
@@ -159,7 +140,7 @@ class ZenohLink:
         self._outboxes[channel.urgency].submit(lambda: publisher.put(data), newest_only, len(data))
 
     def limit(self, channel: Channel, bytes_per_s: float) -> None:
-        """Give a newest-only channel a byte budget [B/s]: what does not fit is skipped, not queued."""
+        """See `Link.limit`."""
         self._outboxes[channel.urgency].limit(channel.key, bytes_per_s)
 
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
@@ -173,18 +154,28 @@ class ZenohLink:
         outbox = self._outboxes[channel.urgency]
         self._receive(channel, queryable.recv, lambda query: handle(_ZenohRequest(query, channel, outbox)))
 
-    def ask(self, channel: Channel, data: bytes, timeout_s: float) -> bytes | None:
+    def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
         """See `Link.ask`."""
-        if self._closed:
+        question = _Question(answered)
+        # In the network's own thread: a thread for each question would cost more than the question.
+        handler = zenoh.handlers.Callback(question.on_reply, question.on_end, indirect=False)
+
+        def get() -> None:
+            self._session.get(
+                channel.key, handler, payload=data, timeout=timeout_s, express=True,
+                priority=_priority(channel), congestion_control=zenoh.CongestionControl.BLOCK,
+            )  # fmt: skip
+
+        self._outboxes[channel.urgency].submit(get)
+
+    def ask_and_wait(self, channel: Channel, data: bytes, timeout_s: float) -> bytes | None:
+        """Ask the other site and wait for its answer. None when none came."""
+        answers: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self.ask(channel, data, timeout_s, answers.put)
+        try:
+            return None if self._closed else answers.get(timeout=timeout_s + 1.0)
+        except queue.Empty:
             return None
-        replies = self._session.get(
-            channel.key, payload=data, timeout=timeout_s, express=True, priority=_priority(channel),
-            congestion_control=zenoh.CongestionControl.BLOCK,
-        )  # fmt: skip
-        for reply in replies:
-            if reply.ok is not None:
-                return reply.ok.payload.to_bytes()
-        return None
 
     def close(self) -> None:
         """See `Link.close`. Without it the interpreter would hang at its exit."""

@@ -5,20 +5,15 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections import OrderedDict
 from collections.abc import Callable
+
+from common.send_queue import SendQueue
 
 Send = Callable[[], None]
 
-_MOST_WAITING = 1024
-"""Acknowledged messages that may wait for a blocked transport; their senders resend them anyway."""
-
 
 class Outbox:
-    """Sends what it is given, in order, from its own thread.
-
-    Of a message with a `newest_only` name only the newest waits; one with a byte budget is sent no
-    faster than that budget allows, and what comes in between is replaced, never queued.
+    """Sends what it is given from its own thread, in the order and within the budgets of `SendQueue`.
 
     Args:
         name: For the thread's name.
@@ -26,9 +21,7 @@ class Outbox:
     """
 
     def __init__(self, name: str, log: logging.Logger):
-        self._waiting: OrderedDict[object, tuple[Send, str | None, int]] = OrderedDict()
-        self._budgets: dict[str, float] = {}
-        self._not_before_s: dict[str, float] = {}
+        self._queue: SendQueue[Send] = SendQueue()
         self._changed = threading.Condition()
         self._closed = False
         self._log = log
@@ -36,26 +29,16 @@ class Outbox:
         self._thread.start()
 
     def submit(self, send: Send, newest_only: str | None = None, n_bytes: int = 0) -> None:
-        """Have `send` called soon. Never blocks.
-
-        Args:
-            send: The transport's call.
-            newest_only: Name under which only the newest waits, or None for every message.
-            n_bytes: Size, for the budget of that name.
-        """
+        """Have `send` called soon. Never blocks. The arguments are those of `SendQueue.put`."""
         with self._changed:
-            key = newest_only if newest_only is not None else object()
-            self._waiting[key] = (send, newest_only, n_bytes)
-            if len(self._waiting) > _MOST_WAITING:
-                self._waiting.popitem(last=False)
+            if not self._queue.put(send, newest_only, n_bytes):
                 self._log.warning("the transport is blocked: the oldest waiting message was dropped")
             self._changed.notify()
 
     def limit(self, newest_only: str, bytes_per_s: float) -> None:
         """Give a name its byte budget [B/s]; zero or less lifts it."""
         with self._changed:
-            self._budgets[newest_only] = bytes_per_s
-            self._not_before_s.pop(newest_only, None)
+            self._queue.limit(newest_only, bytes_per_s)
             self._changed.notify()
 
     def close(self) -> None:
@@ -77,14 +60,7 @@ class Outbox:
         with self._changed:
             while not self._closed:
                 now_s = time.monotonic()
-                wait_s: float | None = None
-                for key, (send, name, n_bytes) in self._waiting.items():
-                    remaining_s = self._not_before_s.get(name, now_s) - now_s if name else 0.0
-                    if remaining_s <= 0.0:
-                        del self._waiting[key]
-                        if name and (budget := self._budgets.get(name, 0.0)) > 0.0:
-                            self._not_before_s[name] = now_s + n_bytes / budget
-                        return send
-                    wait_s = min(remaining_s, wait_s) if wait_s is not None else remaining_s
-                self._changed.wait(wait_s)
+                if (send := self._queue.take(now_s)) is not None:
+                    return send
+                self._changed.wait(self._queue.ready_in_s(now_s))
             return None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-import time
 from collections.abc import Callable
 from functools import partial
 
@@ -30,7 +29,6 @@ _RENEW_S = 1.0
 _GIVE_UP_S = 15.0
 _UNSETTLED_S = 30.0
 
-Do = Callable[[Callable[[], None]], None]
 Notify = Callable[[Notice], None]
 
 
@@ -42,7 +40,6 @@ class Commanding:
         inquiries: Asks the robot.
         monitor: Learns the round trip from the heartbeats.
         site_name: This place.
-        do: Runs something on the console's thread.
         notify: Tells the operator.
         wish: What this site wants of the control of the robot at first.
     """
@@ -53,12 +50,11 @@ class Commanding:
         inquiries: Inquiries,
         monitor: LinkMonitor,
         site_name: str,
-        do: Do,
         notify: Notify,
         wish: Wish = Wish.CONTROL,
     ):
         self._link, self._inquiries, self._monitor = link, inquiries, monitor
-        self._site_name, self._do, self._notify = site_name, do, notify
+        self._site_name, self._notify = site_name, notify
         self.session = secrets.token_hex(8)
         self.present_wish = wish
         self.asked_by = ""
@@ -94,7 +90,7 @@ class Commanding:
             self._renewed_s = now_s
             wish = self.present_wish
             request = LeaseRequest(session=self.session, site_name=self._site_name, wish=wish, echo=echo)
-            self._inquiries.ask(keys.LEASE, request, LeaseReply, 0.0, self._hand_over(self._on_lease))
+            self._inquiries.ask(keys.LEASE, request, LeaseReply, 0.0, self._on_lease)
         for action, pending in list(self.pending.items()):
             if now_s - pending.since_s > _UNSETTLED_S:
                 del self.pending[action]
@@ -121,7 +117,7 @@ class Commanding:
             plan_id=plan_id,
         )
         self.pending[action] = Pending(command.command_id, now_s)
-        answered = self._hand_over(partial(self._on_reply, action, command.command_id, now_s))
+        answered = partial(self._on_reply, action, command.command_id, now_s)
         self._inquiries.ask(keys.COMMAND, command, CommandReply, _GIVE_UP_S, answered)
 
     def on_event(self, event: Event, now_s: float) -> None:
@@ -140,10 +136,6 @@ class Commanding:
                 if later:
                     del self.pending[action]
 
-    def _hand_over(self, handle: Callable[..., None]) -> Callable[..., None]:
-        """A callback for another thread that runs on the console's."""
-        return lambda *arguments: self._do(partial(handle, *arguments))
-
     def _on_lease(self, reply: LeaseReply | None, _took_s: float) -> None:
         if reply is None:
             return  # the age of the data tells the operator that the link is down
@@ -155,7 +147,10 @@ class Commanding:
         if reply.asked_by and reply.asked_by != self.asked_by:
             self._notify(
                 Notice(
-                    time.monotonic(), "control", f"{reply.asked_by} asks for the control", who=reply.asked_by
+                    self._inquiries.now_s(),
+                    "control",
+                    f"{reply.asked_by} asks for the control",
+                    who=reply.asked_by,
                 )
             )
         self.asked_by = reply.asked_by

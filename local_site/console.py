@@ -42,6 +42,7 @@ from local_site.commanding import Commanding
 from local_site.event_follower import EventFollower
 from local_site.inquiries import Inquiries
 from local_site.model_sender import ModelSender
+from local_site.owner import Owner
 from local_site.picture import Notice, Picture
 from local_site.reports import Reports
 from local_site.stop_sender import StopSender
@@ -51,7 +52,8 @@ from local_site.teleoperation import Teleoperation
 
 _log = loop_logger(__name__)
 
-_PERIOD_S = 0.05
+PERIOD_S = 0.05
+"""Time from one tick to the next [s]."""
 _NOTICES = 200
 
 
@@ -65,6 +67,7 @@ class Console:
         site_name: This place.
         log: Keeps what happened; None keeps it in memory alone.
         wish: Whether this site takes control when it can, or watches.
+        now_s: The clock of this site [s].
     """
 
     def __init__(
@@ -75,50 +78,66 @@ class Console:
         site_name: str,
         log: EventLog | None = None,
         wish: Wish = Wish.CONTROL,
+        now_s: Callable[[], float] = time.monotonic,
     ):
         self._task, self._library, self._link, self._event_log = task, library, link, log
-        self._queue: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._now_s = now_s
+        self.owner = Owner("console", PERIOD_S, self._tick, self._redraw, now_s)
+        """Does everything here, one after the other."""
         self._notices: deque[Notice] = deque(maxlen=_NOTICES)
         self._monitor = LinkMonitor()
-        self._inquiries = Inquiries(link)
-        self._commanding = Commanding(
-            link, self._inquiries, self._monitor, site_name, self._queue.put, self._notify, wish
-        )
-        self._models = ModelSender(
-            self._inquiries, task.name, self._queue.put, self._notify, time.monotonic
-        )  # fmt: skip
-        self._events = EventFollower(self._inquiries, self._queue.put, self._on_event)
+        self._inquiries = Inquiries(link, self.owner.put, now_s)
+        self._commanding = Commanding(link, self._inquiries, self._monitor, site_name, self._notify, wish)
+        self._models = ModelSender(self._inquiries, task.name, self._notify, now_s)
+        self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(self._monitor, self._events, self._on_restart)
         self._teaching = Teaching(task, library, self._models, self._tell)
         self._stop = StopSender(link, site_name)
         self._teleoperation = Teleoperation(link)
         self._changed = threading.Condition()
-        self.picture = self._draw(time.monotonic())
-        self._thread = threading.Thread(target=self._run, name="console", daemon=True)
+        self.picture = self._draw(now_s())
 
     # From other threads -------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Listen to the robot and begin."""
+        """Listen to the robot and begin, in a thread."""
+        self.listen()
+        self.owner.start()
+
+    def listen(self) -> None:
+        """Listen to the robot. Without `start`, in virtual time, its caller drives the owner."""
         self._listen(keys.TELEMETRY, Telemetry, self._on_telemetry)
         self._listen(keys.EVENT, Event, self._events.received)
         self._listen(keys.PATH, PlannedPath, self._on_path)
         self._listen(keys.STOP_ACK, StopAck, self._stop.acknowledged)
-        self._thread.start()
 
     def close(self) -> None:
         """End the console; what was not sent is not sent."""
-        self._queue.put(None)
-        self._thread.join(timeout=5.0)
+        self.owner.close()
         self._inquiries.close()
 
     def submit(self, intent: intents.Intent) -> None:
         """Ask for something. Returns at once; the picture tells what became of it."""
-        self._queue.put(partial(self._on_intent, intent))
+        self.owner.put(partial(self._on_intent, intent))
 
     def ask_report(self, timeout_s: float = 15.0) -> ExecutionReport | None:
         """How the newest execution went, asked of the robot. None when no answer came."""
-        return self._inquiries.ask_and_wait(keys.REPORT, ReportRequest(), ExecutionReport, timeout_s)
+        answers: queue.SimpleQueue[ExecutionReport | None] = queue.SimpleQueue()
+
+        def ask() -> None:
+            self._inquiries.ask(
+                keys.REPORT,
+                ReportRequest(),
+                ExecutionReport,
+                0.0,
+                lambda answer, _took_s: answers.put(answer),
+            )
+
+        self.owner.put(ask)
+        try:
+            return answers.get(timeout=timeout_s)
+        except queue.Empty:
+            return None
 
     def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float) -> bool:
         """Wait until a picture has a property. False when it did not in time."""
@@ -132,36 +151,20 @@ class Console:
             except InvalidMessage as error:
                 _log.warning("dropped: %s", error)
             else:
-                self._queue.put(partial(handle, message))
+                self.owner.put(partial(handle, message))
 
         self._link.subscribe(channel, deliver)
 
     # The owner ----------------------------------------------------------------------------------
 
-    def _run(self) -> None:
-        due_s = time.monotonic()
-        while True:
-            if (left_s := due_s - time.monotonic()) <= 0.0:
-                due_s = time.monotonic() + _PERIOD_S
-                job = self._tick
-            else:
-                try:
-                    job = self._queue.get(timeout=left_s)
-                except queue.Empty:
-                    continue
-            if job is None:
-                return
-            try:
-                job()
-            except Exception:
-                # One bad message or intent must not take the operator's console away.
-                _log.exception("the console could not do something")
-            with self._changed:
-                self.picture = self._draw(time.monotonic())
-                self._changed.notify_all()
+    def _redraw(self) -> None:
+        with self._changed:
+            self.picture = self._draw(self._now_s())
+            self._changed.notify_all()
 
     def _tick(self) -> None:
-        now_s = time.monotonic()
+        now_s = self._now_s()
+        self._inquiries.tick(now_s)
         self._stop.tick(now_s)
         self._commanding.tick(self._reports.robot, now_s)
         self._teaching.tick(self._commanding.in_control(self._reports.robot))
@@ -186,7 +189,7 @@ class Console:
             self._tell(what, f"refused: {error}", good=False)
 
     def _command(self, intent: intents.Command) -> None:
-        action, now_s, robot = intent.action, time.monotonic(), self._reports.robot
+        action, now_s, robot = intent.action, self._now_s(), self._reports.robot
         if action in (Action.STOP, Action.ABORT):
             self._teaching.roll_back(f"{action} was pressed")
         if action is Action.STOP:
@@ -210,7 +213,7 @@ class Console:
     # Reports of the robot -----------------------------------------------------------------------
 
     def _on_telemetry(self, report: Telemetry) -> None:
-        if self._reports.on_telemetry(report, time.monotonic()):
+        if self._reports.on_telemetry(report, self._now_s()):
             self._commanding.on_report(report)
 
     def _on_restart(self) -> None:
@@ -218,15 +221,15 @@ class Console:
         self._tell("restart", "the robot was restarted: send the model again", good=False)
 
     def _on_event(self, event: Event) -> None:
-        self._commanding.on_event(event, time.monotonic())
+        self._commanding.on_event(event, self._now_s())
 
     def _on_path(self, path: PlannedPath) -> None:
-        self._reports.on_path(path, time.monotonic())
+        self._reports.on_path(path, self._now_s())
 
     # The picture --------------------------------------------------------------------------------
 
     def _tell(self, what: str, text: str, good: bool = True) -> None:
-        self._notify(Notice(time.monotonic(), what, text, good))
+        self._notify(Notice(self._now_s(), what, text, good))
 
     def _notify(self, notice: Notice) -> None:
         self._notices.append(notice)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 from common import keys
 from common.messages import Event, EventsReply, EventsRequest
@@ -17,14 +16,11 @@ class EventFollower:
 
     Args:
         inquiries: Asks the robot.
-        do: Runs something on the console's thread.
         tell: Takes each new event.
     """
 
-    def __init__(
-        self, inquiries: Inquiries, do: Callable[[Callable[[], None]], None], tell: Callable[[Event], None]
-    ):
-        self._inquiries, self._do, self._tell = inquiries, do, tell
+    def __init__(self, inquiries: Inquiries, tell: Callable[[Event], None]):
+        self._inquiries, self._tell = inquiries, tell
         self._boot = ""
         self._complete_to = 0
         """All events up to this number were told."""
@@ -56,16 +52,13 @@ class EventFollower:
         if not self._asking:
             self._asking = True
             request = EventsRequest(after_seq=self._complete_to)
-            self._inquiries.ask(keys.EVENTS, request, EventsReply, _GIVE_UP_S, self._hand_over)
+            self._inquiries.ask(keys.EVENTS, request, EventsReply, _GIVE_UP_S, self._on_reply)
 
     def _begin(self, boot: str) -> None:
         self._boot, self._complete_to = boot, 0
         self._ahead.clear()
 
-    def _hand_over(self, reply: EventsReply | None, _took_s: float) -> None:
-        self._do(partial(self._on_reply, reply))
-
-    def _on_reply(self, reply: EventsReply | None) -> None:
+    def _on_reply(self, reply: EventsReply | None, _took_s: float) -> None:
         self._asking = False
         if reply is None or reply.stamp.boot != self._boot:
             return

@@ -1,13 +1,11 @@
-"""Questions to the robot that wait for an answer, each in its turn, off the console's thread."""
+"""Questions to the robot, asked again with the same content until an answer comes or it is given up."""
 
 from __future__ import annotations
 
-import queue
-import threading
-import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, TypeVar
 
 from common.codec import decode, encode
 from common.errors import InvalidMessage
@@ -19,23 +17,52 @@ from common.messages import Message
 _log = loop_logger(__name__)
 
 M = TypeVar("M", bound=Message)
+Do = Callable[[Callable[[], None]], None]
 
 _RETRY_S = 0.3
+_OVERDUE_S = 1.0
+"""Beyond the link's own patience [s]: a link that was closed or blocked never answers."""
+
+
+@dataclass
+class _Inquiry:
+    """One question under way.
+
+    Args:
+        channel: Where it is served.
+        data: The question.
+        kind: Type of the answer.
+        give_up_s: When to stop asking, on the owner's clock [s].
+        answered: Gets the answer, or None, and the time that the asking took [s].
+        wanted: Whether the answer still matters.
+        asked_s: When it was asked last [s].
+        waiting: Whether that asking may still be answered.
+    """
+
+    channel: Channel
+    data: bytes
+    kind: type[Message]
+    give_up_s: float
+    answered: Callable[[Any, float], None]
+    wanted: Callable[[], bool]
+    asked_s: float = 0.0
+    waiting: bool = True
 
 
 class Inquiries:
-    """Asks, and asks again with the same content until an answer comes or it gives up.
+    """Asks the robot. Used by its owner's thread alone, which calls `tick` often.
 
     Args:
         link: To the robot.
+        do: Runs something on the owner's thread.
+        now_s: The owner's clock [s].
         ask_timeout_s: Patience for one asking [s]; must exceed the round trip.
     """
 
-    def __init__(self, link: Link, ask_timeout_s: float = 15.0):
-        self._link = link
+    def __init__(self, link: Link, do: Do, now_s: Callable[[], float], ask_timeout_s: float = 15.0):
+        self._link, self._do, self.now_s = link, do, now_s
         self._ask_timeout_s = ask_timeout_s
-        self._workers = ThreadPoolExecutor(max_workers=32, thread_name_prefix="inquiry")
-        self._closed = threading.Event()
+        self._open: list[_Inquiry] = []
 
     def ask(
         self,
@@ -53,50 +80,54 @@ class Inquiries:
             question: What to ask. The robot must tolerate hearing it twice.
             kind: Type of the answer.
             give_up_s: How long to try [s]; zero asks once.
-            answered: Called from a worker with the answer, or None, and the time that the asking which
-                was answered took [s].
+            answered: Called on the owner's thread with the answer, or None, and the time that the asking
+                which was answered took [s].
             wanted: Whether the answer still matters; it is not asked again when not.
         """
-        if not self._closed.is_set():
-            self._workers.submit(self._ask, channel, encode(question), kind, give_up_s, answered, wanted)
+        give_up_s += self.now_s()
+        inquiry = _Inquiry(channel, encode(question), kind, give_up_s, answered, wanted)
+        self._open.append(inquiry)
+        self._put(inquiry)
 
-    def ask_and_wait(self, channel: Channel, question: Message, kind: type[M], timeout_s: float) -> M | None:
-        """Ask once and wait for the answer. None when none came in time."""
-        answers: queue.SimpleQueue[M | None] = queue.SimpleQueue()
-        self.ask(channel, question, kind, 0.0, lambda answer, _took_s: answers.put(answer))
-        try:
-            return answers.get(timeout=timeout_s)
-        except queue.Empty:
-            return None
+    def tick(self, now_s: float) -> None:
+        """Ask again what is due again."""
+        for inquiry in list(self._open):
+            since_s = now_s - inquiry.asked_s
+            if inquiry.waiting and since_s > self._ask_timeout_s + _OVERDUE_S:
+                self._unanswered(inquiry)
+            elif not inquiry.waiting and since_s >= _RETRY_S:
+                self._put(inquiry)
 
     def close(self) -> None:
-        """End all asking."""
-        self._closed.set()
-        self._workers.shutdown(wait=False, cancel_futures=True)
+        """End all asking; nobody is answered any more."""
+        self._open.clear()
 
-    def _ask(
-        self,
-        channel: Channel,
-        data: bytes,
-        kind: type[M],
-        give_up_s: float,
-        answered: Callable[[M | None, float], None],
-        wanted: Callable[[], bool],
-    ) -> None:
-        deadline_s = time.monotonic() + give_up_s
-        while not self._closed.is_set():
-            asked_s = time.monotonic()
-            reply = self._link.ask(channel, data, self._ask_timeout_s)
-            if reply is not None:
-                try:
-                    answer = decode(reply, kind)
-                except InvalidMessage as error:
-                    _log.warning("an answer was not understood: %s", error)
-                else:
-                    answered(answer, time.monotonic() - asked_s)
-                    return
-            if time.monotonic() >= deadline_s or not wanted():
-                break
-            self._closed.wait(_RETRY_S)
-        if not self._closed.is_set():
-            answered(None, 0.0)
+    def _put(self, inquiry: _Inquiry) -> None:
+        inquiry.asked_s, inquiry.waiting = self.now_s(), True
+        on_reply = partial(self._on_reply, inquiry, inquiry.asked_s)
+        self._link.ask(
+            inquiry.channel, inquiry.data, self._ask_timeout_s, lambda data: self._do(partial(on_reply, data))
+        )
+
+    def _on_reply(self, inquiry: _Inquiry, asked_s: float, data: bytes | None) -> None:
+        if inquiry not in self._open:
+            return  # another asking was answered
+        answer = self._decoded(data, inquiry.kind)
+        if answer is not None:
+            self._open.remove(inquiry)
+            inquiry.answered(answer, self.now_s() - asked_s)
+        elif asked_s == inquiry.asked_s:
+            self._unanswered(inquiry)
+
+    def _unanswered(self, inquiry: _Inquiry) -> None:
+        inquiry.waiting = False
+        if self.now_s() >= inquiry.give_up_s or not inquiry.wanted():
+            self._open.remove(inquiry)
+            inquiry.answered(None, 0.0)
+
+    def _decoded(self, data: bytes | None, kind: type[M]) -> M | None:
+        try:
+            return None if data is None else decode(data, kind)
+        except InvalidMessage as error:
+            _log.warning("an answer was not understood: %s", error)
+            return None

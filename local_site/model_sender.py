@@ -7,7 +7,7 @@ from functools import partial
 
 from common import keys
 from common.messages import ModelReply, ModelTransfer
-from local_site.commanding import Do, Notify
+from local_site.commanding import Notify
 from local_site.inquiries import Inquiries
 from local_site.picture import Notice
 from local_site.task_library import LearnedModel
@@ -21,14 +21,13 @@ class ModelSender:
     Args:
         inquiries: Asks the robot.
         task: Name of the task that the models are for.
-        do: Runs something on the console's thread.
         notify: Tells the operator.
         now_s: The console's clock.
     """
 
-    def __init__(self, inquiries: Inquiries, task: str, do: Do, notify: Notify, now_s: Callable[[], float]):
+    def __init__(self, inquiries: Inquiries, task: str, notify: Notify, now_s: Callable[[], float]):
         self._inquiries, self._task = inquiries, task
-        self._do, self._notify, self._now_s = do, notify, now_s
+        self._notify, self._now_s = notify, now_s
         self._sending = ""
         self.newest_sha256 = ""
         """The model that was sent last, confirmed or not."""
@@ -51,15 +50,12 @@ class ModelSender:
             parent_sha256=learned.parent_sha256,
             content=learned.content,
         )
-        answered = partial(self._hand_over, learned.sha256)
+        answered = partial(self._on_reply, learned.sha256)
         wanted = partial(self._is_newest, learned.sha256)
         self._inquiries.ask(keys.MODEL, transfer, ModelReply, _GIVE_UP_S, answered, wanted)
 
     def _is_newest(self, sha256: str) -> bool:
         return sha256 == self.newest_sha256
-
-    def _hand_over(self, sha256: str, reply: ModelReply | None, took_s: float) -> None:
-        self._do(partial(self._on_reply, sha256, reply, took_s))
 
     def _on_reply(self, sha256: str, reply: ModelReply | None, took_s: float) -> None:
         if sha256 != self.newest_sha256:

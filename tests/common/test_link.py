@@ -6,13 +6,13 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from functools import partial
 
 import pytest
 
 from common import keys
+from common.endpoint import EndpointSettings
 from common.errors import LinkError
-from common.link import EndpointSettings, Request, ZenohLink
+from common.link import Request, ZenohLink
 from tests.ports import free_port
 
 PATIENCE_S = 30.0
@@ -42,7 +42,7 @@ def ends() -> Iterator[tuple[ZenohLink, ZenohLink]]:
     remote = ZenohLink(EndpointSettings(listen=endpoint))
     local = ZenohLink(EndpointSettings(connect=endpoint))
     remote.serve(keys.LEASE, lambda request: request.answer(b"here"))
-    while local.ask(keys.LEASE, b"are you there?", 5.0) != b"here":
+    while local.ask_and_wait(keys.LEASE, b"are you there?", 5.0) != b"here":
         pass  # an unconnected question is answered with nothing at once
     yield remote, local
     local.close()
@@ -64,13 +64,13 @@ def test_a_question_is_answered_from_any_thread(ends):
     remote.serve(keys.COMMAND, handle)
     answer = None
     while answer is None:
-        answer = local.ask(keys.COMMAND, b"abc", PATIENCE_S)
+        answer = local.ask_and_wait(keys.COMMAND, b"abc", PATIENCE_S)
     assert answer == b"cba"
 
 
 def test_a_question_that_nobody_serves_comes_back_empty(ends):
     _, local = ends
-    assert local.ask(keys.REPORT, b"?", PATIENCE_S) is None
+    assert local.ask_and_wait(keys.REPORT, b"?", PATIENCE_S) is None
 
 
 def test_a_question_that_is_never_answered_comes_back_empty_after_its_time(ends):
@@ -84,13 +84,13 @@ def test_a_question_that_is_never_answered_comes_back_empty_after_its_time(ends)
 
     remote.serve(keys.REPORT, hold)
     while not seen.is_set():
-        assert local.ask(keys.REPORT, b"?", 0.2) is None
+        assert local.ask_and_wait(keys.REPORT, b"?", 0.2) is None
 
 
 def test_a_question_after_the_end_comes_back_empty(ends):
     _, local = ends
     local.close()
-    assert local.ask(keys.LEASE, b"?", PATIENCE_S) is None
+    assert local.ask_and_wait(keys.LEASE, b"?", PATIENCE_S) is None
 
 
 def test_of_reports_a_slow_receiver_sees_the_newest_only(ends):
@@ -150,16 +150,16 @@ def test_a_slow_receiver_does_not_hold_up_another_channel(ends):
     remote.subscribe(keys.STOP, stopped)
     until_heard(local, keys.STOP, stopped)
     until_heard(local, keys.HEARTBEAT, blocked)
-    asking = threading.Thread(target=partial(local.ask, keys.MODEL, b"model", 1.0))
-    asking.start()
+    answered = threading.Event()
+    local.ask(keys.MODEL, b"model", 1.0, lambda _answer: answered.set())
     for _ in range(400):
         local.send(keys.HEARTBEAT, b"alive")
     local.send(keys.STOP, b"stop")
     assert stopped.wait(lambda items: b"stop" in items)
-    assert local.ask(keys.LEASE, b"?", PATIENCE_S) == b"here"
+    assert local.ask_and_wait(keys.LEASE, b"?", PATIENCE_S) == b"here"
     assert blocked.items.count(b"alive") == 0
     freed.set()
-    asking.join(PATIENCE_S)
+    assert answered.wait(PATIENCE_S)
 
 
 def test_a_handler_that_fails_does_not_end_its_channel(ends, caplog):
@@ -185,7 +185,7 @@ def test_a_model_of_the_largest_size_crosses_whole(ends):
     model = bytes(range(256)) * 16_000
     answer = None
     while answer is None:
-        answer = local.ask(keys.MODEL, model, PATIENCE_S)
+        answer = local.ask_and_wait(keys.MODEL, model, PATIENCE_S)
     assert answer == model
 
 
@@ -220,12 +220,13 @@ def test_the_end_takes_all_threads_along():
 PROGRAM = """
 import sys
 from common import keys
-from common.link import EndpointSettings, ZenohLink
+from common.endpoint import EndpointSettings
+from common.link import ZenohLink
 remote = ZenohLink(EndpointSettings(listen=sys.argv[1]))
 local = ZenohLink(EndpointSettings(connect=sys.argv[1]))
 remote.serve(keys.LEASE, lambda request: request.answer(b"here"))
 remote.subscribe(keys.STOP, print)
-while local.ask(keys.LEASE, b"?", 5.0) is None:
+while local.ask_and_wait(keys.LEASE, b"?", 5.0) is None:
     pass
 local.send(keys.STOP, b"stop")
 local.close()

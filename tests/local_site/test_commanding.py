@@ -23,10 +23,8 @@ class Desk:
         self.robot = RobotEnd(remote)
         self.jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self.notices: list[Notice] = []
-        self.inquiries = Inquiries(self.link, ask_timeout_s=1.0)
-        self.commanding = Commanding(
-            self.link, self.inquiries, LinkMonitor(), "ann", self.jobs.put, self.notices.append
-        )
+        self.inquiries = Inquiries(self.link, self.jobs.put, lambda: 100.0, ask_timeout_s=1.0)
+        self.commanding = Commanding(self.link, self.inquiries, LinkMonitor(), "ann", self.notices.append)
 
     def settle(self) -> None:
         """Let the answer to one question arrive."""

@@ -28,10 +28,10 @@ class Sending:
 
     def __init__(self) -> None:
         self.remote, local = Loopback.pair()
-        self.inquiries = Inquiries(local, ask_timeout_s=0.1)
         self.jobs: queue.SimpleQueue = queue.SimpleQueue()
+        self.inquiries = Inquiries(local, self.jobs.put, lambda: 5.0, ask_timeout_s=0.1)
         self.notices: list[Notice] = []
-        self.sender = ModelSender(self.inquiries, "planar", self.jobs.put, self.notices.append, lambda: 5.0)
+        self.sender = ModelSender(self.inquiries, "planar", self.notices.append, lambda: 5.0)
 
     def settle(self) -> None:
         self.jobs.get(timeout=60.0)()

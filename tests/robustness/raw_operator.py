@@ -51,7 +51,7 @@ class RawOperator:
 
     def ask_raw(self, channel: Channel, data: bytes) -> bytes | None:
         """The answer to any bytes, or None without one."""
-        return self.link.ask(channel, data, PATIENCE_S)
+        return self.link.ask_and_wait(channel, data, PATIENCE_S)
 
     def new_command(self, action: Action, **fields: Any) -> Command:
         """A command that would count, but for the fields given."""
