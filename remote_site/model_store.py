@@ -69,6 +69,10 @@ class ModelStore:
             return ModelReply(accepted=False, sha256=transfer.sha256, reason=str(error)[:500], stamp=now)
         return ModelReply(accepted=True, sha256=stored.sha256, stamp=now)
 
+    def all(self) -> list[StoredModel]:
+        """Every verified model."""
+        return list(self._models.values())
+
     def get(self, sha256: str) -> StoredModel | None:
         """The verified model with this hash, or None."""
         return self._models.get(sha256)
