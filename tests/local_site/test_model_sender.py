@@ -84,7 +84,6 @@ def test_the_same_model_is_under_way_once():
     got = sending.serve()
     sending.sender.send(model)
     sending.sender.send(model)
-    sending.inquiries._workers.shutdown(wait=True)  # every asking has come to its end
     sending.settle()
     assert sending.jobs.empty() and len(got) == 1
 
