@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 
 from common.errors import InvalidConfiguration
+from common.manifold import POSE
 from evaluation.model_figure import draw_model
 from tests.strategies import learned
 
@@ -16,9 +17,9 @@ def test_a_model_is_drawn_to_a_file_of_the_kind_that_its_name_says(ending, tmp_p
     assert file.read_bytes().startswith(BEGINNINGS[ending])
 
 
-@pytest.mark.parametrize(("n_dims", "n_frames"), [(2, 2), (3, 1), (3, 2)])
-def test_models_of_any_dimension_and_number_of_frames_are_drawn(n_dims, n_frames, tmp_path):
-    draw_model(learned(n_dims, n_frames), tmp_path / "model.png")
+@pytest.mark.parametrize(("space", "n_frames"), [(2, 2), (3, 1), (POSE, 2)])
+def test_models_of_any_space_and_number_of_frames_are_drawn(space, n_frames, tmp_path):
+    draw_model(learned(space, n_frames), tmp_path / "model.png")
     assert (tmp_path / "model.png").stat().st_size > 10_000
 
 

@@ -12,6 +12,7 @@ import pytest
 from common import keys
 from common.codec import encode
 from common.control_mode import Action, ControlMode
+from common.manifold import POSE
 from common.messages import ModelReply, ModelTransfer, OperatorInput, Stamp
 from common.model_file import content_hash
 from common.model_file import encode as encode_model
@@ -43,7 +44,8 @@ BAD_CONTENTS = {
     "missing": (rewritten(lambda content: content["arrays"].pop("means")), "means: a field that is missing"),
     "truncated": (encode_model(learned())[:-7], "truncated"),
     "foreign": (b"\x89PNG\r\n\x1a\n", "truncated or of another kind"),
-    "dimensions": (encode_model(learned(n_dims=3)), "2 dimensions"),
+    "dimensions": (encode_model(learned(3)), "2 dimensions"),
+    "poses": (encode_model(learned(POSE)), "these are poses"),
     "frames": (encode_model(learned(n_frames=2)), "1 frames"),
     "empty": (b"", "truncated or of another kind"),
 }
