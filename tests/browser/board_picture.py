@@ -1,17 +1,34 @@
-"""Where the operator sees the robot's point: by its colour in the picture of the remote board."""
+"""What the operator sees on the boards, by its colours."""
 
 from __future__ import annotations
 
 import io
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
+from playwright.sync_api import FloatRect
 
-from tests.browser.operator_page import OperatorPage, Point
+if TYPE_CHECKING:
+    from tests.browser.operator_page import OperatorPage, Point
 
 _INSIDE_M = 0.03
 _FRAMES = 600
+
+
+def await_boards(tab: OperatorPage) -> None:
+    """Wait until both boards are drawn where they belong: blue left and brown right."""
+    corners = [(x, y) for x in (_INSIDE_M, 1.0 - _INSIDE_M) for y in (_INSIDE_M, 1.0 - _INSIDE_M)]
+    for _ in range(_FRAMES):
+        picture = _picture(tab.page.screenshot())
+        blue = [_blueness(picture, tab.pixel(corner)) for corner in corners]
+        brown = [-_blueness(picture, tab.pixel(corner, remote=True)) for corner in corners]
+        if min(*blue, *brown) > 15:
+            return
+        tab.next_frame()
+    raise AssertionError("the boards are not drawn where they belong")
 
 
 def await_point(tab: OperatorPage, at_m: Point, within_m: float = 0.03) -> Point:
@@ -21,7 +38,7 @@ def await_point(tab: OperatorPage, at_m: Point, within_m: float = 0.03) -> Point
         seen = seen_point(tab)
         if seen is not None and math.dist(seen, at_m) <= within_m:
             return seen
-        tab.page.evaluate("() => new Promise(requestAnimationFrame)")
+        tab.next_frame()
     raise AssertionError(f"the robot's point was expected at {at_m}, and seen at {seen}")
 
 
@@ -29,12 +46,22 @@ def seen_point(tab: OperatorPage) -> Point | None:
     """Where the amber point is on the remote board [m]; None when it is not to be seen."""
     left, top = tab.pixel((_INSIDE_M, 1.0 - _INSIDE_M), remote=True)
     right, bottom = tab.pixel((1.0 - _INSIDE_M, _INSIDE_M), remote=True)
-    clip = {"x": left, "y": top, "width": right - left, "height": bottom - top}
-    image = Image.open(io.BytesIO(tab.page.screenshot(clip=clip))).convert("RGB")  # pyright: ignore[reportArgumentType]
-    red, green, blue = np.moveaxis(np.asarray(image, dtype=int), -1, 0)
+    clip: FloatRect = {"x": left, "y": top, "width": right - left, "height": bottom - top}
+    red, green, blue = _picture(tab.page.screenshot(clip=clip))
     rows, columns = np.nonzero((red > 150) & (red - blue > 75) & (red - green > 25) & (green > 100))
     if rows.size == 0:
         return None
-    part = (np.mean(columns) + 0.5) / image.width, (np.mean(rows) + 0.5) / image.height
+    height, width = red.shape
     side = 1.0 - 2.0 * _INSIDE_M
-    return float(_INSIDE_M + side * part[0]), float(1.0 - _INSIDE_M - side * part[1])
+    x, y = (np.mean(columns) + 0.5) / width, (np.mean(rows) + 0.5) / height
+    return float(_INSIDE_M + side * x), float(1.0 - _INSIDE_M - side * y)
+
+
+def _blueness(picture: NDArray[np.int_], pixel: Point) -> int:
+    column, row = map(int, pixel)
+    return picture[2, row, column] - picture[0, row, column]
+
+
+def _picture(png: bytes) -> NDArray[np.int_]:
+    """Red, green and blue. Shape (3, height, width)."""
+    return np.moveaxis(np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=int), -1, 0)

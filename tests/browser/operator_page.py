@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from playwright.sync_api import Browser, Locator, Page, Playwright, expect
 
 from local_site.view.camera import board_origin_m, view_of
+from tests.browser.board_picture import await_boards
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 WAIT_MS = 25_000.0
@@ -52,10 +53,11 @@ class OperatorPage:
         self.settle()
 
     def settle(self) -> None:
-        """Wait until the page shows the robot's mode and its own role, and the canvas is there."""
+        """Wait until the page shows the robot's mode and its own role, and the boards are drawn in place."""
         self.says("mode", re.compile("^(?!UNKNOWN$)."))
         expect(self.tp("session")).to_have_text(re.compile("."), timeout=WAIT_MS)
         expect(self.canvas).to_be_visible(timeout=WAIT_MS)
+        await_boards(self)
 
     # What it says -------------------------------------------------------------------------------
 
@@ -140,6 +142,10 @@ class OperatorPage:
         """Drag along these points of a board [m]."""
         with self.hold(points, remote):
             pass
+
+    def next_frame(self) -> None:
+        """Wait until the browser draws again."""
+        self.page.evaluate("() => new Promise(requestAnimationFrame)")
 
     @contextmanager
     def hold(self, points: Points, remote: bool = False) -> Iterator[None]:

@@ -86,8 +86,8 @@ def test_the_mouse_drives_the_robot_only_while_coupled(tab: OperatorPage) -> Non
     assert np.allclose(seen_point(tab) or (0, 0), begin, atol=0.01)
     tab.command("Couple", "DIRECT")
     tab.says("holder", "OPERATOR")
-    with tab.hold([(0.30, 0.30), (0.35, 0.30), (0.40, 0.30), (0.45, 0.25)]):
-        await_point(tab, (begin[0] + 0.15, begin[1] - 0.05))
+    with tab.hold([(0.1, 0.3), (0.12, 0.3)]):
+        drive_right_until(tab, begin[0] + 0.05)
     tab.says("mode", "HOLD")
     tab.tells("the drag ended")
     tab.command("Couple", "DIRECT")
@@ -119,6 +119,20 @@ def test_the_robots_u_can_be_dragged_and_the_robot_follows_it(tab: OperatorPage)
     await_point(tab, (0.55, 0.40))
     tab.draw([(0.55, 0.40), (0.60, 0.35), (0.65, 0.30), U], remote=True)
     await_point(tab, U)
+
+
+def drive_right_until(tab: OperatorPage, x_m: float) -> None:
+    """Move the hand to the right until the robot's point is seen beyond x.
+
+    In bursts: whenever the hand rests for half a second, the robot takes its next move as a new beginning.
+    """
+    for burst in range(7):
+        for step in range(1, 11):
+            tab.page.mouse.move(*tab.pixel((0.12 + 0.1 * burst + 0.01 * step, 0.3)))
+        seen = seen_point(tab)
+        if seen is not None and seen[0] > x_m:
+            return
+    raise AssertionError("the robot did not follow the hand")
 
 
 def distance_to(polyline: np.ndarray, points: np.ndarray) -> np.ndarray:

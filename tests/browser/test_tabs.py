@@ -1,0 +1,52 @@
+"""Two tabs, reload, and a local site that dies."""
+
+from __future__ import annotations
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import NewTab
+from tests.browser.operator_page import OperatorPage
+
+
+def told(tab: OperatorPage) -> list[str]:
+    return [tab.tp(name).inner_text() for name in ("mode", "holder", "demos", "components", "model")]
+
+
+def test_a_second_tab_watches_until_the_first_is_closed(tab: OperatorPage, new_tab: NewTab) -> None:
+    tab.taught()
+    tab.command("Arm", "HOLD")
+    watching = new_tab()
+    watching.says("session", "watching")
+    assert told(watching) == told(tab)
+    expect(watching.tp("role")).to_contain_text("This tab watches")
+    watching.button("Disarm").dispatch_event("click")
+    watching.tells("another tab is active")
+    watching.says("mode", "HOLD")
+    watching.command("STOP", "STOPPED")  # anybody may stop
+    tab.command("Reset", "DISARMED")
+    tab.page.close()
+    watching.says("session", "free")
+    watching.command("Arm", "HOLD")
+    watching.says("session", "active")
+
+
+def test_a_reload_keeps_everything(tab: OperatorPage) -> None:
+    tab.taught()
+    tab.command("Arm", "HOLD")
+    before = told(tab)
+    tab.page.reload()
+    tab.settle()
+    assert told(tab) == before
+    tab.command("Disarm", "DISARMED")
+
+
+def test_closing_the_tab_that_drives_ends_the_drag(tab: OperatorPage, new_tab: NewTab) -> None:
+    tab.command("Arm", "HOLD")
+    tab.command("Couple", "DIRECT")
+    tab.page.mouse.move(*tab.pixel((0.3, 0.3)))
+    tab.page.mouse.down()
+    tab.page.mouse.move(*tab.pixel((0.32, 0.32)))
+    tab.page.close()
+    left = new_tab()
+    left.says("mode", "HOLD")
+    left.tells("decoupled")
