@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 
@@ -16,6 +16,8 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """Endpoint to listen on, such as tcp/127.0.0.1:7447."""
     connect: str = ""
     """Endpoint to connect to: the other site or the link process."""
+    rate_bps: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    """What the link carries each way [bit/s]; 0: more than enough. On a narrow one each flow has its share."""
     lease_s: float = 120.0
     """Silence after which the transport itself gives up [s]; the application notices much earlier."""
     handshake_timeout_s: float = 60.0

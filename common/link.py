@@ -23,6 +23,9 @@ from common.outbox import Outbox
 
 _log = loop_logger(__name__)
 
+OVERHEAD_BYTES = 30
+"""What the transport adds to a message, for its budget [B]."""
+
 Deliver = Callable[[bytes], None]
 Answered = Callable[[bytes | None], None]
 
@@ -137,7 +140,9 @@ class ZenohLink:
         """See `Link.send`."""
         publisher = self._publisher(channel)
         newest_only = None if channel.must_arrive else channel.key
-        self._outboxes[channel.urgency].submit(lambda: publisher.put(data), newest_only, len(data))
+        self._outboxes[channel.urgency].submit(
+            lambda: publisher.put(data), newest_only, len(data) + OVERHEAD_BYTES
+        )
 
     def limit(self, channel: Channel, bytes_per_s: float) -> None:
         """See `Link.limit`."""

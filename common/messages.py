@@ -15,6 +15,8 @@ from common.control_mode import Action, ControlMode, Phase
 
 SCHEMA = 1
 """Version of all messages together; a site refuses another one by name."""
+MAX_TELEMETRY_BYTES = 200
+"""No report is longer [B]."""
 
 Id = Annotated[str, Meta(max_length=64)]
 Text = Annotated[str, Meta(max_length=500)]
@@ -207,7 +209,7 @@ class EventsReply(Message, frozen=True, kw_only=True):
 
 
 class ModelTransfer(Message, frozen=True, kw_only=True):
-    """A learned model on its way to the robot."""
+    """A learned model on its way to the robot, whole or in parts."""
 
     task: Id
     sha256: Sha256
@@ -215,14 +217,24 @@ class ModelTransfer(Message, frozen=True, kw_only=True):
     """Counts the models of one local site."""
     parent_sha256: Sha256 = ""
     """The model that this one was refined from."""
+    size: Annotated[int, Meta(ge=0, le=4_000_000)] = 0
+    """Of the whole model [B]; 0: this is all of it."""
+    offset: Count = 0
+    """Where this part begins in it [B]."""
     content: Annotated[bytes, Meta(max_length=4_000_000)]
 
 
 class ModelReply(Message, frozen=True, kw_only=True):
-    """The robot's confirmation: the hash that it computed over what it decoded and stored."""
+    """The robot's confirmation: the hash that it computed over what it decoded and stored.
+
+    Of a part: how much of the model it has; the model counts when that is all of it.
+    """
 
     accepted: bool
     sha256: Sha256
+    complete: bool = True
+    received: Count = 0
+    """How many bytes from the beginning the robot has; the next part begins there."""
     reason: Text = ""
     stamp: Stamp
 

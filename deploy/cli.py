@@ -81,6 +81,8 @@ class Local:
     """TOML file; what is named here on the command line overrides it."""
     connect: str | None = None
     """Endpoint of the robot or of the link, such as tcp/127.0.0.1:7447."""
+    link_rate_bps: float | None = None
+    """What the link carries each way [bit/s]; 0: more than enough. Each flow has its share of a narrow one."""
     link_control: str | None = None
     """Control socket of the link process, host:port; without one the link is a real one."""
     task: str | None = None
@@ -109,7 +111,7 @@ class Local:
         from deploy.processes import run_local, run_scripted
 
         overrides = {
-            "link_connect": self.connect, "link_control": self.link_control, "task": self.task,
+            "link_connect": self.connect, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task,
             "page_port": self.port, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
             "connect_timeout_s": self.connect_timeout_s, "watch": self.watch or None,
         }  # fmt: skip
@@ -126,6 +128,8 @@ class Remote:
     """TOML file; what is named here on the command line overrides it."""
     listen: str | None = None
     """Endpoint to listen on, such as tcp/0.0.0.0:7447."""
+    link_rate_bps: float | None = None
+    """What the link carries each way [bit/s]; 0: more than enough. Each flow has its share of a narrow one."""
     task: str | None = None
     """Name of a task that comes with Farhand, or a task file."""
     data_dir: str | None = None
@@ -138,7 +142,12 @@ class Remote:
         from deploy.processes import run_remote
 
         return run_remote(
-            self.config, link_listen=self.listen, task=self.task, data_dir=self.data_dir, seed=self.seed
+            self.config,
+            link_listen=self.listen,
+            link_rate_bps=self.link_rate_bps,
+            task=self.task,
+            data_dir=self.data_dir,
+            seed=self.seed,
         )
 
 

@@ -48,7 +48,17 @@ class Together:
             InvalidConfiguration: When there is no such task or profile.
         """
         find_task(self.task)
-        find_profile(load_profiles(PROFILES_FILE), self.link)
+        self.rate_bps()
+
+    def rate_bps(self) -> float:
+        """What the simulated link carries in its slower direction [bit/s]; 0: more than enough.
+
+        Raises:
+            InvalidConfiguration: When there is no such profile.
+        """
+        settings = find_profile(load_profiles(PROFILES_FILE), self.link).settings
+        rates = [way.rate_bps for way in (settings.uplink, settings.downlink) if way.rate_bps]
+        return min(rates, default=0.0)
 
 
 def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: str) -> int:
@@ -135,7 +145,8 @@ async def _start_and_wait(
 ) -> int:  # fmt: skip
     remote_port = _free_port()
     task, seed = f"--task={settings.task}", f"--seed={settings.seed}"
-    remote = Child("remote", ["remote", f"--listen=tcp/{_HOST}:{remote_port}", task, seed, *data])
+    shared = [task, seed, f"--link-rate-bps={settings.rate_bps():g}", *data]
+    remote = Child("remote", ["remote", f"--listen=tcp/{_HOST}:{remote_port}", *shared])
     link = Child(
         "link",
         ["link", f"--listen={_HOST}:0", f"--target={_HOST}:{remote_port}", f"--control={_HOST}:0",
@@ -150,7 +161,7 @@ async def _start_and_wait(
             f"--connect=tcp/{_HOST}:{ports['port']}",
             f"--link-control={_HOST}:{ports['control_port']}",
         ]
-        local = Child("local", ["local", *connect, task, seed, *data, *local_arguments])
+        local = Child("local", ["local", *connect, *shared, *local_arguments])
         children.append(local)
         _log.info("starting the local site")
         # The local site needs the link's port alone: while the remote site starts, so does the page.

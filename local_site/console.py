@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from common import keys
+from common.budget import limit_flows
 from common.codec import decode
 from common.control_mode import Action
 from common.errors import FarhandError, InvalidMessage
@@ -68,6 +69,7 @@ class Console:
         log: Keeps what happened; None keeps it in memory alone.
         wish: Whether this site takes control when it can, or watches.
         now_s: The clock of this site [s].
+        rate_bps: What the link carries [bit/s]; 0 for more than enough.
     """
 
     def __init__(
@@ -79,6 +81,7 @@ class Console:
         log: EventLog | None = None,
         wish: Wish = Wish.CONTROL,
         now_s: Callable[[], float] = time.monotonic,
+        rate_bps: float = 0.0,
     ):
         self._task, self._library, self._link, self._event_log = task, library, link, log
         self._now_s = now_s
@@ -88,12 +91,13 @@ class Console:
         self._monitor = LinkMonitor()
         self._inquiries = Inquiries(link, self.owner.put, now_s)
         self._commanding = Commanding(link, self._inquiries, self._monitor, site_name, self._notify, wish)
-        self._models = ModelSender(self._inquiries, task.name, self._notify, now_s)
+        self._models = ModelSender(self._inquiries, task.name, self._notify, now_s, rate_bps)
         self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(self._monitor, self._events, self._on_restart)
         self._teaching = Teaching(task, library, self._models, self._tell)
         self._stop = StopSender(link, site_name)
         self._teleoperation = Teleoperation(link)
+        limit_flows(link, rate_bps)
         self._changed = threading.Condition()
         self.picture = self._draw(now_s())
 

@@ -98,7 +98,9 @@ class _Opened:
         self._log = log
         self._link = ZenohLink(config.link)
         wish = Wish.WATCH if config.watch else Wish.CONTROL
-        self.console = Console(task, library, self._link, config.site_name, log, wish)
+        self.console = Console(
+            task, library, self._link, config.site_name, log, wish, rate_bps=config.link.rate_bps
+        )
         self.page: Page | None = None
 
     def __enter__(self) -> _Opened:

@@ -21,8 +21,6 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Of the simulated measurement noise and of the target's phase."""
     control_hz: Annotated[float, Meta(ge=10, le=1000)] = 50.0
     telemetry_hz: Annotated[float, Meta(gt=0, le=30)] = 25.0
-    telemetry_budget_bytes_s: Annotated[float, Meta(ge=0)] = 0.0
-    """What telemetry may take of the link [B/s]; 0: as much as it needs."""
     max_age_s: Positive = 15.0
     """No command older than this is ever accepted [s]."""
     deadline_s: Positive = 0.5

@@ -2,8 +2,18 @@
 
 from __future__ import annotations
 
+from common import keys
+from common.budget import period_s
 from common.clock import BootClock
-from common.messages import Command, Heartbeat, LeaseReply, LeaseRequest, OperatorInput, Stamp
+from common.messages import (
+    MAX_TELEMETRY_BYTES,
+    Command,
+    Heartbeat,
+    LeaseReply,
+    LeaseRequest,
+    OperatorInput,
+    Stamp,
+)
 from common.task import Task
 from remote_site.config import RemoteConfig
 from remote_site.freshness import Freshness
@@ -25,7 +35,10 @@ class OperatorContact:
     def __init__(self, config: RemoteConfig, clock: BootClock):
         self._clock = clock
         self.lease = Lease(config.lease_s)
-        self._freshness = Freshness(clock, config.max_age_s, 1.0 / config.telemetry_hz)
+        telemetry_s = period_s(
+            keys.TELEMETRY, config.telemetry_hz, MAX_TELEMETRY_BYTES, config.link.rate_bps
+        )  # fmt: skip
+        self._freshness = Freshness(clock, config.max_age_s, telemetry_s)
         self._usual_for = ""
         self._newest_echo_ns = 0
         self._heartbeat_session = ""

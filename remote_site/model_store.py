@@ -34,22 +34,27 @@ class ModelStore:
     def __init__(self, task: Task):
         self._task = task
         self._models: dict[str, StoredModel] = {}
+        self._arriving: tuple[str, bytearray] = ("", bytearray())
         self.newest: StoredModel | None = None
 
-    def receive(self, transfer: ModelTransfer) -> StoredModel:
+    def receive(self, transfer: ModelTransfer, content: bytes) -> StoredModel:
         """Check and keep a model.
+
+        Args:
+            transfer: What was said of it.
+            content: All of it.
 
         Raises:
             InvalidModel: When its hash, content, task or dimensions do not fit.
         """
-        sha256 = content_hash(transfer.content)
+        sha256 = content_hash(content)
         if sha256 != transfer.sha256:
             raise InvalidModel(
                 "model", "sha256", f"{transfer.sha256[:8]} was announced, {sha256[:8]} arrived"
             )
         if transfer.task != self._task.name:
             raise InvalidModel("model", "task", f"{self._task.name!r}, got {transfer.task!r}")
-        model = decode(transfer.content)
+        model = decode(content)
         if model.manifold.oriented:
             raise InvalidModel("model", "means", "positions, as the task has; these are poses")
         if (model.n_dims, model.n_frames) != (self._task.n_dims, len(self._task.frame_names)):
@@ -62,12 +67,28 @@ class ModelStore:
         return stored
 
     def answer(self, transfer: ModelTransfer, now: Stamp) -> ModelReply:
-        """Receive a model and confirm it by its hash, or say why not."""
+        """Receive a model or a part of one, and confirm it by its hash, or say why not."""
+        content = self._so_far(transfer)
+        sha256, received = transfer.sha256, len(content)
+        if received < transfer.size:
+            return ModelReply(accepted=True, sha256=sha256, complete=False, received=received, stamp=now)
         try:
-            stored = self.receive(transfer)
+            stored = self.receive(transfer, content)
         except InvalidModel as error:
-            return ModelReply(accepted=False, sha256=transfer.sha256, reason=str(error)[:500], stamp=now)
-        return ModelReply(accepted=True, sha256=stored.sha256, stamp=now)
+            self._arriving = ("", bytearray())
+            return ModelReply(accepted=False, sha256=sha256, reason=str(error)[:500], stamp=now)
+        return ModelReply(accepted=True, sha256=stored.sha256, received=received, stamp=now)
+
+    def _so_far(self, transfer: ModelTransfer) -> bytes:
+        """What has arrived of a model, this part included. Only one model arrives in parts at a time."""
+        if not transfer.size:
+            return transfer.content
+        sha256, arrived = self._arriving
+        if sha256 != transfer.sha256:
+            self._arriving = (transfer.sha256, arrived := bytearray())
+        if transfer.offset == len(arrived) and len(arrived) + len(transfer.content) <= transfer.size:
+            arrived += transfer.content
+        return bytes(arrived)
 
     def all(self) -> list[StoredModel]:
         """Every verified model."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from common import keys
+from common.budget import limit_flows
 from common.clock import BootClock
 from common.codec import decode, encode
 from common.errors import InvalidMessage
@@ -130,7 +131,7 @@ class Robot:
 
     def _listen(self) -> None:
         supervisor = self.supervisor
-        self._link.limit(keys.TELEMETRY, self._config.telemetry_budget_bytes_s)
+        limit_flows(self._link, self._config.link.rate_bps)
         for channel, kind, handle in (
             (keys.STOP, Stop, supervisor.on_stop),
             (keys.INPUT, OperatorInput, supervisor.on_input),
