@@ -14,8 +14,8 @@ from common.link import OVERHEAD_BYTES, Link
 _SHARES: dict[Channel, float] = {
     keys.TELEMETRY: 0.45,
     keys.PATH: 0.15,
-    keys.INPUT: 0.35,
-    keys.HEARTBEAT: 0.25,
+    keys.INPUT: 0.45,
+    keys.HEARTBEAT: 0.20,
 }
 _WHOLE_BYTES, _LEAST_PART_BYTES = 32_768, 256
 _PART_S = 0.4

@@ -39,6 +39,8 @@ class OperatorContact:
             keys.TELEMETRY, config.telemetry_hz, MAX_TELEMETRY_BYTES, config.link.rate_bps
         )  # fmt: skip
         self._freshness = Freshness(clock, config.max_age_s, telemetry_s)
+        # On a link so narrow that reports are rare, what is newest is older.
+        self._silence_s = max(_SILENCE_S, 2.0 * telemetry_s + 0.1)
         self._usual_for = ""
         self._newest_echo_ns = 0
         self._heartbeat_session = ""
@@ -129,8 +131,8 @@ class OperatorContact:
             return "the lease was lost"
         if self.delay_changed:
             return "link delay changed"
-        if self.silent_s(now_s) > _SILENCE_S:
-            return f"nothing new was heard from the operator for {_SILENCE_S} s longer than usual"
+        if self.silent_s(now_s) > self._silence_s:
+            return f"nothing new was heard from the operator for {self._silence_s:.2g} s longer than usual"
         return ""
 
     def _heard(self, echo: Stamp | None) -> None:

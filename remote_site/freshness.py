@@ -48,7 +48,10 @@ class Freshness:
     def __init__(self, clock: BootClock, max_age_s: float, telemetry_period_s: float):
         self._clock = clock
         self._max_age_s = max_age_s
-        self._command_ttl_max_s = max(_TTL_MAX_S, 2.0 * telemetry_period_s + 0.1)
+        # The echo may be two reports old; where reports are rare, that is more than the least patience.
+        two_reports_s = 2.0 * telemetry_period_s + 0.1
+        self._ttl_min_s = max(_TTL_MIN_S, two_reports_s)
+        self._command_ttl_max_s = max(_TTL_MAX_S, two_reports_s)
         self._accepted: deque[float] = deque(maxlen=_WINDOW)
         self._late: deque[float] = deque(maxlen=_WINDOW)
         self._last_renewal_s = -np.inf
@@ -113,4 +116,4 @@ class Freshness:
     def _ttl_s(self, upper_s: float) -> float:
         """How much more than the reference is still usual [s]."""
         spread_s = float(np.quantile(np.array(self._accepted), 0.99)) - min(self._accepted)
-        return min(max(spread_s + 0.1, _TTL_MIN_S), upper_s)
+        return min(max(spread_s + 0.1, self._ttl_min_s), upper_s)
