@@ -97,3 +97,26 @@ def test_a_refused_model_leaves_the_confirmed_one():
     sending.sender.send(a_model(seed=1))
     sending.settle()
     assert sending.sender.confirmed_sha256 == first.sha256
+
+
+def test_on_a_narrow_link_a_model_goes_in_parts_each_after_the_one_before_was_confirmed():
+    sending, model = Sending(), a_model()
+    sending.sender = ModelSender(sending.inquiries, "planar", sending.notices.append, lambda: 5.0, 9600.0)
+    got = bytearray()
+
+    def answer(request: Request) -> None:
+        part = decode(request.data, ModelTransfer)
+        assert part.offset == len(got) and part.size == len(model.content)
+        got.extend(part.content)
+        complete = len(got) == part.size
+        reply = ModelReply(
+            accepted=True, sha256=part.sha256, complete=complete, received=len(got), stamp=Stamp("boot", 1)
+        )  # fmt: skip
+        request.answer(encode(reply))
+
+    sending.remote.serve(keys.MODEL, answer)
+    sending.sender.send(model)
+    while sending.sender.sending:
+        sending.jobs.get(timeout=60.0)()
+    assert bytes(got) == model.content
+    assert sending.sender.confirmed_sha256 == model.sha256

@@ -72,7 +72,7 @@ def test_slow_telemetry_allows_commands_more_but_not_the_hand():
     for ages in (slow, fast):
         for age_s in (3.0, 1.0):  # the link's delay spreads over two seconds
             assert ages.renew(age_s)
-    assert slow.accepts(3.0) and not slow.accepts(3.5)
+    assert slow.accepts(5.0) and not slow.accepts(5.2)  # two reports that are 2 s apart, and 0.1 s
     assert not slow.accepts(2.01, ttl_max_s=1.0)
     assert not fast.accepts(2.01)
 

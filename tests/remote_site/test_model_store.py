@@ -44,7 +44,7 @@ def test_what_fits_is_kept_and_confirmed_by_the_hash_of_what_arrived():
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_does_not_fit_is_refused_with_the_reason_and_changes_nothing(case: str):
     store = ModelStore(TASK)
-    kept = store.receive(transfer())
+    kept = store.receive(transfer(), transfer().content)
     wrong, words = REFUSED[case]
     reply = store.answer(wrong, NOW)
     assert not reply.accepted and words in reply.reason
@@ -52,7 +52,7 @@ def test_what_does_not_fit_is_refused_with_the_reason_and_changes_nothing(case: 
     if wrong.sha256 != kept.sha256:
         assert store.get(wrong.sha256) is None
     with pytest.raises(InvalidModel):
-        store.receive(wrong)
+        store.receive(wrong, wrong.content)
 
 
 def test_a_model_without_an_end_is_refused():
@@ -66,11 +66,51 @@ def test_a_model_without_an_end_is_refused():
 
 def test_an_older_model_stays_available_by_its_hash():
     store = ModelStore(TASK)
-    first = store.receive(transfer())
-    second = store.receive(transfer(learned()))
+    first = store.receive(transfer(), transfer().content)
+    second = store.receive(transfer(learned()), transfer(learned()).content)
     assert store.newest is second and store.get(first.sha256) is first
 
 
 def test_a_model_for_a_task_with_more_frames_is_taken_by_that_task():
     two = structs.replace(TASK, frame_names=("a", "b"))
     assert ModelStore(two).answer(transfer(learned(n_frames=2)), NOW).accepted
+
+
+def parts(whole: ModelTransfer, n_bytes: int) -> list[ModelTransfer]:
+    size = len(whole.content)
+    return [
+        structs.replace(whole, size=size, offset=at, content=whole.content[at : at + n_bytes])
+        for at in range(0, size, n_bytes)
+    ]
+
+
+def test_a_model_in_parts_counts_when_the_last_one_has_come():
+    store, sent = ModelStore(TASK), parts(transfer(), 500)
+    replies = [store.answer(part, NOW) for part in sent]
+    assert len(sent) > 2 and all(reply.accepted for reply in replies)
+    assert [reply.complete for reply in replies] == [False] * (len(sent) - 1) + [True]
+    assert store.get(transfer().sha256) is not None
+
+
+def test_a_part_that_comes_twice_or_too_early_changes_nothing():
+    store, sent = ModelStore(TASK), parts(transfer(), 500)
+    assert store.answer(sent[1], NOW).received == 0
+    assert [store.answer(sent[0], NOW).received for _ in range(2)] == [500, 500]
+    reply = [store.answer(part, NOW) for part in [sent[2], sent[1], *sent[1:]]][-1]
+    assert reply.complete and reply.sha256 == transfer().sha256
+
+
+def test_another_model_that_begins_takes_the_place_of_one_that_is_not_complete():
+    store, other = ModelStore(TASK), transfer(learned())
+    store.answer(parts(transfer(), 500)[0], NOW)
+    reply = [store.answer(part, NOW) for part in parts(other, 500)][-1]
+    assert reply.complete and reply.sha256 == other.sha256
+    assert store.answer(parts(transfer(), 500)[1], NOW).received == 0
+
+
+def test_parts_that_do_not_make_what_was_announced_are_refused_and_can_be_sent_again():
+    store, sent = ModelStore(TASK), parts(transfer(), 500)
+    wrong = structs.replace(sent[-1], content=bytes(len(sent[-1].content)))
+    reply = [store.answer(part, NOW) for part in [*sent[:-1], wrong]][-1]
+    assert not reply.accepted and "sha256" in reply.reason
+    assert [store.answer(part, NOW).complete for part in sent][-1]
