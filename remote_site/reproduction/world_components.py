@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from common.gaussian_product import gaussian_product, inverse
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
-from remote_site.reproduction.progress import Gaussians
+from remote_site.reproduction.gaussians import Gaussians
 
 Array = NDArray[np.float64]
+
+# The start regression goes no further than so many standard deviations from the demonstrated starts.
+_FARTHEST_START = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +59,9 @@ class WorldComponents:
                 [f.covariance_to_world(c) for f, c in zip(frames, model.residual_covariances, strict=True)]
             )
         )
-        gaussians = Gaussians.of(means, covariances)
-        return cls(frames, gaussians, entries, space.log(entries, exits), inverse(residual), factors)
+        precisions = inverse(residual)
+        gaussians = Gaussians.of(means, covariances, entries, exits, precisions)
+        return cls(frames, gaussians, entries, space.log(entries, exits), precisions, factors)
 
     def valid_for(self, frames: tuple[TaskFrame, ...]) -> bool:
         """Whether these frames are the same."""
@@ -82,4 +86,8 @@ def start_shift(model: TPHSMM, start: Array | None) -> Array:
     if start is None:
         return np.zeros_like(model.slopes)
     e = model.manifold.log(model.start_means, start[:, None])
+    for part in model.manifold.parts:  # far from the demonstrated starts the robot joins the learned way
+        C = model.start_covariances[..., part, part]
+        away = np.sqrt(np.einsum("pkd,pkd->pk", e[..., part], np.linalg.solve(C, e[..., part, None])[..., 0]))
+        e[..., part] *= np.minimum(1.0, _FARTHEST_START / np.maximum(away, _FARTHEST_START))[..., None]
     return np.einsum("pkde,pke->pkd", model.start_gains, e)

@@ -1,0 +1,65 @@
+"""The approach task as all studies use it: taught with the paper's lambda, executed while things happen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.task_frame import TaskFrame
+from common.tphsmm import TPHSMM
+from evaluation.approach_events import Held, Jump, LateJump, Push, Static, Sway
+from evaluation.approach_task import (
+    FAR_STARTS,
+    LAMBDA_M,
+    N_DEMONSTRATIONS,
+    demonstrations,
+    random_frame,
+    turned_tool,
+)
+from evaluation.closed_loop import Event
+from local_site.demonstration import Demonstration
+from local_site.learning.online_learner import LearnerSettings
+from local_site.offline_learning import learn
+
+Array = NDArray[np.float64]
+
+SCENARIOS: dict[str, Callable[[TaskFrame, np.random.Generator], Event]] = {
+    "static": Static,
+    "jump": Jump,
+    "sway": Sway,
+    "push": Push,
+    "held": Held,
+    "late jump": LateJump,
+}
+
+
+def taught(
+    seed: int, n: int = N_DEMONSTRATIONS, lambda_m: float = LAMBDA_M, oriented: bool = False
+) -> tuple[list[Demonstration], TPHSMM]:
+    """Demonstrations of the synthetic hand, and what is learned from them."""
+    shown = demonstrations(np.random.default_rng([seed, 0]), n, oriented)
+    return shown, learn(shown, LearnerSettings(lambda_m))
+
+
+def scene(seed: int, scenario: str, oriented: bool = False) -> tuple[Event, TaskFrame, Array]:
+    """What happens in a trial, its receptacle, and the position or pose in the world that the robot starts from."""
+    random = np.random.default_rng([seed, 1])
+    frame = random_frame(random)
+    start = FAR_STARTS.sample(random)
+    if oriented:
+        start = np.concatenate([start, turned_tool(random)])
+    return SCENARIOS[scenario](frame, random), frame, frame.to_world(start)
+
+
+def stepping(model: TPHSMM) -> TPHSMM:
+    """The same model without the ramp: the reference steps from mean to mean, as in the paper."""
+    still = np.zeros_like(model.slopes)
+    return replace(model, slopes=still, residual_covariances=model.covariances)
+
+
+def without_start(model: TPHSMM) -> TPHSMM:
+    """The same model without the start regression: components stay where they were learned."""
+    return replace(model, start_gains=np.zeros_like(model.start_gains))

@@ -1,0 +1,51 @@
+"""Which component follows which: the most probable chain to an end (Sec. III-B)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.tphsmm import TPHSMM
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+def successors(model: TPHSMM, start: Array | None = None) -> Integers:
+    """The component that follows each one, -1 for none; following them never comes back.
+
+    It is the most probable among those visited later in the demonstrations, given where the motion
+    started. Where that leads to no terminal component, it is the most probable of those that do.
+
+    Args:
+        model: The learned task.
+        start: Where the motion began in each frame [m]; None when not where demonstrations began. Shape (P, C).
+    """
+    with np.errstate(divide="ignore"):
+        score = np.log(model.transition)  # log a_ij, -inf where never seen
+    if start is not None:
+        score = score + start_log_likelihood(model, start)
+    forward = np.where((model.phase[None, :] > model.phase[:, None]) | model.terminal, score, -np.inf)
+    following = np.where(forward.max(axis=1) > -np.inf, np.argmax(forward, axis=1), -1)
+    following[model.terminal] = -1
+    reaches = model.terminal.copy()
+    for _ in range(model.n_components):  # phases increase along the chain, so it is at most K long
+        reaches |= (following >= 0) & reaches[following]
+    while True:
+        into = np.where(reaches, score, -np.inf)
+        best = np.where(reaches, -np.inf, into.max(axis=1))
+        i = int(np.argmax(best))
+        if best[i] == -np.inf:
+            break
+        following[i] = np.argmax(into[i])
+        reaches[i] = True
+    following[~reaches] = -1
+    return following
+
+
+def start_log_likelihood(model: TPHSMM, start: Array) -> Array:
+    """Log density of a start among those of the demonstrations that visited each component. Shape (K,)."""
+    e = model.manifold.log(model.start_means, start[:, None])
+    mahalanobis = np.einsum("pkd,pkd->pk", e, np.linalg.solve(model.start_covariances, e[..., None])[..., 0])
+    log_determinant = np.linalg.slogdet(model.start_covariances)[1]
+    return -0.5 * (mahalanobis + log_determinant).mean(axis=0)

@@ -1,0 +1,138 @@
+"""The components in the world at one instant, and distances to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.gaussian_product import inverse
+from common.manifold import Manifold
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Gaussians:
+    """The components in the world at this instant.
+
+    A pose is as far away as the worse of its two parts, position and rotation, so that the gates mean the
+    same in every space.
+
+    Args:
+        space: Positions or poses.
+        means: Shape (K, C).
+        covariances: Shape (K, T, T).
+        precisions: Their inverses. Shape (K, T, T).
+        part_precisions: The inverses of position's and rotation's own covariances. Shape (K, T, T).
+        entries: Where the demonstrations entered each component. Shape (K, C).
+        exits: Where they left it. Shape (K, C).
+        way_precisions: Precisions about the way between these. Shape (K, T, T).
+    """
+
+    space: Manifold
+    means: Array
+    covariances: Array
+    precisions: Array
+    part_precisions: Array
+    entries: Array
+    exits: Array
+    way_precisions: Array
+
+    @classmethod
+    def of(
+        cls,
+        means: Array,
+        covariances: Array,
+        entries: Array | None = None,
+        exits: Array | None = None,
+        way_precisions: Array | None = None,
+    ) -> Gaussians:
+        """From means (K, C) and covariances (K, T, T); without a way it stands at the mean."""
+        space, precisions = Manifold.of(means.shape[1], covariances.shape[2]), inverse(covariances)
+        parts = precisions
+        if space.oriented:
+            parts = np.zeros_like(covariances)
+            for part in space.parts:
+                parts[:, part, part] = inverse(covariances[:, part, part])
+        return cls(
+            space,
+            means,
+            covariances,
+            precisions,
+            parts,
+            means if entries is None else entries,
+            means if exits is None else exits,
+            precisions if way_precisions is None else way_precisions,
+        )
+
+    def distance(self, component: int, point: Array) -> float:
+        """Mahalanobis distance of a point to one component."""
+        return self.length(component, self.space.log(self.means[component], point))
+
+    def lateral_distance(self, component: int, origin: int, point: Array) -> float:
+        """The same, without the part along the way from another component."""
+        along = self.space.log(self.means[component], self.means[origin])
+        e = self.space.log(self.means[component], point)
+        for part in self.space.parts:
+            square = along[part] @ along[part]
+            if square > 0.0:
+                e[part] -= along[part] * ((along[part] @ e[part]) / square)
+        return self.length(component, e)
+
+    def length(self, component: int, tangent: Array) -> float:
+        """Length of a tangent in standard deviations of one component, of its worse part."""
+        P = self.part_precisions[component]
+        return float(np.sqrt(max(tangent[s] @ P[s, s] @ tangent[s] for s in self.space.parts)))
+
+    def distance_to_exit(self, component: int, point: Array) -> float:
+        """Mahalanobis distance to where the demonstrations left a component."""
+        e = self.space.log(self.exits[component], point)
+        P = self.way_precisions[component]
+        return float(np.sqrt(max(e[s] @ P[s, s] @ e[s] for s in self.space.parts)))
+
+    def distance_to_way(self, component: int, following: int, point: Array) -> float:
+        """Mahalanobis distance to the way through a component and on to the entry of the following one."""
+        corners = [self.entries[component], self.exits[component]]
+        if following >= 0:
+            corners.append(self.entries[following])
+        way, e = (self.space.log(self.means[component], x) for x in (np.stack(corners), point))
+        P = self.part_precisions[component]
+        return max(_distance_to_polyline(way[:, s], e[s], P[s, s]) for s in self.space.parts)
+
+    def is_behind(self, component: int, end: int, point: Array, gate: float) -> bool:
+        """Whether a point is right behind an end, as seen along the way of the component that leads there.
+
+        Args:
+            component: The last one before the end.
+            end: A terminal component.
+            point: Position or pose. Shape (C,).
+            gate: How far behind, in standard deviations of the end.
+        """
+        D = self.space.n_dims
+        along = (self.means[end] - self.entries[component])[:D]
+        e = (point - self.means[end])[:D]
+        behind = along @ e
+        deviation = np.sqrt(along @ self.covariances[end][:D, :D] @ along)
+        return bool(behind > gate * deviation and 2.0 * behind**2 > (along @ along) * (e @ e))
+
+    def most_likely(self, point: Array, among: NDArray[np.bool_]) -> int:
+        """Component of highest likelihood at a point. The choice has shape (K,)."""
+        e = self.space.log(self.means, point)
+        mahalanobis = np.einsum("kd,kde,ke->k", e, self.precisions, e)
+        surprise = mahalanobis + np.linalg.slogdet(self.covariances)[1]
+        return int(np.argmin(np.where(among, surprise, np.inf)))
+
+
+def _distance_to_polyline(corners: Array, point: Array, precision: Array) -> float:
+    """Least Mahalanobis distance of a point to a line through corners. Shapes (N, n), (n,), (n, n)."""
+    best = np.inf
+    for a, b in pairwise(corners):
+        way, e = b - a, point - a
+        square = way @ precision @ way
+        part = min(max((way @ precision @ e) / square, 0.0), 1.0) if square > 0.0 else 0.0
+        e = e - part * way
+        best = min(best, e @ precision @ e)
+    return float(np.sqrt(best))
