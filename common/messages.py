@@ -140,6 +140,7 @@ class LeaseReply(Message, frozen=True, kw_only=True):
 
     granted: bool
     lease_id: Id
+    """The asker's lease, empty for none: a renewal that came too late does not end it, silence does."""
     holder: Id
     reason: Text = ""
     asked_by: Id = ""

@@ -142,7 +142,7 @@ class Commanding:
         if reply.stamp.boot == self._lease_boot and reply.stamp.t_ns < self._lease_stamp_ns:
             return
         self._lease_boot, self._lease_stamp_ns = reply.stamp.boot, reply.stamp.t_ns
-        self.lease_id = reply.lease_id if reply.granted else ""
+        self.lease_id = reply.lease_id
         self.why_not_in_control = "" if reply.granted else reply.reason
         if reply.asked_by and reply.asked_by != self.asked_by:
             self._notify(

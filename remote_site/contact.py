@@ -54,9 +54,10 @@ class OperatorContact:
         """Grant, renew or refuse the lease, and say what the robot is."""
         reason, age_s = self._refusal(request)
         holds = not reason
+        theirs = self.lease.session == request.session
         return LeaseReply(
             granted=holds,
-            lease_id=self.lease.lease_id if holds else "",
+            lease_id=self.lease.lease_id if theirs else "",  # one late renewal does not end it
             holder=self.lease.holder,
             reason=reason,
             asked_by=self.lease.asked_by if holds else "",

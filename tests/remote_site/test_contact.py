@@ -69,6 +69,14 @@ def test_a_renewal_that_comes_too_late_does_not_keep_the_lease():
     assert "the lease ended" in operators.command("ann", lease_id)[0]
 
 
+def test_one_renewal_that_comes_too_late_does_not_end_the_lease():
+    operators = Operators()
+    lease_id = operators.ask("ann").lease_id
+    late = operators.ask("ann", age_s=5.0)
+    assert not late.granted and late.lease_id == lease_id
+    assert operators.ask("ann").granted
+
+
 def test_another_site_does_not_change_what_is_usual():
     operators = Operators()
     operators.ask("ann", 2.0)
