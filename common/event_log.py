@@ -6,11 +6,12 @@ is full or gone stops the log, not the site.
 
 from __future__ import annotations
 
+import os
 import queue
 import threading
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import msgspec
 
@@ -48,7 +49,8 @@ class EventLog:
     def _run(self) -> None:
         while (fields := self._waiting.get()) is not None:
             try:
-                self._write(msgspec.json.encode(fields) + b"\n")
+                # What JSON does not know is written as its text: one odd value must not end the log.
+                self._write(msgspec.json.encode(fields, enc_hook=str) + b"\n")
             except OSError as error:
                 _log.warning("an event could not be written to %s: %s", self.path, error.strerror)
 
@@ -56,5 +58,13 @@ class EventLog:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         if self.path.exists() and self.path.stat().st_size + len(line) > self._max_bytes:
             self.path.replace(self.path.with_name(self.path.name + ".1"))
-        with self.path.open("ab") as file:
+        with self.path.open("ab+") as file:
+            if file.tell() and self._cut_short(file):
+                line = b"\n" + line
             file.write(line)
+
+    @staticmethod
+    def _cut_short(file: BinaryIO) -> bool:
+        """Whether the last line was not written whole: the next one must not become part of it."""
+        file.seek(-1, os.SEEK_END)
+        return file.read(1) != b"\n"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from common import keys
 from common.messages import Event, EventsReply, EventsRequest
@@ -52,20 +53,22 @@ class EventFollower:
         if not self._asking:
             self._asking = True
             request = EventsRequest(after_seq=self._complete_to)
-            self._inquiries.ask(keys.EVENTS, request, EventsReply, _GIVE_UP_S, self._on_reply)
+            answered = partial(self._on_reply, boot)
+            self._inquiries.ask(keys.EVENTS, request, EventsReply, _GIVE_UP_S, answered)
 
     def _begin(self, boot: str) -> None:
         self._boot, self._complete_to = boot, 0
         self._ahead.clear()
 
-    def _on_reply(self, reply: EventsReply | None, _took_s: float) -> None:
-        self._asking = False
-        if reply is None or reply.stamp.boot != self._boot:
-            return
-        if reply.events:
+    def _on_reply(self, asked_boot: str, reply: EventsReply | None, _took_s: float) -> None:
+        more = asked_boot != self._boot  # restarted meanwhile: what was asked does not fit its numbers
+        if reply is not None and reply.stamp.boot == asked_boot == self._boot and reply.events:
             # Older ones than these are not kept any more.
             self._complete_to = max(self._complete_to, reply.events[0].seq - 1)
-        for event in reply.events:
-            self.received(event)
-        if reply.events and reply.events[-1].seq < reply.newest_seq:
+            self._ahead = {seq for seq in self._ahead if seq > self._complete_to}
+            for event in reply.events:
+                self.received(event)
+            more = reply.events[-1].seq < reply.newest_seq
+        self._asking = False
+        if more:
             self.catch_up(self._boot)

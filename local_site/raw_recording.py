@@ -31,8 +31,17 @@ class RawRecording:
 
     def follow(self, points: list[NDArray[np.float64]], times_s: list[float]) -> None:
         """Append what was recorded since the last second, if that is over. All samples so far are given."""
-        if not times_s or 0.0 <= times_s[-1] - self._written_s < _PERIOD_S:
-            return
+        if times_s and not 0.0 <= times_s[-1] - self._written_s < _PERIOD_S:
+            self._write(points, times_s)
+
+    def set_aside(self, points: list[NDArray[np.float64]], times_s: list[float]) -> Stroke | None:
+        """Keep all samples of a demonstration that is given up; they are given back as `left_over` does."""
+        if times_s:
+            self._write(points, times_s)
+        self._written, self._written_s = 0, -np.inf
+        return self.left_over()
+
+    def _write(self, points: list[NDArray[np.float64]], times_s: list[float]) -> None:
         self._written_s = times_s[-1]
         rows = zip(times_s[self._written :], points[self._written :], strict=True)
         lines = b"".join(msgspec.json.encode([float(t), *point.tolist()]) + b"\n" for t, point in rows)

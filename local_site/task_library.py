@@ -85,7 +85,8 @@ class TaskLibrary:
         self._version = 0
         self._raw = RawRecording(self._folder / _RAW, task.n_dims)
         self.left_over = self._raw.left_over()
-        """What an earlier process had recorded and neither ended nor undone, None when there is nothing."""
+        """What was recorded and neither ended nor undone before it was rolled back, or its process ended; None
+        when there is nothing."""
 
     @property
     def recording(self) -> bool:
@@ -168,11 +169,16 @@ class TaskLibrary:
 
         Raises:
             NotNow: When one is being recorded.
+            InvalidDemonstration: When one is no motion, see `hand`; it is forgotten.
         """
         for stroke in strokes:
             self.record()
-            for position, time_s in zip(stroke.position_m, stroke.time_s, strict=True):
-                self.hand(position, float(time_s))
+            try:
+                for position, time_s in zip(stroke.position_m, stroke.time_s, strict=True):
+                    self.hand(position, float(time_s))
+            except InvalidDemonstration:
+                self.undo()
+                raise
             self.end()
 
     def undo(self) -> None:
@@ -184,9 +190,22 @@ class TaskLibrary:
         """
         if not self._undo:
             raise NotNow("there is no demonstration to undo")
+        if self.recording:
+            self._raw.forget()
+        self._put_back()
+
+    def set_aside(self) -> None:
+        """Put everything back to before the demonstration under way, and offer its samples again.
+
+        Raises:
+            NotSaved: When it was put back, but not on disk.
+        """
+        self.left_over = self._raw.set_aside(self.current, self._times)
+        self._put_back()
+
+    def _put_back(self) -> None:
         snapshot, self.strokes = self._undo.pop()
         self._learner.restore(snapshot)
-        self._raw.forget()
         self.current, self._times, self._forming = [], [], None
         learned = self._update_model()
         with self._on_disk() as folder:

@@ -32,7 +32,7 @@ class Teaching:
 
     @property
     def left_over(self) -> Stroke | None:
-        """A demonstration that an earlier process was recording when it ended."""
+        """A demonstration that was being recorded when it was rolled back, or its process ended."""
         return self._library.left_over
 
     def do(self, intent: intents.Teach, picture: Picture) -> None:
@@ -73,8 +73,8 @@ class Teaching:
     def roll_back(self, why: str) -> None:
         """Forget a demonstration under way; the model is as before it, bit for bit."""
         if self._library.recording:
-            self._library.undo()
-            self._tell("recording", f"rolled back: {why}")
+            self._library.set_aside()
+            self._tell("recording", f"rolled back: {why}; what was recorded can be recovered")
 
     def _record(self, picture: Picture) -> None:
         if picture.coupled:

@@ -20,6 +20,7 @@ from remote_site.freshness import Freshness
 from remote_site.lease import Lease
 
 _INPUT_TTL_MAX_S = 1.0
+_DELAY_CHANGED = "link delay changed"
 _SILENCE_S = 0.5
 """The watchdog of DIRECT: nothing newer than this beyond the link's usual delay."""
 
@@ -129,9 +130,9 @@ class OperatorContact:
     def lost_reason(self, lease_id: str, now_s: float) -> str:
         """Why who had this lease is not there to drive any more; empty while they are."""
         if lease_id != self.lease.lease_id:
-            return "the lease was lost"
+            return _DELAY_CHANGED if self._freshness.rising else "the lease was lost"
         if self.delay_changed:
-            return "link delay changed"
+            return _DELAY_CHANGED
         if self.silent_s(now_s) > self._silence_s:
             return f"nothing new was heard from the operator for {self._silence_s:.2g} s longer than usual"
         return ""

@@ -30,7 +30,8 @@ class Coupling:
         self.coupling_id, self.lease_id = coupling_id, lease_id
         self._began_s = now_s
         self._last_input_s = now_s
-        self._last_seq = -1
+        self.newest_seq = -1
+        """Of the inputs that counted."""
         self._offset: Array | None = None
         self._reference: Array | None = None
         self.released = False
@@ -43,9 +44,9 @@ class Coupling:
             robot_position_m: Where the robot is: the anchor of a new beginning. Shape (D,) [m].
             now_s: Now [s].
         """
-        if message.seq <= self._last_seq or len(message.position_m) != robot_position_m.size:
+        if message.seq <= self.newest_seq or len(message.position_m) != robot_position_m.size:
             return
-        self._last_seq = message.seq
+        self.newest_seq = message.seq
         hand = np.array(message.position_m)
         if self._offset is None or self.waiting(now_s):
             # Anchor: from here on the robot follows the hand's difference, so nothing jumps.

@@ -15,6 +15,8 @@ from common.clock import BootClock
 from common.messages import Stamp
 
 _WINDOW = 10
+_RISING = 2
+"""Late renewals in a row that tell a risen delay from one that was held up."""
 _LEAST_GAP_S = 0.3
 """Renewals come at 1 Hz; closer together they come from a backlog."""
 _TTL_MIN_S, _TTL_MAX_S = 0.25, 1.0
@@ -62,6 +64,11 @@ class Freshness:
         """The smallest age of the last accepted renewals [s]; None before the first."""
         return min(self._accepted) if self._accepted else None
 
+    @property
+    def rising(self) -> bool:
+        """Whether the last renewals came in order, one by one, and all of them too late."""
+        return len(self._late) >= _RISING
+
     def forget(self) -> None:
         """Somebody else is heard from now on: nothing is usual yet."""
         self._accepted.clear()
@@ -108,7 +115,11 @@ class Freshness:
             return verdict
         self._late.append(verdict.age_s)
         spread_s = max(self._late) - min(self._late)
-        if len(self._late) < _WINDOW or max(self._late) > self._max_age_s or spread_s > _TTL_MAX_S:
+        if (
+            len(self._late) < _WINDOW
+            or max(self._late) > self._max_age_s
+            or spread_s > self._command_ttl_max_s
+        ):
             return verdict
         self._accepted, self._late = self._late, deque(maxlen=_WINDOW)
         return replace(verdict, delay_changed=True)

@@ -84,20 +84,22 @@ class Motion:
             wait: An execution must not go on now, for want of sight.
         """
         mover, effector = self.mover, self._sensing.effector
-        if not np.isfinite([effector.position_m, effector.velocity_m_s]).all():
+        measured = (effector.position_m, effector.velocity_m_s, effector.force_n)
+        if not all(np.isfinite(vector).all() for vector in measured if vector is not None):
             self._plant.brake(dt_s)
             return Outcome.FAILED
         if mover is None or self.paused or (wait and isinstance(mover, Execution)):
-            self._interrupted = True
-            return self._brake(dt_s)
+            return self.brake(dt_s)
         if isinstance(mover, Execution):
             return self._execute(mover, now_s, dt_s)
         if isinstance(mover, Manoeuvre):
             ended = mover.step(self._plant, effector, dt_s)
             return Outcome.ENDED if ended else Outcome.MOVING
-        return Outcome.MOVING if self._follow(mover, now_s, dt_s) else self._brake(dt_s)
+        return Outcome.MOVING if self._follow(mover, now_s, dt_s) else self.brake(dt_s)
 
-    def _brake(self, dt_s: float) -> Outcome:
+    def brake(self, dt_s: float) -> Outcome:
+        """Come to rest, whatever moves the robot; an execution that goes on later is localised anew."""
+        self._interrupted = True
         self._plant.brake(dt_s)
         speed_m_s = float(np.linalg.norm(self._plant.read().velocity_m_s))
         return Outcome.STANDING if speed_m_s <= _STANDING_M_S else Outcome.MOVING

@@ -85,9 +85,11 @@ class PlantMemory:
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
-        while not self._closed:
+        closed = False
+        while not closed:
             self._wanted.wait()
             self._wanted.clear()
+            closed = self._closed  # before the box is emptied: what was put before the end is written
             for state in self._box.take_all():
                 try:
                     self._write(state)

@@ -191,16 +191,24 @@ class Supervisor:
             late_s: How late it begins [s].
         """
         now_s = self._clock.now_s()
+        trip = self._sense(now_s)
+        self.contact.lease.expire(now_s)
+        self._tell_holder()
+        trip = trip or self._watch.trip(self.mode, now_s, dt_s, late_s)
+        self._black_box.remember(now_s, self.mode)
+        fault = trip is not None and trip.guard is Guard.FAULT
+        if fault:
+            self.motion.brake(dt_s)  # before any word about it
+        if trip is not None:
+            self._trip(trip)
+        if not fault:
+            self._move(now_s, dt_s)
+
+    def _sense(self, now_s: float) -> Trip | None:
         try:
             self.sensing.update(now_s)
         except InvalidInput as error:
-            self._trip(Trip(Guard.FAULT, f"a measurement is wrong: {error}"))
-        self.contact.lease.expire(now_s)
-        self._tell_holder()
-        if (trip := self._watch.trip(self.mode, now_s, dt_s, late_s)) is not None:
-            self._trip(trip)
-        self._black_box.remember(now_s, self.mode)
-        self._move(now_s, dt_s)
+            return Trip(Guard.FAULT, f"a measurement is wrong: {error}")
 
     def _move(self, now_s: float, dt_s: float) -> None:
         execution, manoeuvre = self.motion.execution, self.motion.manoeuvre

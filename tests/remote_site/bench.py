@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -22,12 +23,14 @@ from common.messages import (
     OperatorInput,
     Stamp,
     Stop,
+    Wish,
 )
 from common.task import Task
+from common.task_frame import TaskFrame
 from remote_site.config import RemoteConfig
 from remote_site.perception import OscillatingTarget, SimulatedPerception
 from remote_site.planner import PlanRequest, plan
-from remote_site.plant import PointPlant
+from remote_site.plant import EffectorState, PointPlant
 from remote_site.supervisor import Supervisor
 from tests.remote_site.planar import TASK, transfer
 
@@ -50,6 +53,57 @@ class VirtualTime:
         self.ns += round(duration_s * 1e9)
 
 
+class FeelingPlant(PointPlant):
+    """The point with a force on its tool that the test sets. Keeps what it was told to do."""
+
+    def __init__(self, task: Task = TASK):
+        limits = task.limits
+        super().__init__(
+            np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
+        )
+        self.force_n: np.ndarray | None = np.zeros(2)
+        self.told: list[str] = []
+
+    def read(self) -> EffectorState:
+        return replace(super().read(), force_n=self.force_n)
+
+    def accelerate(self, acceleration_m_s2: np.ndarray, dt_s: float) -> None:
+        self.told.append("accelerate")
+        super().accelerate(acceleration_m_s2, dt_s)
+
+    def follow(self, position_m: np.ndarray, max_speed_m_s: float, dt_s: float) -> None:
+        self.told.append("follow")
+        super().follow(position_m, max_speed_m_s, dt_s)
+
+    def brake(self, dt_s: float) -> None:
+        self.told.append("brake")
+        super().brake(dt_s)
+
+    def push_to(self, position_m: tuple[float, ...]) -> None:
+        """Somebody pushes the robot to another place while it stands."""
+        self._position = np.array(position_m)
+
+
+class Sight:
+    """Sight of the task's target, while it is seen and where it is seen."""
+
+    def __init__(self, task: Task):
+        self._seeing = SimulatedPerception(OscillatingTarget(task.target), task.target.noise_std_m, 0)
+        self.seen = True
+        self.shift_m = np.zeros(task.n_dims)
+        self.turn_rad = 0.0
+
+    def observe(self, now_s: float) -> list[TaskFrame] | None:
+        if not self.seen:
+            return None
+        (frame,) = self._seeing.observe(now_s)
+        c, s = np.cos(self.turn_rad), np.sin(self.turn_rad)
+        return [TaskFrame(np.array([[c, -s], [s, c]]), frame.b + self.shift_m)]
+
+    def true_origin_m(self, now_s: float) -> np.ndarray:
+        return self._seeing.true_origin_m(now_s)
+
+
 class Bench:
     """The supervisor of a simulated robot, and an operator who is `delay_s` away, there and back.
 
@@ -70,14 +124,14 @@ class Bench:
         self.plant = plant or PointPlant(
             np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
         )
-        perception = SimulatedPerception(OscillatingTarget(task.target), task.target.noise_std_m, 0)
+        self.sight = Sight(task)
         self.robot = Supervisor(
-            task, RemoteConfig(), self.plant, perception, self.clock,
+            task, RemoteConfig(), self.plant, self.sight, self.clock,
             lambda channel, message: self.said.append((channel, message)), self.plan_requests.append,
             lambda **fields: self.written.append(fields),
         )  # fmt: skip
         self.lease_id = ""
-        self._count = 0
+        self._count = self._ticks = 0
 
     @property
     def mode(self) -> ControlMode:
@@ -100,15 +154,22 @@ class Bench:
         answers = [e for e in self.heard(Event) if e.command_id == command_id]
         return next((e for e in answers if e.kind in ("completed", "failed")), None)
 
+    def events(self, kind: str) -> list[Event]:
+        """What the robot told of one kind."""
+        return [event for event in self.heard(Event) if event.kind == kind]
+
     # The operator -------------------------------------------------------------------------------
 
     def echo(self) -> Stamp:
         """The newest report that the operator had seen when what arrives now was sent."""
         return Stamp(self.clock.boot, self.time.ns - round(self.delay_s * 1e9))
 
-    def ask_lease(self, session: str = "session", name: str = "ann") -> LeaseReply:
-        reply = self.robot.on_lease(LeaseRequest(session=session, site_name=name, echo=self.echo()))
-        if reply.granted:
+    def ask_lease(
+        self, session: str = "session", name: str = "ann", wish: Wish = Wish.CONTROL
+    ) -> LeaseReply:  # fmt: skip
+        request = LeaseRequest(session=session, site_name=name, wish=wish, echo=self.echo())
+        reply = self.robot.on_lease(request)
+        if reply.granted and session == "session":
             self.lease_id = reply.lease_id
         return reply
 
@@ -143,11 +204,11 @@ class Bench:
         """Let the control loop run, with or without an operator who says that they are there."""
         for _ in range(round(duration_s / DT_S)):
             self.time.advance(DT_S)
-            self._count += 1
-            if present and self._count % _HEARTBEAT_TICKS == 0:
-                alive = Heartbeat(session="session", seq=self._count, echo=self.echo())
+            self._ticks += 1
+            if present and self._ticks % _HEARTBEAT_TICKS == 0:
+                alive = Heartbeat(session="session", seq=self._ticks, echo=self.echo())
                 self.robot.contact.heartbeat(alive)
-            if present and self._count % _RENEWAL_TICKS == 0 and self.lease_id:
+            if present and self._ticks % _RENEWAL_TICKS == 0 and self.lease_id:
                 self.ask_lease()
             self.robot.tick(DT_S)
 

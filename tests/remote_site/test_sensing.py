@@ -1,10 +1,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from common.task_frame import TaskFrame
 from remote_site.plant import PointPlant
-from remote_site.sensing import Sensing
+from remote_site.sensing import PREDICTED_S, Sensing
 
 
 class Steps:
@@ -41,3 +42,64 @@ def test_what_was_measured_does_not_change_when_the_robot_moves_on():
     np.testing.assert_array_equal(measured.position_m, [0.5, 0.5])
     sensing.update(1.0)
     assert sensing.effector.position_m[0] > 0.8
+
+
+class Hidden:
+    """A target that goes along x at a steady speed and can be hidden."""
+
+    def __init__(self) -> None:
+        self.seen, self.jump_m = True, 0.0
+
+    def observe(self, now_s: float) -> list[TaskFrame] | None:
+        origin = np.array([0.1 * now_s + self.jump_m, 0.0])
+        return [TaskFrame(np.eye(2), origin)] if self.seen else None
+
+    def true_origin_m(self, now_s: float) -> None:
+        return None
+
+
+def looking(target: Hidden) -> Sensing:
+    plant = PointPlant(np.zeros(2), np.ones(2), 1.0, 1.0)
+    sensing = Sensing(plant, target, n_frames=1, control_hz=100.0, now_s=0.0)
+    for n in range(1, 101):
+        sensing.update(0.01 * n)
+    return sensing
+
+
+def test_what_is_not_seen_goes_on_as_it_went_for_three_tenths_of_a_second_and_then_stands():
+    target = Hidden()
+    sensing = looking(target)
+    target.seen = False
+    for n in range(101, 201):
+        sensing.update(0.01 * n)
+        expected = 0.1 * min(0.01 * n, 1.0 + PREDICTED_S)
+        np.testing.assert_allclose(sensing.frames[0].b, [expected, 0.0], atol=1e-9)
+        assert sensing.unseen_s == pytest.approx(0.01 * n - 1.0)
+
+
+def test_what_is_seen_again_tells_the_gap_and_how_far_off_it_was_once():
+    target = Hidden()
+    sensing = looking(target)
+    target.seen = False
+    sensing.update(1.1)
+    target.seen, target.jump_m = True, 0.03
+    sensing.update(1.2)
+    again = sensing.seen_again
+    assert again is not None
+    # The prediction of the last look without sight, at 1.1 s, is what it is compared with.
+    assert (again.gap_s, again.moved_m) == (pytest.approx(0.2), pytest.approx(0.04))
+    assert sensing.unseen_s == 0.0
+    sensing.update(1.21)
+    assert sensing.seen_again is None
+
+
+def test_before_anything_was_seen_nothing_is_known_for_ever():
+    target = Hidden()
+    target.seen = False
+    plant = PointPlant(np.zeros(2), np.ones(2), 1.0, 1.0)
+    sensing = Sensing(plant, target, n_frames=1, control_hz=100.0, now_s=0.0)
+    sensing.update(1.0)
+    assert sensing.unseen_s == np.inf
+    target.seen = True
+    sensing.update(2.0)
+    assert sensing.unseen_s == 0.0 and sensing.seen_again is None

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+from common.control_mode import ControlMode
+from common.link_monitor import LinkMonitor
+from common.messages import PlannedPath, Stamp, Telemetry
+from local_site.reports import Reports
+
+
+class Follower:
+    """Notes when it is to ask for what was missed."""
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+
+    def catch_up(self, boot: str) -> None:
+        self.asked.append(boot)
+
+
+class Desk:
+    def __init__(self) -> None:
+        self.events, self.restarts = Follower(), 0
+        self.reports = Reports(LinkMonitor(), self.events, self._restarted)  # pyright: ignore[reportArgumentType]
+
+    def _restarted(self) -> None:
+        self.restarts += 1
+
+    def report(self, seq: int, now_s: float, boot: str = "one") -> bool:
+        told = Telemetry(
+            seq=seq, stamp=Stamp(boot, seq), mode=ControlMode.HOLD, position_m=(0.0, 0.0),
+            frame_origin_m=(0.0, 0.0),
+        )  # fmt: skip
+        return self.reports.on_telemetry(told, now_s)
+
+
+def path(path_id: int, plan_id: int) -> PlannedPath:
+    return PlannedPath(
+        path_id=path_id, plan_id=plan_id, stamp=Stamp("one", 1), model_sha256="", n_dims=2, step_s=0.1,
+        points=b"", reaches_end=True,
+    )  # fmt: skip
+
+
+def test_only_what_is_newer_counts():
+    desk = Desk()
+    assert desk.report(5, 0.0) and not desk.report(5, 0.1) and not desk.report(4, 0.2)
+    assert desk.report(6, 0.3)
+    assert desk.reports.robot is not None and desk.reports.robot.seq == 6
+
+
+def test_events_are_asked_for_at_first_and_after_every_outage():
+    desk = Desk()
+    desk.report(1, 0.0)
+    for n in range(2, 12):
+        desk.report(n, 0.1 * n)
+    assert desk.events.asked == ["one"]
+    desk.report(12, 20.0)
+    desk.report(13, 20.1)
+    assert desk.events.asked == ["one", "one"]
+
+
+def test_of_a_robot_that_was_restarted_nothing_counts_any_more():
+    desk = Desk()
+    desk.report(50, 0.0)
+    desk.reports.on_path(path(1, 7), 0.0)
+    assert desk.restarts == 0
+    assert desk.report(1, 0.1, boot="two")
+    assert (desk.restarts, desk.reports.path, desk.reports.plan_id) == (1, None, 0)
+    assert desk.events.asked == ["one", "two"]
+
+
+def test_the_path_of_an_execution_is_shown_and_leaves_the_preview_its_number():
+    desk = Desk()
+    desk.reports.on_path(path(1, 7), 1.0)
+    desk.reports.on_path(path(2, 0), 2.0)
+    assert desk.reports.path is not None and desk.reports.path.path_id == 2
+    assert (desk.reports.path_received_s, desk.reports.plan_id, desk.reports.plan_received_s) == (2.0, 7, 1.0)

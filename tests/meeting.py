@@ -1,0 +1,225 @@
+"""A real robot and real consoles in one process and in virtual time: nothing waits, nothing has a thread."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from common import keys
+from common.clock import BootClock
+from common.codec import decode
+from common.control_mode import Action, ControlMode
+from common.keys import Channel
+from common.link import Answered, Deliver, Request
+from common.messages import Telemetry, Wish
+from common.task import Task
+from local_site import intents
+from local_site.console import Console
+from local_site.picture import Picture
+from local_site.task_library import TaskLibrary
+from remote_site.config import RemoteConfig
+from remote_site.planner import PlanRequest, plan
+from remote_site.plant_memory import PlantState
+from remote_site.robot import Robot
+from tests.loopback import Question
+from tests.remote_site.bench import DT_S, VirtualTime
+from tests.remote_site.planar import TASK
+
+_TICK_EVERY = 3
+"""Robot's periods to one of a console's own."""
+
+
+class RobotsEnd:
+    """The robot's end of the link: every operator's end is at the other side."""
+
+    def __init__(self) -> None:
+        self.ends: list[OperatorsEnd] = []
+        self.subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
+        self.servers: dict[Channel, Callable[[Request], None]] = {}
+        self.newest: Telemetry | None = None
+
+    def send(self, channel: Channel, data: bytes) -> None:
+        if channel is keys.TELEMETRY:
+            self.newest = decode(data, Telemetry)
+        for end in self.ends:
+            end.carry(lambda end=end: end.deliver(channel, data))
+
+    def subscribe(self, channel: Channel, deliver: Deliver) -> None:
+        self.subscribers[channel].append(deliver)
+
+    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
+        self.servers[channel] = handle
+
+    def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
+        raise AssertionError("the robot asks nobody")
+
+    def limit(self, channel: Channel, bytes_per_s: float) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+class OperatorsEnd:
+    """One operator's end. While it is stalled everything waits; while it is cut everything is lost."""
+
+    def __init__(self, robot: RobotsEnd) -> None:
+        self._robot = robot
+        self._subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
+        self._waiting: list[Callable[[], None]] = []
+        self.stalled = self.cut = False
+        robot.ends.append(self)
+
+    def carry(self, arrive: Callable[[], None]) -> None:
+        if self.stalled:
+            self._waiting.append(arrive)
+        elif not self.cut:
+            arrive()
+
+    def mend(self) -> None:
+        """What waited arrives at once."""
+        self.stalled = self.cut = False
+        waiting, self._waiting = self._waiting, []
+        for arrive in waiting:
+            arrive()
+
+    def deliver(self, channel: Channel, data: bytes) -> None:
+        for deliver in self._subscribers[channel]:
+            deliver(data)
+
+    def send(self, channel: Channel, data: bytes) -> None:
+        def arrive() -> None:
+            for deliver in self._robot.subscribers[channel]:
+                deliver(data)
+
+        self.carry(arrive)
+
+    def subscribe(self, channel: Channel, deliver: Deliver) -> None:
+        self._subscribers[channel].append(deliver)
+
+    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
+        raise AssertionError("an operator serves nothing")
+
+    def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
+        if self.cut:
+            answered(None)
+            return
+        back = Question(data, lambda answer: self.carry(lambda: answered(answer)))
+        self.carry(lambda: self._robot.servers[channel](back))
+
+    def limit(self, channel: Channel, bytes_per_s: float) -> None:
+        pass
+
+    def close(self) -> None:
+        self.cut = True
+
+
+class Site:
+    """One operator's site."""
+
+    def __init__(self, meeting: Meeting, name: str, data_dir: Path, wish: Wish):
+        self._meeting = meeting
+        self.link = OperatorsEnd(meeting.robots_end)
+        self.library = TaskLibrary(TASK, data_dir)
+        self.console = Console(
+            TASK, self.library, self.link, name, wish=wish, now_s=lambda: meeting.sites_time.ns * 1e-9
+        )
+        self.console.listen()
+
+    @property
+    def picture(self) -> Picture:
+        return self.console.picture
+
+    def told(self, words: str) -> bool:
+        return any(words in f"{notice.what}: {notice.text}" for notice in self.picture.notices)
+
+    def ask(self, *asked: intents.Intent | Action) -> Picture:
+        """Ask for something, and have half a second for what comes of it."""
+        for intent in asked:
+            self.console.submit(intents.Command(intent) if isinstance(intent, Action) else intent)
+            self._meeting.run(0.5)
+        return self.picture
+
+    def wants(self, wish: Wish) -> Picture:
+        return self.ask(intents.Control(wish))
+
+    def hand(self, x: float, y: float) -> None:
+        now_s = self._meeting.sites_time.ns * 1e-9
+        self.console.submit(intents.Hand((x, y), now_s))
+
+    def drive(self, duration_s: float, x: float, y: float) -> None:
+        """Hold the hand at a place, with an event in every period."""
+        for _ in range(round(duration_s / DT_S)):
+            self.hand(x, y)
+            self._meeting.run(DT_S)
+
+
+class Meeting:
+    """One robot and whoever joins it.
+
+    Args:
+        task: What it does.
+        sites_ahead_s: What the sites' clocks are ahead of the robot's [s].
+    """
+
+    def __init__(self, task: Task = TASK, sites_ahead_s: float = 5000.0):
+        self.time, self.sites_time = VirtualTime(100.0), VirtualTime(100.0 + sites_ahead_s)
+        self.robots_end = RobotsEnd()
+        self.sites: list[Site] = []
+        self.written: list[dict[str, Any]] = []
+        self._task, self._boots, self._ticks = task, 0, 0
+        self.robot = self._boot(None)
+
+    def join(self, name: str, data_dir: Path, wish: Wish = Wish.CONTROL) -> Site:
+        site = Site(self, name, data_dir, wish)
+        self.sites.append(site)
+        self.run(0.5)
+        return site
+
+    def leave(self, site: Site) -> None:
+        """Its process ends without a word."""
+        site.link.close()
+        self.sites.remove(site)
+
+    @property
+    def mode(self) -> ControlMode:
+        return self.robot.supervisor.mode
+
+    @property
+    def position_m(self) -> np.ndarray:
+        return self.robot.supervisor.sensing.effector.position_m
+
+    def restart_robot(self) -> None:
+        """Its process dies and is started again; only what its memory file would hold is left."""
+        supervisor = self.robot.supervisor
+        remembered = PlantState.of(supervisor.sensing, supervisor.motion)
+        self.robots_end.subscribers.clear()
+        self.robots_end.servers.clear()
+        self.robot = self._boot(remembered)
+
+    def run(self, duration_s: float) -> None:
+        for _ in range(round(duration_s / DT_S)):
+            self.time.advance(DT_S)
+            self.sites_time.advance(DT_S)
+            self._ticks += 1
+            self.robot.step()
+            for site in self.sites:
+                site.console.owner.run_waiting()
+                if self._ticks % _TICK_EVERY == 0:
+                    site.console.owner.tick()
+
+    def _boot(self, remembered: PlantState | None) -> Robot:
+        self._boots += 1
+
+        def request_plan(request: PlanRequest) -> None:
+            robot.take_path(request, plan(request), "")
+
+        robot = Robot(
+            RemoteConfig(), self._task, BootClock(f"boot {self._boots}", self.time), self.robots_end,
+            request_plan, lambda **fields: self.written.append(fields), remembered,
+        )  # fmt: skip
+        return robot
