@@ -25,8 +25,6 @@ _INSIDE, _LOST, _CLOSE = 3.0, 5.0, 1.0
 # An execution that waits for its next component goes on after this time, or after the shorter one when it is
 # where the demonstrations left the component [s].
 _TIME_OUT_S, _AT_EXIT_S = 2.0, 0.5
-# A component may be joined from a distance of so many times what then remains of the way.
-_CONVERGENCE = 1.5
 # Starts within this many lambda of a component in which a demonstration began start there.
 _START_REACH = 1.5
 # Arrived: within so many standard deviations of the end, and staying there for this time at the present speed.
@@ -72,6 +70,7 @@ class ProgressTracker:
         self.successors = successors(model, start)
         self.durations_s = model.duration_mean_s
         self.remaining_s = self._remaining()
+        self._from_the_end = [int(i) for i in self._steps_to_go().argsort() if self.successors[i] >= 0]
 
     def start(self, point: Array, gaussians: Gaussians) -> Progress:
         """Begin where demonstrations began if that is near, else at the nearest component (Sec. VI).
@@ -102,7 +101,7 @@ class ProgressTracker:
         q, elapsed = now.component, now.elapsed_s + dt
         here = gaussians.distance(q, point)
         n, due = int(self.successors[q]), elapsed >= self.durations_s[q]
-        if not now.free and here > _LOST and gaussians.distance_to_way(q, n, point) > _LOST:
+        if self._lost(now, here, point, gaussians):
             found = gaussians.most_likely(point, self._joinable(point, gaussians))
             # To find the same one again is no progress: its time-out must not begin anew.
             since = elapsed if found == q else 0.0
@@ -118,6 +117,13 @@ class ProgressTracker:
             return replace(now, component=n, elapsed_s=0.0, free=on_the_way, waiting=False)
         return replace(now, elapsed_s=elapsed, free=free, waiting=bool(due))
 
+    def _lost(self, now: Progress, here: float, point: Array, gaussians: Gaussians) -> bool:
+        """Off the way; or on the way to a component, but no longer where that can be joined."""
+        q, n = now.component, int(self.successors[now.component])
+        if now.free:
+            return here > _LOST and n >= 0 and not self._joinable(point, gaussians)[q]
+        return here > _LOST and gaussians.distance_to_way(q, n, point) > _LOST
+
     def _may_advance(
         self, q: int, n: int, here: float, due: bool, elapsed: float, point: Array, gaussians: Gaussians
     ) -> bool:
@@ -130,16 +136,14 @@ class ProgressTracker:
         return bool(inside and (due or gaussians.distance(n, point) < here))
 
     def _joinable(self, point: Array, gaussians: Gaussians) -> NDArray[np.bool_]:
-        """Components from which the way on is long enough to come in as demonstrated. Shape (K,)."""
-        positions = gaussians.means[:, : self.model.manifold.n_dims]
-        to_go = np.zeros(len(positions))
-        for i in range(len(positions)):
-            q = i
-            while (n := self.successors[q]) >= 0:
-                to_go[i] += np.linalg.norm(positions[n] - positions[q])
-                q = n
-        spare = _CONVERGENCE * to_go - np.linalg.norm(point[: positions.shape[1]] - positions, axis=1)
-        spare[self.model.terminal] = -np.inf
+        """Components whose entry is nearer than the way that remains from there; at least one. Shape (K,)."""
+        entries = gaussians.entries[:, : self.model.manifold.n_dims]
+        steps = np.linalg.norm(entries[self.successors] - entries, axis=1)
+        to_go = np.zeros(len(entries))
+        for i in self._from_the_end:
+            to_go[i] = steps[i] + to_go[self.successors[i]]
+        spare = to_go - np.linalg.norm(point[: entries.shape[1]] - entries, axis=1)
+        spare[self.successors < 0] = -np.inf
         return spare >= min(0.0, spare.max())
 
     def _refuse_behind_the_end(self, point: Array, gaussians: Gaussians, nearest: int) -> None:
@@ -155,6 +159,15 @@ class ProgressTracker:
         """Time until the end of the motion as it was demonstrated [s]."""
         q = now.component
         return float(self.remaining_s[q] - min(now.elapsed_s, self.durations_s[q]))
+
+    def _steps_to_go(self) -> NDArray[np.int64]:
+        """How many components follow each one. Shape (K,)."""
+        steps = np.zeros(self.model.n_components, np.int64)
+        for i in range(len(steps)):
+            q = i
+            while self.successors[q] >= 0:
+                steps[i], q = steps[i] + 1, self.successors[q]
+        return steps
 
     def _remaining(self) -> Array:
         remaining = np.zeros(self.model.n_components)
