@@ -10,10 +10,11 @@ from local_site.picture import Picture
 from local_site.view import palette
 from local_site.view.html import Html
 
-_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 390.0, 128.0, 26.0, 26.0, 20.0, 34.0
-_RADIUS = 13.0
-_APART = 3.6 * _RADIUS
-"""Least distance of two nodes of one lane: their durations do not touch [px]."""
+_WIDTH, _HEIGHT, _SIDE, _TOP, _BOTTOM = 390.0, 128.0, 26.0, 20.0, 32.0
+"""The least size of the drawing and its margins [px]."""
+_RADIUS = 12.0
+_APART, _LANE = 46.0, 38.0
+"""Least distances of two nodes beside and above each other, so that their durations do not touch [px]."""
 
 
 class TransitionGraph:
@@ -47,6 +48,8 @@ _EMPTY = '<div class="fh-caption">learned model</div><div class="fh-empty">nothi
 def graph_svg(model: TPHSMM, active: int) -> str:
     """The graph as SVG: from left to right by where in the motion a component is visited."""
     places = node_places(model)
+    width = max(_WIDTH, float(places[:, 0].max()) + _SIDE)
+    height = max(_HEIGHT, float(places[:, 1].max()) + _BOTTOM)
     parts = [
         _edge(places[i], places[k], float(model.transition[i, k]))
         for i, k in zip(*np.nonzero(model.transition), strict=True)
@@ -54,31 +57,33 @@ def graph_svg(model: TPHSMM, active: int) -> str:
     parts += [_node(model, index, place, index == active) for index, place in enumerate(places)]
     return (
         f'<div class="fh-caption">learned model: components, transitions, durations [s]</div>'
-        f'<svg viewBox="0 0 {_WIDTH:.0f} {_HEIGHT:.0f}" preserveAspectRatio="xMidYMid meet">'
+        f'<svg viewBox="0 0 {width:.0f} {height:.0f}" preserveAspectRatio="xMidYMid meet">'
         '<defs><marker id="fh-tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="6" markerHeight="6" orient="auto">'
         '<path d="M0 0 L8 4 L0 8 z" fill="#94a3b8"/></marker></defs>' + "".join(parts) + "</svg>"
     )
 
 
 def node_places(model: TPHSMM) -> np.ndarray:
-    """Where each component is drawn, so that none covers another. Shape (K, 2) [px]."""
+    """Where each component is drawn, so that none covers another. Shape (K, 2) [px].
+
+    Every path has a lane. Components that lie beside each other on the board do so here: upper ones first.
+    """
     phase = np.where(model.terminal, 1.0, model.phase)
     spread = max(float(np.ptp(phase)), 1e-9)
-    x = _LEFT + (phase - phase.min()) / spread * (_WIDTH - _LEFT - _RIGHT)
-    y = np.full(model.n_components, 0.5 * (_TOP + _HEIGHT - _BOTTOM))
-    heights = np.linspace(_TOP, _HEIGHT - _BOTTOM, max(model.n_paths, 1) if model.n_paths > 1 else 1)
-    if heights.size == 1:
-        heights = np.array([0.5 * (_TOP + _HEIGHT - _BOTTOM)])
-    lane_end = np.full(heights.size, -np.inf)
-    # Components that lie beside each other on the board lie beside each other here: upper ones first.
+    x = (phase - phase.min()) / spread * (_WIDTH - 2.0 * _SIDE)
+    n_lanes = max(model.n_paths, 1)
+    lane_y = np.linspace(_TOP, max(_HEIGHT - _BOTTOM, _TOP + _LANE * (n_lanes - 1)), n_lanes)
+    if n_lanes == 1:
+        lane_y[:] = 0.5 * (_TOP + _HEIGHT - _BOTTOM)
+    y, lane_end = np.zeros(model.n_components), np.full(n_lanes, -_APART)
     for index in sorted(range(model.n_components), key=lambda i: (x[i], -model.means[0, i, 1])):
         free = np.flatnonzero(x[index] - lane_end >= _APART)
         lane = int(free[0]) if free.size else int(np.argmin(lane_end))
-        x[index] = max(x[index], lane_end[lane] + _APART) if np.isfinite(lane_end[lane]) else x[index]
-        lane_end[lane], y[index] = x[index], heights[lane]
-    if np.ptp(x) > 1e-9:
-        x = _LEFT + (x - x.min()) * (_WIDTH - _LEFT - _RIGHT) / (x.max() - x.min())
-    return np.column_stack([x, y])
+        x[index] = max(x[index], lane_end[lane] + _APART)
+        lane_end[lane], y[index] = x[index], lane_y[lane]
+    if 0.0 < x.max() < _WIDTH - 2.0 * _SIDE:
+        x *= (_WIDTH - 2.0 * _SIDE) / x.max()
+    return np.column_stack([_SIDE + x, y])
 
 
 def _edge(start: np.ndarray, end: np.ndarray, probability: float) -> str:
@@ -110,5 +115,5 @@ def _node(model: TPHSMM, index: int, place: np.ndarray, active: bool) -> str:
         + f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{_RADIUS}" fill="{colour}" stroke="{ring}" '
         f'stroke-width="{4 if active else 2}"/>'
         f'<text x="{x:.1f}" y="{y + 4:.1f}" class="fh-number">{index + 1}</text>'
-        f'<text x="{x:.1f}" y="{y + _RADIUS + 14:.1f}" class="fh-duration">{words}</text>'
+        f'<text x="{x:.1f}" y="{y + _RADIUS + 13:.1f}" class="fh-duration">{words}</text>'
     )

@@ -43,9 +43,6 @@ class OperatorPage:
         page.on("pageerror", lambda error: self.problems.append(str(error)))
         page.on("console", lambda message: self.console.append(message.text))
         page.on("request", lambda request: self.requests.append(request.url))
-        # viser warns of software drawing; the warning lies over what a test wants to press.
-        warning = page.locator(".mantine-Notification-root", has_text="Software WebGL")
-        page.add_locator_handler(warning, lambda shown: shown.locator("button").click())
 
     def open(self, address: str, dpr: float = 0.25) -> None:
         """Load the page and wait until it is all there; coarse pixels are drawn faster."""

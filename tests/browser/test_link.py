@@ -34,16 +34,15 @@ def test_a_link_that_dies_and_comes_back_interrupts_neither_the_robot_nor_the_op
     tab.command("Execute", "AUTONOMOUS")
     tab.slide("Cut for [s]", 5)
     tab.press("Cut")
+    popups = tab.page.locator("[role=dialog]:visible, .mantine-Notification-root:visible")
     tab.says("link", "LOST")
     tab.says("silence", re.compile(r"silent for \d+ s"))
     tab.says("mode", "AUTONOMOUS")
     assert "OLD" in tab.tp("seen").inner_text()
-    assert tab.page.get_by_role("dialog").count() == 0
-    assert tab.page.locator(".mantine-Notification-root").count() == 0
+    expect(popups).to_have_count(0)
     tab.says("link", "OK")
     tab.says("phase", "ARRIVED")
-    assert tab.page.get_by_role("dialog").count() == 0
-    assert tab.page.locator(".mantine-Notification-root").count() == 0
+    expect(popups).to_have_count(0)
     tab.command("Abort", "HOLD")
 
 

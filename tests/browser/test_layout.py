@@ -1,0 +1,88 @@
+"""What is written on the page can be read: no two texts overlap, nothing is cut off."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.browser.operator_page import OperatorPage
+
+SIZES = [(1280, 720), (1920, 1080)]
+
+# The boxes of all lines of text that are to be seen: {owner, text, x, y, right, bottom, cut}.
+TEXT_BOXES = """() => {
+  const boxes = [], owners = [];
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+    const text = node.textContent.trim(), owner = node.parentElement;
+    if (!text || owner.closest("style, script, noscript, [data-portal]")) continue;
+    if (!owner.checkVisibility({ opacityProperty: true, visibilityProperty: true })) continue;
+    const range = document.createRange();
+    range.selectNodeContents(node);
+    if (!owners.includes(owner)) owners.push(owner);
+    for (const { x, y, right, bottom, width, height } of range.getClientRects()) {
+      if (width < 1 || height < 1) continue;
+      let cut = false;
+      for (let at = owner; at; at = getComputedStyle(at).position === "fixed" ? null : at.parentElement) {
+        const clips = getComputedStyle(at).overflowX !== "visible";
+        if (clips && right > at.getBoundingClientRect().right + 1) cut = true;
+      }
+      boxes.push({ owner: owners.indexOf(owner), text, x, y, right, bottom, cut });
+    }
+  }
+  return boxes;
+}"""
+
+
+def assert_legible(tab: OperatorPage) -> None:
+    for width, height in SIZES:
+        tab.page.set_viewport_size({"width": width, "height": height})
+        tab.next_frame()
+        boxes = tab.page.evaluate(TEXT_BOXES)
+        assert len(boxes) > 30
+        assert [box["text"] for box in boxes if box["cut"]] == [], f"cut off at {width} x {height}"
+        assert overlapping(boxes) == [], f"at {width} x {height}"
+    tab.page.set_viewport_size({"width": 900, "height": 560})
+
+
+def overlapping(boxes: list[dict]) -> list[tuple[str, str]]:
+    """Pairs of texts of different elements whose boxes share more than a pixel either way."""
+    return [
+        (a["text"], b["text"])
+        for i, a in enumerate(boxes)
+        for b in boxes[i + 1 :]
+        if a["owner"] != b["owner"]
+        and min(a["right"], b["right"]) - max(a["x"], b["x"]) > 1.0
+        and min(a["bottom"], b["bottom"]) - max(a["y"], b["y"]) > 1.0
+    ]
+
+
+def test_the_overlap_is_found() -> None:
+    box = {"owner": 0, "text": "a", "x": 0, "y": 0, "right": 10, "bottom": 10}
+    beside = {**box, "owner": 1, "text": "b", "x": 10, "right": 20}
+    over = {**box, "owner": 2, "text": "c", "x": 5, "y": 5}
+    assert overlapping([box, beside]) == []
+    assert overlapping([box, over]) == [("a", "c")]
+
+
+@pytest.mark.timeout(170)
+def test_every_state_is_legible(tab: OperatorPage) -> None:
+    assert_legible(tab)
+    tab.taught()
+    tab.press("Record")
+    tab.says("recording", "RECORDING")
+    assert_legible(tab)
+    tab.press("Undo")
+    tab.command("Arm", "HOLD")
+    tab.press("Preview")
+    tab.tells("of motion")
+    tab.command("Execute", "AUTONOMOUS")
+    tab.says("phase", "ARRIVED")
+    assert_legible(tab)
+    tab.slide("Cut for [s]", 12)
+    tab.press("Cut")
+    tab.says("link", "LOST")
+    tab.press("STOP")
+    tab.says("pending", "none")
+    assert_legible(tab)
+    tab.says("mode", "STOPPED")
+    assert_legible(tab)
