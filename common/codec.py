@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from functools import cache
 from typing import Any, TypeVar
 
 import msgpack
@@ -61,12 +62,17 @@ def _check_schema(plain: Any, kind: type[Message]) -> None:
     """Say plainly that the other site speaks another version, before any field is looked at."""
     if not isinstance(plain, dict):
         raise InvalidMessage(kind.__name__, "", f"a map of fields, got {type(plain).__name__}")
-    key = next(f.encode_name for f in msgspec.structs.fields(kind) if f.name == "schema")
-    theirs = plain.get(key)
+    theirs = plain.get(_schema_key(kind))
     if theirs != SCHEMA:
         raise InvalidMessage(
             kind.__name__, "schema", f"version {SCHEMA}, got {theirs!r}: run the same Farhand on both sites"
         )
+
+
+@cache
+def _schema_key(kind: type[Message]) -> str:
+    """What the schema is called on the wire; finding out takes longer than all the rest of decoding."""
+    return next(field.encode_name for field in msgspec.structs.fields(kind) if field.name == "schema")
 
 
 def numbers(plain: Any, path: str = "") -> Iterator[tuple[str, float]]:

@@ -60,6 +60,11 @@ class MessageLine:
         self._under_way_bytes += n_bytes
         return arrivals
 
+    @property
+    def next_arrival_s(self) -> float | None:
+        """When the next of what is under way arrives [s]; None for nothing."""
+        return self._under_way[0][0] if self._under_way else None
+
     def free_bytes(self, now_s: float) -> int:
         """Room for bytes at that time; a sender who finds none has to wait or to drop."""
         self._forget_arrived(now_s)

@@ -47,6 +47,10 @@ class SendQueue(Generic[T]):
         self._budgets[newest_only] = bytes_per_s
         self._not_before_s.pop(newest_only, None)
 
+    def clear(self) -> None:
+        """Forget what waits; budgets stay."""
+        self._waiting.clear()
+
     def take(self, now_s: float) -> T | None:
         """The oldest item that may go now, or None."""
         for key, (item, name, n_bytes) in self._waiting.items():

@@ -42,6 +42,7 @@ STUDIES = {
     "online-batch": "evaluation.online_batch",
     "human": "evaluation.human",
     "handwriting": "evaluation.handwriting",
+    "link-chaos": "evaluation.link_chaos",
     "modes": "evaluation.modes",
 }
 

@@ -79,7 +79,8 @@ class OperatorContact:
         if is_renewal and verdict.reason and not verdict.delay_changed:
             self.stale_refused += 1
             return f"this renewal came too late: {verdict.reason}", verdict.age_s
-        reason = self.lease.request(request.session, request.site_name, now_s, request.wish)
+        fresh = not verdict.reason
+        reason = self.lease.request(request.session, request.site_name, now_s, request.wish, fresh)
         if self.lease.session and self.lease.session != self._usual_for:
             self._usual_for = self.lease.session
             self._freshness.forget()

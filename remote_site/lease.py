@@ -24,6 +24,7 @@ class Lease:
         self._since_s = self._renewed_s = 0.0
         self._asking: tuple[str, str, float] = ("", "", 0.0)  # session, name, when
         self._replaced: deque[str] = deque(maxlen=_REMEMBERED)
+        self._sessions: deque[str] = deque(maxlen=_REMEMBERED)  # in the order in which they were heard of
         self.holder = ""
         """Name of the site that holds it, empty when free."""
         self.lease_id = ""
@@ -31,7 +32,9 @@ class Lease:
         self.asked_by = ""
         """Name of the site that asks the holder for it, empty for none."""
 
-    def request(self, session: str, site_name: str, now_s: float, wish: Wish = Wish.CONTROL) -> str:
+    def request(
+        self, session: str, site_name: str, now_s: float, wish: Wish = Wish.CONTROL, fresh: bool = True
+    ) -> str:
         """Take, renew, ask for, hand over or give up the lease.
 
         Args:
@@ -39,12 +42,15 @@ class Lease:
             site_name: What it is called.
             now_s: Now [s].
             wish: What it wants.
+            fresh: Whether the request is known to be of now; only then a restarted site takes its own back.
 
         Returns:
             An empty string when it holds the lease after this, else why not.
         """
         self.expire(now_s)
-        if session in self._replaced:
+        if session not in self._sessions:
+            self._sessions.append(session)
+        if session in self._replaced or self._is_earlier(session, site_name):
             return f"{site_name} was started again: this one only watches"
         holds = bool(self.lease_id) and self.session == session
         if wish is Wish.WATCH:
@@ -58,7 +64,7 @@ class Lease:
         if holds:
             self._renewed_s = now_s
             return ""
-        if self.lease_id and self.holder == site_name:
+        if self.lease_id and self.holder == site_name and fresh:
             # The site was restarted: it reclaims its own. Its earlier process must not do the same.
             self._replaced.append(self.session)
         elif self.lease_id:
@@ -80,6 +86,12 @@ class Lease:
     def is_held_by(self, session: str, lease_id: str) -> bool:
         """Whether a message comes from the holder."""
         return bool(lease_id) and lease_id == self.lease_id and session == self.session
+
+    def _is_earlier(self, session: str, site_name: str) -> bool:
+        """Whether the holder is a later process of the same site: then this is an echo of the past."""
+        if not self.lease_id or self.holder != site_name or self.session not in self._sessions:
+            return False
+        return self._sessions.index(session) < self._sessions.index(self.session)
 
     def _grant(self, session: str, site_name: str, now_s: float) -> None:
         self.session, self.holder = session, site_name

@@ -91,8 +91,16 @@ class Robot:
         Args:
             late_s: How late it began [s].
         """
+        self.handle()
+        self.move(late_s)
+
+    def handle(self) -> None:
+        """Do what has arrived."""
         for handle in self._first.take_all() + self._inbox.take_all():
             handle()
+
+    def move(self, late_s: float = 0.0) -> None:
+        """Watch, move, report."""
         self.supervisor.tick(1.0 / self._config.control_hz, late_s)
         if self._ticks % max(1, round(self._config.control_hz / self._config.telemetry_hz)) == 0:
             self._announce(keys.TELEMETRY, self._reporter.report())
@@ -115,7 +123,9 @@ class Robot:
         )
         limits = task.limits
         start_m = np.clip(remembered.position_m if remembered else task.start_m, 0.0, task.workspace_m)
-        plant = PointPlant(start_m, np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2)
+        plant = self.plant = PointPlant(
+            start_m, np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
+        )
         supervisor = Supervisor(
             task, self._config, plant, perception, self._clock, self._announce, request_plan, write
         )

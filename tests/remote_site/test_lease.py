@@ -101,3 +101,21 @@ def test_an_old_holder_gets_it_back_unasked_if_nobody_took_it():
     lease.request("a", "ann", 0.0)
     assert lease.request("a", "ann", 10.0) == ""
     assert lease.holder == "ann"
+
+
+def test_an_old_request_of_an_earlier_process_cannot_take_it_from_the_present_one():
+    lease = Lease(3.0)
+    lease.request("old", "ann", 0.0)
+    assert lease.expire(10.0)
+    assert lease.request("new", "ann", 10.1) == ""
+    assert "started again" in lease.request("old", "ann", 10.2)
+    assert lease.session == "new"
+    assert lease.request("new", "ann", 10.3) == ""
+
+
+def test_a_restarted_site_reclaims_its_lease_by_what_is_surely_of_now():
+    lease = Lease(3.0)
+    lease.request("present", "ann", 0.0)
+    assert "held by ann" in lease.request("unknown", "ann", 1.0, fresh=False)
+    assert lease.session == "present"
+    assert lease.request("restarted", "ann", 1.1, fresh=True) == ""
