@@ -11,7 +11,8 @@ from common.control_mode import ControlMode
 from common.messages import Command, Message, OperatorInput, Stop
 from common.task import Task
 from common.virtual_way import Kind, Packet
-from evaluation.invariants import Arrived, Period, Ran, Snapshot, all_invariants, violations
+from evaluation.invariants import Violation, all_invariants, violations
+from evaluation.period import Arrived, Period, Ran, Snapshot
 from remote_site.model_store import StoredModel
 from remote_site.robot import Robot
 
@@ -37,7 +38,7 @@ class ChaosWatch:
         self._robot: Robot | None = None
         self._arrived: list[Arrived] = []
         self._ran: list[Ran] = []
-        self.violations: list[str] = []
+        self.violations: list[Violation] = []
         self.periods: Counter[str] = Counter()
         """Control periods by the mode at their end."""
         self.transitions: Counter[str] = Counter()
@@ -70,7 +71,7 @@ class ChaosWatch:
         )  # fmt: skip
         found = violations(self._invariants, period)
         room = _MOST_REPORTED - len(self.violations)
-        self.violations += [f"{period.time_s:.2f} s: {text}" for text in found[: max(0, room)]]
+        self.violations += found[: max(0, room)]
         self.periods[after.mode] += 1
         if after.mode is not self._before.mode:
             self.transitions[f"{self._before.mode} -> {after.mode}"] += 1

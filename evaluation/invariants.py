@@ -6,129 +6,22 @@ robot is. None of them asks the code that it checks whether it was right.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from common.control_mode import Action, ControlMode, Phase
-from common.messages import Command, Message, OperatorInput, Stop
+from common.messages import OperatorInput, Stop
 from common.task import Task
+from evaluation.driving_rules import INPUT_SILENCE_S, AtMostOnce, DeadMan
+from evaluation.period import Invariant, Period
 
 _MOVING = (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
 _MANOEUVRES = (Phase.RETRACTING, Phase.GOING_TO_READY, Phase.BACKING_OFF)
 _SPEED_ROUNDING_M_S = 1e-9
-_STANDING_M_S = 5e-3
-INPUT_SILENCE_S = 0.5
 TTL_MAX_S = 1.0
 """No message counts that took longer than usual by more than this [s]."""
-
-
-@dataclass(frozen=True)
-class Arrived:
-    """A message that reached the robot.
-
-    Args:
-        message: It.
-        sent_s: When it was first handed to the link [s].
-        arrived_s: When it came [s].
-    """
-
-    message: Message
-    sent_s: float
-    arrived_s: float
-
-    @property
-    def flight_s(self) -> float:
-        """How long it was under way [s]."""
-        return self.arrived_s - self.sent_s
-
-
-@dataclass(frozen=True)
-class Ran:
-    """A command that the robot did.
-
-    Args:
-        command: It.
-        flight_s: How long it was under way [s].
-        lease_id: Of who was in control at that moment, empty for nobody.
-    """
-
-    command: Command
-    flight_s: float
-    lease_id: str
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """The robot at one moment.
-
-    Args:
-        boot: Of the robot.
-        mode: Its mode.
-        phase: What AUTONOMOUS is at.
-        lease_id: Of who is in control, empty for nobody.
-        coupling: Coupling id and lease of the coupling, None without one.
-        position_m: Shape (D,) [m].
-        velocity_m_s: Shape (D,) [m/s].
-    """
-
-    boot: str
-    mode: ControlMode
-    phase: Phase
-    lease_id: str
-    coupling: tuple[int, str] | None
-    position_m: NDArray[np.float64]
-    velocity_m_s: NDArray[np.float64]
-
-    @property
-    def speed_m_s(self) -> float:
-        """Magnitude of the velocity [m/s]."""
-        return float(np.linalg.norm(self.velocity_m_s))
-
-
-@dataclass(frozen=True)
-class Period:
-    """One control period.
-
-    Args:
-        time_s: When [s].
-        dt_s: How long [s].
-        before: The robot at its beginning.
-        between: When all that had arrived was done, before it moved.
-        after: At its end.
-        arrived: What was done in it.
-        ran: The commands that were done in it.
-        usual_age_s: How old a message usually is, as the robot has learned it; zero before that [s].
-    """
-
-    time_s: float
-    dt_s: float
-    before: Snapshot
-    between: Snapshot
-    after: Snapshot
-    arrived: tuple[Arrived, ...]
-    ran: tuple[Ran, ...]
-    usual_age_s: float
-
-    def did(self, *actions: Action) -> list[Ran]:
-        """The commands of these actions that were done; without any given, all."""
-        return [ran for ran in self.ran if not actions or ran.command.action in actions]
-
-
-class Invariant(ABC):
-    """Something that holds in every control period."""
-
-    number: str
-    """Of the sentence in `modes.md`, in the order of its section on invariants."""
-    sentence: str | None
-    """The sentence."""
-
-    @abstractmethod
-    def violation(self, period: Period) -> str:
-        """How it was violated; empty when it was not."""
 
 
 class NoMotionWithoutLease(Invariant):
@@ -310,50 +203,6 @@ class NothingStaleMoves(Invariant):
         return ""
 
 
-class DeadMan(Invariant):
-    """No input event for 0.5 s: the robot stops where it is."""
-
-    number = "Driving"
-    sentence = __doc__
-
-    def __init__(self, task: Task):
-        self._brake_s = task.limits.speed_m_s / task.limits.acceleration_m_s2
-        self._newest_s = -np.inf
-
-    def violation(self, period: Period) -> str:
-        """See `Invariant.violation`."""
-        if any(isinstance(each.message, OperatorInput) for each in period.arrived):
-            self._newest_s = period.time_s
-        silent_s = period.time_s - self._newest_s
-        if period.before.mode is not ControlMode.DIRECT or period.after.mode is not ControlMode.DIRECT:
-            return ""
-        late = silent_s > INPUT_SILENCE_S + self._brake_s + 2 * period.dt_s
-        if late and period.after.speed_m_s > _STANDING_M_S and period.before.speed_m_s > _STANDING_M_S:
-            return (
-                f"{silent_s:.2f} s after the last input the robot moves at {period.after.speed_m_s:.3f} m/s"
-            )
-        return ""
-
-
-class AtMostOnce(Invariant):
-    """Commands run at most once in a boot."""
-
-    number = "Freshness"
-    sentence = __doc__
-
-    def __init__(self) -> None:
-        self._ran: set[tuple[str, str]] = set()
-
-    def violation(self, period: Period) -> str:
-        """See `Invariant.violation`."""
-        for ran in period.ran:
-            key = (period.between.boot, ran.command.command_id)
-            if key in self._ran:
-                return f"{ran.command.action} ran twice"
-            self._ran.add(key)
-        return ""
-
-
 NOT_HERE = {
     "8": "DISARMED and STOPPED are reachable from everywhere: tried at the end of every schedule.",
     "9": "The force limit holds in every mode: the point on the board feels no force; the arm's tests check it.",
@@ -370,7 +219,22 @@ def all_invariants(task: Task, max_age_s: float) -> list[Invariant]:
     ]  # fmt: skip
 
 
-def violations(invariants: Iterable[Invariant], period: Period) -> list[str]:
-    """All violations in one period, each with the number of its invariant."""
+@dataclass(frozen=True)
+class Violation:
+    """An invariant that did not hold.
+
+    Args:
+        invariant: Its number.
+        time_s: When [s].
+        text: What happened instead.
+    """
+
+    invariant: str
+    time_s: float
+    text: str
+
+
+def violations(invariants: Iterable[Invariant], period: Period) -> list[Violation]:
+    """All violations in one period."""
     found = ((invariant.number, invariant.violation(period)) for invariant in invariants)
-    return [f"{number}: {text}" for number, text in found if text]
+    return [Violation(number, period.time_s, text) for number, text in found if text]

@@ -13,6 +13,7 @@ import logging
 import tempfile
 import time
 from collections import Counter
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from common.virtual_way import Packet
 from evaluation.chaos_operator import ChaosOperator
 from evaluation.chaos_schedule import DURATION_S, Mishap, Schedule, random_schedule
 from evaluation.chaos_watch import ChaosWatch
-from evaluation.invariants import NOT_HERE, all_invariants
+from evaluation.invariants import NOT_HERE, Violation, all_invariants
 from evaluation.statistics import wilson_interval
 from evaluation.virtual_sites import Hooks, VirtualSites
 from local_site import intents
@@ -56,7 +57,7 @@ def trial(case: Case) -> Case:
     problems = run.watch.violations + run.reach_rest()
     return {
         "seed": case["seed"],
-        "violations": problems,
+        "violations": [asdict(problem) for problem in problems],
         "virtual_s": run.sites.time.now_s(),
         "wall_s": time.perf_counter() - wall_s,
         "cpu_s": time.process_time() - cpu_s,
@@ -100,7 +101,7 @@ class _Run:
         self.operator.done = True
         self.sites.run(_LONGEST_MISHAP_S)
 
-    def reach_rest(self) -> list[str]:
+    def reach_rest(self) -> list[Violation]:
         """From here to STOPPED and to DISARMED over a good link: what did not work."""
         sites, problems = self.sites, []
         sites.link.change(LinkSettings())
@@ -116,7 +117,8 @@ class _Run:
                 told = "; ".join(
                     f"{notice.what}: {notice.text}" for notice in sites.console.picture.notices[-2:]
                 )
-                problems.append(f"8: {mode} was not reached from {sites.robot.supervisor.mode} ({told})")
+                text = f"{mode} was not reached from {sites.robot.supervisor.mode} ({told})"
+                problems.append(Violation("8", sites.time.now_s(), text))
         return problems
 
     def _on_packet(self, packet: Packet) -> None:
@@ -155,7 +157,7 @@ def _taught() -> tuple[Task, TaskLibrary]:
 def summarise(results: list[Case]) -> tuple[Case, str]:
     """Counts of violations by invariant, what was covered, how fast it was."""
     failing = [result["seed"] for result in results if result["violations"]]
-    by_invariant = Counter(text.split(": ")[-2] for result in results for text in result["violations"])
+    by_invariant = Counter(each["invariant"] for result in results for each in result["violations"])
     periods, transitions = (
         sum((Counter(result[name]) for result in results), Counter()) for name in ("periods", "transitions")
     )
@@ -209,5 +211,8 @@ def _markdown(summary: Case, results: list[Case]) -> str:
             "",
             f"Seed {result['seed']} (`farhand evaluate link-chaos --trials 1 --seed {result['seed']}`):",
         ]
-        lines += [f"- {text}" for text in result["violations"]]
+        lines += [
+            f"- {each['time_s']:.2f} s, invariant {each['invariant']}: {each['text']}"
+            for each in result["violations"]
+        ]
     return "\n".join(lines)
