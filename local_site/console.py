@@ -267,6 +267,8 @@ class Console:
             strokes=(*library.strokes, *current),
             path=reports.path,
             path_received_s=reports.path_received_s,
+            can_retract=self._task.retract_m is not None,
+            lost_link=self._task.lost_link,
             plan_id=reports.plan_id,
             plan_received_s=reports.plan_received_s,
             stop=self._stop.status,

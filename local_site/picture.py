@@ -79,6 +79,8 @@ class Picture:
         strokes: What was demonstrated, each of shape (T, D) [m], the one under way last.
         path: The newest path.
         path_received_s: When it came, on the console's clock [s].
+        can_retract: Whether the task says where to retract to.
+        lost_link: What an execution does when the link is lost.
         plan_id: The newest preview, 0 without one.
         plan_received_s: When it came, on the console's clock [s].
         stop: The newest stop of this site.
@@ -106,6 +108,8 @@ class Picture:
     strokes: tuple[NDArray[np.float64], ...]
     path: PlannedPath | None
     path_received_s: float
+    can_retract: bool
+    lost_link: str
     plan_id: int
     plan_received_s: float
     stop: StopStatus | None

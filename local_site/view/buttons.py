@@ -9,12 +9,13 @@ from typing import Literal
 import viser
 
 from common.control_mode import Action, ControlMode, allowed_actions
+from common.messages import Wish
 from local_site import intents
 from local_site.picture import Picture
 
 _PENDING_ICON = viser.Icon.HOURGLASS
 OnPress = Callable[[int, "ButtonSpec"], None]
-Colour = Literal["blue", "gray", "green", "orange", "red"]
+Colour = Literal["blue", "gray", "green", "orange", "red", "yellow"]
 
 
 @dataclass(frozen=True)
@@ -59,9 +60,22 @@ def _command_enabled(action: Action, picture: Picture) -> bool:
             return bool(picture.confirmed_sha256)
         case Action.COUPLE:
             return not picture.recording
+        case Action.RETRACT:
+            return picture.can_retract
         case Action.RESET:
             return picture.stop is None or picture.stop.standing
     return True
+
+
+def _wish(wish: Wish, label: str, enabled: Callable[[Picture], bool], colour: Colour = "gray") -> ButtonSpec:
+    """A button about who is in control; it stays marked until the robot has answered."""
+    return ButtonSpec(
+        label,
+        lambda _shown: intents.Control(wish),
+        lambda picture: picture.robot is not None and enabled(picture),
+        lambda picture: picture.wish is wish and wish in (Wish.ASK, Wish.GIVE),
+        colour,
+    )
 
 
 def _can_send(picture: Picture) -> bool:
@@ -76,6 +90,7 @@ TEACH = (
     ButtonSpec("Undo", lambda _: intents.Undo(), lambda p: p.can_undo, colour="gray"),
     ButtonSpec("Load samples", lambda _: intents.LoadSamples(), lambda p: not p.recording, colour="gray"),
     ButtonSpec("Send model", lambda _: intents.SendModel(), _can_send, lambda p: p.sending_model),
+    ButtonSpec("Recover", lambda _: intents.Recover(), lambda p: p.can_recover, colour="gray"),
 )
 ROBOT = (
     _command(Action.ARM, "Arm"),
@@ -85,7 +100,16 @@ ROBOT = (
     _command(Action.PREVIEW, "Preview", "gray"),
     _command(Action.EXECUTE, "Execute", "green"),
     _command(Action.ABORT, "Abort", "orange"),
+    _command(Action.PAUSE, "Pause", "orange"),
+    _command(Action.RESUME, "Resume", "green"),
+    _command(Action.RETRACT, "Retract", "gray"),
+    _command(Action.GO_TO_READY, "Go to ready", "gray"),
     _command(Action.RESET, "Reset", "gray"),
+)
+CONTROL = (
+    _wish(Wish.ASK, "Ask for control", lambda p: not p.in_control and p.wish is not Wish.ASK),
+    _wish(Wish.GIVE, "Hand over", lambda p: p.in_control and bool(p.asked_by), "yellow"),
+    _wish(Wish.WATCH, "Only watch", lambda p: p.in_control),
 )
 
 

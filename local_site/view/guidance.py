@@ -46,8 +46,9 @@ class Guidance:
 def _line(notice: Notice, newest: bool) -> str:
     measured = f" ({notice.measured:.3g})" if notice.measured is not None else ""
     kind = "fh-said" if notice.good else "fh-refused"
+    by = f" [{notice.who}]" if notice.who else ""
     return element(
-        "message", f"{notice.what}: {notice.text}{measured}", f"{kind}{' fh-newest' * newest}", "div"
+        "message", f"{notice.what}{by}: {notice.text}{measured}", f"{kind}{' fh-newest' * newest}", "div"
     )
 
 
@@ -58,21 +59,35 @@ def advice(picture: Picture) -> str:
         return "The stop is being resent until the robot confirms it."
     if picture.mode is None:
         return "Wait for the robot's first report."
+    if picture.asked_by:
+        return f"{picture.asked_by} asks for the control of the robot: press Hand over, or go on."
     if picture.mode is ControlMode.STOPPED:
         return "Stopped. Press Reset when it is safe to go on."
     if picture.recording:
         return "Draw with the mouse on the LOCAL board, into the U, then press End."
-    if picture.mode is ControlMode.DIRECT:
-        return "Drag on the LOCAL board: the robot follows. Let go, or press Clutch, to decouple."
-    if picture.mode is ControlMode.AUTONOMOUS:
-        if picture.phase is Phase.ARRIVED:
+    return _moving_advice(picture) or _teaching_advice(picture) or _executing_advice(picture)
+
+
+def _moving_advice(picture: Picture) -> str:
+    """While something moves the robot, or would."""
+    match picture.mode:
+        case ControlMode.DIRECT:
+            return "Drag on the LOCAL board: the robot follows. Let go, or press Clutch, to decouple."
+        case ControlMode.PAUSED:
+            return "Paused, and kept. Press Resume to go on, or Abort."
+        case ControlMode.AUTONOMOUS if picture.phase.at_end:
             return "Arrived: it tracks the U. Drag the robot's U, press Execute again, or Clutch to end."
-        return "The robot executes the model by itself, whatever the link does. Abort ends it."
-    return _teaching_advice(picture) or _executing_advice(picture)
+        case ControlMode.AUTONOMOUS if picture.phase is not Phase.APPROACHING:
+            return f"The robot is {picture.phase}. Abort ends it where it is."
+        case ControlMode.AUTONOMOUS:
+            return "The robot executes the model by itself, whatever the link does. Abort ends it."
+    return ""
 
 
 def _teaching_advice(picture: Picture) -> str:
     learned = picture.learned
+    if learned is None and picture.can_recover:
+        return "A demonstration was under way when this site ended: press Recover to learn it."
     if learned is None:
         return "Teach: press Record and draw into the U on the LOCAL board, or press Load samples."
     if picture.sending_model:

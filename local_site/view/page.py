@@ -16,6 +16,7 @@ from common.task import Task
 from local_site.console import Console
 from local_site.picture import Picture
 from local_site.view import buttons
+from local_site.view.auto_send import AutoSend
 from local_site.view.buttons import Buttons, ButtonSpec
 from local_site.view.guidance import Guidance
 from local_site.view.html import Html, element
@@ -92,10 +93,14 @@ class Page:
         self._strip, self._graph, self._history = StatusStrip(gui), TransitionGraph(gui), LinkHistory(gui)
         self._buttons = [Buttons(gui, (buttons.STOP,), self._on_press)]
         self._guidance = Guidance(gui)
-        for title, specs in (("Teach", buttons.TEACH), ("Robot", buttons.ROBOT)):
-            with gui.add_folder(title):
-                self._buttons.append(Buttons(gui, specs, self._on_press))
+        with gui.add_folder("Teach"):
+            self._buttons.append(Buttons(gui, buttons.TEACH, self._on_press))
+            self._auto_send = AutoSend(gui, self._console.submit, self._act)
+        with gui.add_folder("Robot"):
+            self._buttons.append(Buttons(gui, buttons.ROBOT, self._on_press))
         self._link = LinkPanel(gui, self._worker, self._act) if self._worker is not None else None
+        with gui.add_folder("Control", expand_by_default=False):
+            self._buttons.append(Buttons(gui, buttons.CONTROL, self._on_press))
 
     # Events, from the server's threads: they only enqueue ---------------------------------------
 
@@ -145,6 +150,7 @@ class Page:
         self._server.flush()
         for group in self._buttons:
             group.draw(picture)
+        self._auto_send.draw(picture)
         self._guidance.draw(picture)
         self._strip.draw(picture, ghost, now_s)
         self._graph.draw(picture)

@@ -23,6 +23,7 @@ _LINK_WORDS = {
     LinkHealth.LOST: "LOST",
 }
 _HOLDERS = {ControlMode.DIRECT: "OPERATOR", ControlMode.AUTONOMOUS: "REMOTE MPC"}
+_LOST_LINK = {"continue": "goes on", "hold": "pauses", "retract": "retracts"}
 _AGE_STEP_S = 0.03
 """An age that changed by less is not shown anew while the link is well."""
 
@@ -42,7 +43,7 @@ class StatusStrip:
         """Show the newest state."""
         age = self._age(picture, now_s)
         self._strip.show(f'<div class="fh-strip">{_cells(picture, age, now_s)}</div>')
-        self._alarm.show(_alarm(picture, now_s))
+        self._alarm.show(_alarm(picture, ghost, now_s))
         self._titles.show(
             '<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> '
             + element("recording", "RECORDING" if picture.recording else "", "fh-recording")
@@ -67,6 +68,7 @@ def _cells(picture: Picture, age: str, now_s: float) -> str:
     link = _LINK_WORDS[picture.link.health]
     holder = _HOLDERS.get(mode, "NOBODY") if mode is not None else "NOBODY"
     pending = ", ".join(_pending_words(picture, now_s))
+    plan = f"plan {math.floor(now_s - picture.plan_received_s)} s old" if picture.plan_id else ""
     learned = picture.learned
     model = picture.forming or (learned.model if learned else None)
     n_components = model.n_components if model else 0
@@ -81,7 +83,8 @@ def _cells(picture: Picture, age: str, now_s: float) -> str:
             _cell("model", f"{element('components', n_components)} components",
                   f'<span class="fh-note">{element("demos", picture.n_demonstrations)} demos'
                   f"{element('model', _model_words(picture))}</span>"),
-            _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet")),
+            _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet"),
+                  element("plan", plan, "fh-note")),
         )
     )  # fmt: skip
 
@@ -90,7 +93,7 @@ def _cell(title: str, content: str, note: str = "") -> str:
     return f'<div class="fh-cell"><i>{title}</i><div>{content}</div>{note}</div>'
 
 
-def _alarm(picture: Picture, now_s: float) -> str:
+def _alarm(picture: Picture, ghost: Ghost | None, now_s: float) -> str:
     """What must not be overlooked: a stop that the robot has not confirmed."""
     stop = picture.stop
     if stop is None or stop.standing:
@@ -98,7 +101,8 @@ def _alarm(picture: Picture, now_s: float) -> str:
     waited_s = math.floor(now_s - stop.pressed_s)
     if stop.received:
         return element("stop", f"STOP RECEIVED, the robot is braking ({waited_s} s)", "fh-alarm", tag="div")
-    continues = f", robot continues ({picture.mode.name})" if picture.mode is not None else ""
+    end = "" if ghost is None or ghost.done else f", expected done in {math.ceil(ghost.left_s)} s"
+    continues = f", robot continues ({picture.mode.name}{end})" if picture.mode is not None else ""
     words = f"STOP NOT DELIVERED {waited_s} s{continues}"
     return element("stop", words, "fh-alarm", tag="div")
 
@@ -112,14 +116,14 @@ def _pending_words(picture: Picture, now_s: float) -> list[str]:
 
 def _lease_words(picture: Picture) -> str:
     if picture.in_control:
-        return "yours to command"
+        return f"{picture.asked_by} asks for it" if picture.asked_by else "yours to command"
     return picture.why_not_in_control or "asking for the robot"
 
 
 def _silence_words(picture: Picture, now_s: float) -> str:
     link = picture.link
     if link.health is LinkHealth.OK or math.isinf(link.silent_s):
-        return ""
+        return f"if lost: {_LOST_LINK[picture.lost_link]}"
     return f"silent for {math.floor(link.silent_s + now_s - picture.now_s)} s"
 
 
