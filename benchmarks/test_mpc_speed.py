@@ -57,7 +57,7 @@ class DenseMpc:
 @pytest.mark.benchmark(group="mpc")
 def test_riccati_recursion(benchmark: BenchmarkFixture, n_steps: int):
     position, velocity, targets, precisions = problem(n_steps)
-    u = benchmark(solve, position, velocity, targets, precisions, np.full(3, CONTROL_COST), n_steps, DT)
+    u = benchmark(solve, position, velocity, targets, precisions, (CONTROL_COST,) * 3, n_steps, DT)
     expected = DenseMpc(n_steps).solve(position, velocity, targets, precisions)
     np.testing.assert_allclose(u, expected, atol=1e-8)
 

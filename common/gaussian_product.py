@@ -1,4 +1,9 @@
-"""The product of a component's Gaussians over the task frames (Eqs. 8 and 9)."""
+"""The product of a component's Gaussians over the task frames (Eqs. 8 and 9).
+
+The mean is where the product of the densities is largest, found by Gauss-Newton steps from the first
+frame's mean; for positions the first step is the closed form of Eq. 9. Where frames disagree about an
+orientation by nearly half a turn, that maximum is the one nearest to the first frame's.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidInput
-from common.manifold import Manifold
-from common.task_frame import TaskFrame
+from common.kernel import kernel
+from common.manifold import Manifold, exp_at, inverse_right_jacobian, log_at
+from common.small_matrix import invert, transform
+from common.task_frame import FrameArrays, TaskFrame, matrix_to_world, point_to_world
 
 Array = NDArray[np.float64]
 
@@ -19,10 +26,6 @@ _CONVERGED = 1e-10
 
 def gaussian_product(means: Array, covariances: Array, frames: Sequence[TaskFrame]) -> tuple[Array, Array]:
     """Gaussians of all components in the world, given the present task frames.
-
-    The mean is where the product of the densities is largest, found by Gauss-Newton steps from the first
-    frame's mean; for positions the first step is the closed form of Eq. 9. Where frames disagree about an
-    orientation by nearly half a turn, that maximum is the one nearest to the first frame's.
 
     Args:
         means: Means mu_i^(j) in each frame [m]. Shape (P, K, C).
@@ -37,21 +40,8 @@ def gaussian_product(means: Array, covariances: Array, frames: Sequence[TaskFram
     """
     space = Manifold.of(means.shape[2], covariances.shape[3])
     check_frames(frames, means.shape[0], space.n_dims)
-    world = np.stack([frame.to_world(mu) for frame, mu in zip(frames, means, strict=True)])  # Eq. 8
-    sigma = np.stack([frame.covariance_to_world(c) for frame, c in zip(frames, covariances, strict=True)])
-    if len(frames) == 1:  # the product of one factor
-        return world[0], sigma[0]
-    precisions, x, product = inverse(sigma), world[0], sigma[0]
-    for _ in range(_MAX_STEPS):
-        e = space.log(world, x)  # log(mu_j, exp(x, t)) = e_j + J(e_j)^-1 t
-        J = inverse(space.jacobian(e))
-        weighted = np.swapaxes(J, -1, -2) @ precisions
-        product = inverse((weighted @ J).sum(axis=0))  # Eq. 9
-        step = -np.einsum("kde,pkef,pkf->kd", product, weighted, e)
-        x = space.exp(x, step)
-        if not space.oriented or np.abs(step).max() < _CONVERGED:
-            break
-    return x, 0.5 * (product + np.swapaxes(product, -1, -2))
+    world, precisions = product(means, inverse(covariances), FrameArrays.of(frames, space.oriented))
+    return world, inverse(precisions)
 
 
 def check_frames(frames: Sequence[TaskFrame], n_frames: int, n_dims: int) -> None:
@@ -66,3 +56,73 @@ def check_frames(frames: Sequence[TaskFrame], n_frames: int, n_dims: int) -> Non
 def inverse(matrices: Array) -> Array:
     """Inverses of the matrices in the last two axes. Shape (..., T, T)."""
     return np.asarray(np.linalg.inv(matrices), dtype=np.float64)
+
+
+@kernel
+def product(means, precisions, frames):
+    """Means and precisions of the products, from those in the frames.
+
+    Args:
+        means: Shape (P, K, C).
+        precisions: Inverse covariances. Shape (P, K, T, T).
+        frames: The `FrameArrays`.
+
+    Returns:
+        World means (K, C) and precisions (K, T, T).
+    """
+    P, K, C = means.shape
+    T = precisions.shape[2]
+    none = np.zeros(4)
+    world, factors = np.empty((P, C)), np.empty((P, T, T))
+    x, H = np.empty((K, C)), np.zeros((K, T, T))
+    room = np.empty((2, T, T))
+    for i in range(K):
+        for j in range(P):  # Eq. 8
+            quat = frames.quat_wxyz[j] if C > T else none
+            point_to_world(frames.A[j], frames.b[j], quat, means[j, i], world[j])
+            matrix_to_world(frames.A[j], precisions[j, i], factors[j], room[0])
+        x[i] = world[0]
+        H[i] = factors[0]
+        steps = _MAX_STEPS if C > T else 1
+        while P > 1 and steps > 0:
+            steps = steps - 1 if _step(world, factors, x[i], H[i], room) > _CONVERGED else 0
+    return x, H
+
+
+@kernel
+def _step(world, factors, x, H, room):
+    """One Gauss-Newton step of x towards the product, Eq. 9 in the tangent space of x; returns its length.
+
+    The error in frame j is e_j = log(mu_j, x), and log(mu_j, exp(x, t)) = e_j + J(e_j)^-1 t.
+    """
+    P, C = world.shape
+    T = H.shape[0]
+    e, g, t = np.empty(T), np.zeros(T), np.empty(T)
+    J, weighted = np.empty((3, 3)), np.empty(T)
+    H[:] = 0.0
+    for j in range(P):
+        log_at(world[j], x, e)
+        for a in range(T):
+            weighted[a] = 0.0
+            for b in range(T):
+                weighted[a] += factors[j, a, b] * e[b]
+        room[0] = factors[j]
+        if C > T:
+            inverse_right_jacobian(e[T - 3 :], J)
+            transform(room[0], J, room[1])
+            turned = weighted[T - 3 :].copy()
+            for a in range(3):
+                weighted[T - 3 + a] = J[0, a] * turned[0] + J[1, a] * turned[1] + J[2, a] * turned[2]
+        for a in range(T):
+            g[a] += weighted[a]
+            for b in range(T):
+                H[a, b] += room[0, a, b]
+    invert(H, room[0], room[1])
+    length = 0.0
+    for a in range(T):
+        t[a] = 0.0
+        for b in range(T):
+            t[a] -= room[1, a, b] * g[b]
+        length = max(length, abs(t[a]))
+    exp_at(x, t, x)
+    return length

@@ -29,7 +29,7 @@ from common.kernel import kernel
 Array = NDArray[np.float64]
 
 # A quaternion further from unit length than this was not meant as an orientation.
-_UNIT_TOLERANCE = 1e-3
+UNIT_TOLERANCE = 1e-3
 # Below this angle [rad] series replace quotients.
 _SMALL = 1e-4
 
@@ -96,10 +96,11 @@ class Manifold:
         if not np.isfinite(array).all():
             raise InvalidInput(source, field, "finite numbers only")
         if self.oriented:
-            norm = np.linalg.norm(array[..., 3:], axis=-1, keepdims=True)
-            if (np.abs(norm - 1.0) > _UNIT_TOLERANCE).any():
+            quaternions = array[..., 3:]
+            norm = np.sqrt((quaternions * quaternions).sum(axis=-1, keepdims=True))
+            if np.abs(norm - 1.0).max(initial=0.0) > UNIT_TOLERANCE:
                 raise InvalidInput(source, field, "unit quaternions (w, x, y, z) after the position")
-            array[..., 3:] /= norm
+            quaternions /= norm
         return array
 
     def log(self, base: ArrayLike, point: ArrayLike) -> Array:
@@ -198,23 +199,41 @@ def exp_at(base, tangent, out):
 
 @kernel
 def right_jacobian(v, out):
-    """Out = I - (1 - cos a)/a^2 [v] + (a - sin a)/a^3 [v]^2 with a = |v|. Shapes (3,), (3, 3)."""
+    """Write I - (1 - cos a)/a^2 [v] + (a - sin a)/a^3 [v]^2 with a = |v| to out. Shapes (3,), (3, 3)."""
     square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
-    if square > _SMALL:  # of the square, since the quotients lose three more digits
+    if square > _SMALL:  # of the square, since the quotients lose more digits
         angle = np.sqrt(square)
-        first, second = (1.0 - np.cos(angle)) / square, (angle - np.sin(angle)) / (square * angle)
+        _polynomial(
+            v, square, (np.cos(angle) - 1.0) / square, (angle - np.sin(angle)) / (square * angle), out
+        )
     else:
-        first, second = 0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0
+        _polynomial(v, square, square / 24.0 - 0.5, 1.0 / 6.0 - square / 120.0, out)
+
+
+@kernel
+def inverse_right_jacobian(v, out):
+    """Write I + [v]/2 + (1 - (a/2) cot(a/2))/a^2 [v]^2 with a = |v| to out. Shapes (3,), (3, 3)."""
+    square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+    if square > _SMALL:
+        half = 0.5 * np.sqrt(square)
+        _polynomial(v, square, 0.5, (1.0 - half * np.cos(half) / np.sin(half)) / square, out)
+    else:
+        _polynomial(v, square, 0.5, 1.0 / 12.0 + square / 720.0, out)
+
+
+@kernel
+def _polynomial(v, square, first, second, out):
+    """Write I + first [v] + second [v]^2 to out, where [v] w = v x w."""
     for r in range(3):
         for c in range(3):
             out[r, c] = second * v[r] * v[c]
         out[r, r] += 1.0 - second * square
-    out[0, 1] += first * v[2]
-    out[0, 2] -= first * v[1]
-    out[1, 0] -= first * v[2]
-    out[1, 2] += first * v[0]
-    out[2, 0] += first * v[1]
-    out[2, 1] -= first * v[0]
+    out[0, 1] -= first * v[2]
+    out[0, 2] += first * v[1]
+    out[1, 0] += first * v[2]
+    out[1, 2] -= first * v[0]
+    out[2, 0] -= first * v[1]
+    out[2, 1] += first * v[0]
 
 
 @kernel

@@ -6,18 +6,21 @@ of a tangent, being in the axes of the body, is the same in every frame.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from common.errors import InvalidInput
+from common.kernel import kernel
 
 Array = NDArray[np.float64]
 
 _ORTHOGONALITY_TOLERANCE = 1e-6
+_NO_ORIENTATION = np.zeros(4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,49 +68,152 @@ class TaskFrame:
         Raises:
             InvalidInput: When the frame is not one of space, or a mirror image.
         """
-        if self.n_dims != 3 or np.linalg.det(self.A) < 0.0:
+        quat = np.empty(4)
+        if self.n_dims != 3 or not _quaternion(self.A, quat):
             raise InvalidInput("task frame", "A", "a rotation of space, which orientations need")
-        return Rotation.from_matrix(self.A).as_quat(scalar_first=True)
+        return quat
 
     def to_local(self, points: Array) -> Array:
         """Points of the world seen from this frame, Eq. 1. Shape (..., D) [m], or (..., 7) for poses."""
-        points = np.asarray(points, dtype=float)
-        if points.shape[-1] == self.n_dims:
-            return (points - self.b) @ self.A  # A^-1 = A^T
-        turned = quat_product(self.quat_wxyz * (1.0, -1.0, -1.0, -1.0), points[..., self.n_dims :])
-        return np.concatenate([(points[..., : self.n_dims] - self.b) @ self.A, turned], axis=-1)
+        points = np.ascontiguousarray(points, dtype=float)
+        out = np.empty(points.shape)
+        _rows_to_local(self.A, self.b, self._turn(points), _rows(points), _rows(out))
+        return out
 
     def to_world(self, points: Array) -> Array:
         """Points of this frame seen from the world, Eq. 8. Shape (..., D) [m], or (..., 7) for poses."""
-        points = np.asarray(points, dtype=float)
-        if points.shape[-1] == self.n_dims:
-            return points @ self.A.T + self.b
-        turned = quat_product(self.quat_wxyz, points[..., self.n_dims :])
-        return np.concatenate([points[..., : self.n_dims] @ self.A.T + self.b, turned], axis=-1)
-
-    def tangent_to_world(self, n_tangent: int) -> Array:
-        """What turns tangents of this frame into those of the world. Shape (T, T)."""
-        turn = np.eye(n_tangent)
-        turn[: self.n_dims, : self.n_dims] = self.A
-        return turn
+        points = np.ascontiguousarray(points, dtype=float)
+        out = np.empty(points.shape)
+        _rows_to_world(self.A, self.b, self._turn(points), _rows(points), _rows(out))
+        return out
 
     def covariance_to_world(self, covariances: Array) -> Array:
         """Covariances of this frame seen from the world, Eq. 8. Shape (..., T, T) [m, rad]."""
         covariances = np.asarray(covariances, dtype=float)
-        turn = self.tangent_to_world(covariances.shape[-1])
+        turn = np.eye(covariances.shape[-1])
+        turn[: self.n_dims, : self.n_dims] = self.A
         return turn @ covariances @ turn.T
 
+    def _turn(self, points: Array) -> Array:
+        """What turns the orientations of the points, if they have any."""
+        if points.shape[-1] == self.n_dims:
+            return _NO_ORIENTATION
+        if points.shape[-1] != self.n_dims + 4:
+            expected = f"{self.n_dims} numbers, or 7 for poses, got shape {points.shape}"
+            raise InvalidInput("task frame", "points", expected)
+        return self.quat_wxyz
 
-def quat_product(a: Array, b: Array) -> Array:
-    """The rotation b, then a. Shapes (..., 4), scalar first."""
-    w, x, y, z = np.moveaxis(np.asarray(a, dtype=float), -1, 0)
-    q0, q1, q2, q3 = np.moveaxis(np.asarray(b, dtype=float), -1, 0)
-    return np.stack(
-        [
-            w * q0 - x * q1 - y * q2 - z * q3,
-            w * q1 + x * q0 + y * q3 - z * q2,
-            w * q2 - x * q3 + y * q0 + z * q1,
-            w * q3 + x * q2 - y * q1 + z * q0,
-        ],
-        axis=-1,
-    )
+
+def _rows(array: Array) -> Array:
+    return array.reshape(-1, array.shape[-1])
+
+
+class FrameArrays(NamedTuple):
+    """P task frames as the kernels take them."""
+
+    A: Array  # (P, D, D)
+    b: Array  # (P, D)
+    quat_wxyz: Array  # (P, 4), or (0, 4) where there are no orientations
+
+    @classmethod
+    def of(cls, frames: Sequence[TaskFrame], oriented: bool) -> FrameArrays:
+        """The frames' arrays.
+
+        Raises:
+            InvalidInput: When orientations are wanted of frames that have none.
+        """
+        A, b = np.array([frame.A for frame in frames]), np.array([frame.b for frame in frames])
+        return cls(A, b, np.array([frame.quat_wxyz for frame in frames]) if oriented else np.empty((0, 4)))
+
+
+@kernel
+def point_to_local(A, b, quat, point, out):
+    """Eq. 1 for one frame and one point. Shapes (D, D), (D,), (4,), (C,), (C,)."""
+    D = b.size
+    for k in range(D):
+        out[k] = 0.0
+        for m in range(D):
+            out[k] += A[m, k] * (point[m] - b[m])
+    if point.size > D:
+        _turn(quat[0], -quat[1], -quat[2], -quat[3], point[D:], out[D:])
+
+
+@kernel
+def point_to_world(A, b, quat, point, out):
+    """Eq. 8 for one frame and one point. Shapes (D, D), (D,), (4,), (C,), (C,)."""
+    D = b.size
+    for k in range(D):
+        out[k] = b[k]
+        for m in range(D):
+            out[k] += A[k, m] * point[m]
+    if point.size > D:
+        _turn(quat[0], quat[1], quat[2], quat[3], point[D:], out[D:])
+
+
+@kernel
+def matrix_to_world(A, matrix, out, room):
+    """Write diag(A, I) M diag(A, I)^T to out, M a covariance or a precision. Shapes (D, D), (T, T)."""
+    D, T = A.shape[0], matrix.shape[0]
+    for a in range(T):
+        for c in range(T):
+            room[a, c] = matrix[a, c]
+        for c in range(D):
+            room[a, c] = 0.0
+            for m in range(D):
+                room[a, c] += matrix[a, m] * A[c, m]
+    for c in range(T):
+        for a in range(T):
+            out[a, c] = room[a, c]
+        for a in range(D):
+            out[a, c] = 0.0
+            for m in range(D):
+                out[a, c] += A[a, m] * room[m, c]
+
+
+@kernel
+def _quaternion(A, out):
+    """Write the unit quaternion of a rotation to out; whether it is one, and no mirror image.
+
+    Of the four ways to compute it the one that divides by the largest number (Shepperd).
+    """
+    trace = A[0, 0] + A[1, 1] + A[2, 2]
+    i = 0
+    for k in range(3):
+        if A[k, k] > A[i, i]:
+            i = k
+    if trace > A[i, i]:
+        out[0] = 1.0 + trace
+        out[1], out[2], out[3] = A[2, 1] - A[1, 2], A[0, 2] - A[2, 0], A[1, 0] - A[0, 1]
+    else:
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[0] = A[k, j] - A[j, k]
+        out[1 + i] = 1.0 + A[i, i] - A[j, j] - A[k, k]
+        out[1 + j], out[1 + k] = A[j, i] + A[i, j], A[k, i] + A[i, k]
+    norm = np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2 + out[3] ** 2)
+    for k in range(4):
+        out[k] /= norm
+    determinant = A[0, 0] * (A[1, 1] * A[2, 2] - A[1, 2] * A[2, 1])
+    determinant -= A[0, 1] * (A[1, 0] * A[2, 2] - A[1, 2] * A[2, 0])
+    determinant += A[0, 2] * (A[1, 0] * A[2, 1] - A[1, 1] * A[2, 0])
+    return determinant > 0.0
+
+
+@kernel
+def _turn(w, x, y, z, q, out):
+    """Write the rotation q, then (w, x, y, z), to out."""
+    out[0] = w * q[0] - x * q[1] - y * q[2] - z * q[3]
+    out[1] = w * q[1] + x * q[0] + y * q[3] - z * q[2]
+    out[2] = w * q[2] - x * q[3] + y * q[0] + z * q[1]
+    out[3] = w * q[3] + x * q[2] - y * q[1] + z * q[0]
+
+
+@kernel
+def _rows_to_world(A, b, quat, points, out):
+    for row in range(points.shape[0]):
+        point_to_world(A, b, quat, points[row], out[row])
+
+
+@kernel
+def _rows_to_local(A, b, quat, points, out):
+    for row in range(points.shape[0]):
+        point_to_local(A, b, quat, points[row], out[row])

@@ -16,7 +16,7 @@ from common.task import Task
 from remote_site.config import RemoteConfig
 from remote_site.planner import Planner, PlanRequest
 from remote_site.plant_memory import PERIOD_S, PlantMemory, PlantState
-from remote_site.reproduction.executor import warm_up
+from remote_site.reproduction.warm_up import warm_up
 from remote_site.robot import Robot
 
 _log = loop_logger(__name__)

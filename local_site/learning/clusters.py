@@ -72,10 +72,8 @@ def update(clusters, q, y, C, T, e):
             e[T + k - C] = y[p, k] - mean[k]
         log_at(mean[C + T + 2 :], y[p, C + T + 2 :], e[2 * T + 2 :])
         for k in range(e.size):
-            scaled = share * e[k]
-            for m in range(k + 1):
-                scatter[k, m] += scaled * e[m]
-                scatter[m, k] = scatter[k, m]
+            for m in range(e.size):
+                scatter[k, m] += share * (e[k] * e[m])
         for k in range(e.size):
             e[k] /= n
         if C > T:
@@ -95,18 +93,17 @@ def _turn_axes(scatter, first, step):
     """
     x, y, z = 0.5 * step[first], 0.5 * step[first + 1], 0.5 * step[first + 2]
     square = x * x + y * y + z * z
-    for column in range(scatter.shape[0]):
-        _turn_back(scatter[first : first + 3, column], x, y, z, square)
-    for row in range(scatter.shape[0]):
-        _turn_back(scatter[row, first : first + 3], x, y, z, square)
+    for k in range(scatter.shape[0]):
+        _turn_back(scatter, first, k, 1, 0, x, y, z, square)
+    for k in range(scatter.shape[0]):
+        _turn_back(scatter, k, first, 0, 1, x, y, z, square)
 
 
 @kernel
-def _turn_back(v, x, y, z, square):
-    """V <- v - h x v + h x (h x v) / 2 with h = (x, y, z), a rotation by -h to second order."""
-    a, b, c = v[0], v[1], v[2]
-    along = 0.5 * (x * a + y * b + z * c)
-    keep = 1.0 - 0.5 * square
-    v[0] = keep * a - (y * c - z * b) + along * x
-    v[1] = keep * b - (z * a - x * c) + along * y
-    v[2] = keep * c - (x * b - y * a) + along * z
+def _turn_back(S, row, column, down, right, x, y, z, square):
+    """V <- v - h x v + h x (h x v) / 2 for three numbers of S, h = (x, y, z): a rotation by -h, to second order."""
+    a, b, c = S[row, column], S[row + down, column + right], S[row + 2 * down, column + 2 * right]
+    along, keep = 0.5 * (x * a + y * b + z * c), 1.0 - 0.5 * square
+    S[row, column] = keep * a - (y * c - z * b) + along * x
+    S[row + down, column + right] = keep * b - (z * a - x * c) + along * y
+    S[row + 2 * down, column + 2 * right] = keep * c - (x * b - y * a) + along * z

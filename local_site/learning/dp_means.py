@@ -48,7 +48,7 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
             motion.component[0] = q
             motion.clock[1] = motion.clock[0]  # a datapoint owns the interval that it ends
         y[:, C + T + 1] = times[t] - motion.clock[1]
-        _share_direction(clusters.means[q], y, C, T)
+        _share_direction(clusters.means, q, y, C, T)
         update(clusters, q, y, C, T, e)
         motion.clock[0] = times[t]
         labels[t] = q
@@ -65,7 +65,7 @@ def add_end(clusters, motion, max_distance, weights):
     best, best_square = -1, max_distance**2
     for i in range(clusters.size[0]):
         if clusters.terminal[i]:
-            square = _point_square(clusters.means[i], y, C, T, weights[2] * max_distance, best_square)
+            square = _point_square(clusters.means, i, y, C, T, weights[2] * max_distance, np.inf)
             if square <= best_square:
                 best, best_square = i, square
     if best < 0:
@@ -78,15 +78,16 @@ def add_end(clusters, motion, max_distance, weights):
 @kernel
 def _nearest(clusters, y, C, T, previous, max_distance, w_r, hysteresis):
     """Nearest component that is not terminal, with hysteresis; -1 when all are beyond lambda."""
+    means, terminal, radian = clusters.means, clusters.terminal, w_r * max_distance
     best, best_square = -1, np.inf
     stay_square = np.inf
     if previous >= 0:
-        stay_square = _assignment_square(clusters.means[previous], y, C, T, w_r * max_distance, np.inf)
+        stay_square = _assignment_square(means, previous, y, C, T, radian, np.inf)
         best, best_square = previous, stay_square
     for i in range(clusters.size[0]):
-        if clusters.terminal[i] or i == previous:
+        if terminal[i] or i == previous:
             continue
-        square = _assignment_square(clusters.means[i], y, C, T, w_r * max_distance, best_square)
+        square = _assignment_square(means, i, y, C, T, radian, best_square)
         if square < best_square:
             best, best_square = i, square
     stay, nearest = np.sqrt(stay_square), np.sqrt(best_square)
@@ -96,15 +97,7 @@ def _nearest(clusters, y, C, T, previous, max_distance, w_r, hysteresis):
 
 
 @kernel
-def _has_direction(vector, C, T):
-    total = 0.0
-    for k in range(C, C + T):
-        total += abs(vector[k])
-    return total > 0.0
-
-
-@kernel
-def _assignment_square(mean, y, C, T, metres_per_radian, enough):
+def _assignment_square(means, i, y, C, T, metres_per_radian, enough):
     """Squared distance in point, direction where both have one, and distance travelled.
 
     Mean over the frames, so that lambda stays in metres. Gives up when it is `enough` already.
@@ -112,38 +105,48 @@ def _assignment_square(mean, y, C, T, metres_per_radian, enough):
     P = y.shape[0]
     total = 0.0
     for p in range(P):
-        total += (y[p, C + T] - mean[p, C + T]) ** 2
-        if _has_direction(y[p], C, T) and _has_direction(mean[p], C, T):
-            for k in range(C, C + T):
-                total += (y[p, k] - mean[p, k]) ** 2
+        total += (y[p, C + T] - means[i, p, C + T]) ** 2
+        square = mine = theirs = 0.0
+        for k in range(C, C + T):
+            square += (y[p, k] - means[i, p, k]) ** 2
+            mine += abs(y[p, k])
+            theirs += abs(means[i, p, k])
+        if mine > 0.0 and theirs > 0.0:
+            total += square
     if total >= enough * P:
         return total / P
-    return total / P + _point_square(mean, y, C, T, metres_per_radian, enough - total / P)
+    return total / P + _point_square(means, i, y, C, T, metres_per_radian, enough - total / P)
 
 
 @kernel
-def _point_square(mean, y, C, T, metres_per_radian, enough):
+def _point_square(means, i, y, C, T, metres_per_radian, enough):
     """Squared distance of the points x, mean over the frames; gives up when it is `enough` already."""
     P = y.shape[0]
     n_dims = C if C == T else C - 4
     total = 0.0
     for p in range(P):
         for k in range(n_dims):
-            total += (y[p, k] - mean[p, k]) ** 2
+            total += (y[p, k] - means[i, p, k]) ** 2
     if n_dims < C and total < enough * P:
         for p in range(P):
             cosine = 0.0
             for k in range(n_dims, C):
-                cosine += y[p, k] * mean[p, k]
+                cosine += y[p, k] * means[i, p, k]
             angle = 2.0 * np.arccos(min(abs(cosine), 1.0))
             total += (metres_per_radian * angle) ** 2
     return total / P
 
 
 @kernel
-def _share_direction(mean, y, C, T):
+def _share_direction(means, q, y, C, T):
     """Let the one that has no direction yet take that of the other."""
     for p in range(y.shape[0]):
-        source, target = (y, mean) if not _has_direction(mean[p], C, T) else (mean, y)
-        if not _has_direction(target[p], C, T):
-            target[p, C : C + T] = source[p, C : C + T]
+        mine = theirs = 0.0
+        for k in range(C, C + T):
+            mine += abs(y[p, k])
+            theirs += abs(means[q, p, k])
+        for k in range(C, C + T):
+            if theirs == 0.0:
+                means[q, p, k] = y[p, k]
+            elif mine == 0.0:
+                y[p, k] = means[q, p, k]

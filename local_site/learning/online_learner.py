@@ -11,10 +11,9 @@ from copy import deepcopy
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from common.errors import InvalidDemonstration, InvalidInput, InvalidModel
-from common.gaussian_product import check_frames
+from common.errors import InvalidDemonstration, InvalidModel
 from common.manifold import Manifold
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
@@ -23,6 +22,7 @@ from local_site.learning.dp_means import add_end, assign_points
 from local_site.learning.dwell_statistics import Dwell, Segment, finish, follow
 from local_site.learning.learner_settings import LearnerSettings
 from local_site.learning.motion import Motion
+from local_site.learning.observation import Frames, Observer
 from local_site.learning.parameters import parameters
 
 Array = NDArray[np.float64]
@@ -55,6 +55,8 @@ class OnlineLearner:
         self.settings = settings
         self.space = space if isinstance(space, Manifold) else Manifold(space)
         self.frame_names = tuple(frame_names)
+        self._observer = Observer(self.space, len(self.frame_names))
+        self._weights = settings.weights
         self._clusters = Clusters.empty(_FIRST_CAPACITY, len(self.frame_names), self.space)
         self._dwell = Dwell.empty(_FIRST_CAPACITY)
         self._motion: Motion | None = None
@@ -93,7 +95,7 @@ class OnlineLearner:
         self._motion = Motion.begin(len(self.frame_names), self.space)
         self._segment = Segment.begin(self._clusters.counts.size)
 
-    def observe(self, point: Array, frames: Sequence[TaskFrame], time_s: float) -> int:
+    def observe(self, point: ArrayLike, frames: Sequence[TaskFrame], time_s: float) -> int:
         """Learn from one datapoint and return its component.
 
         Args:
@@ -104,14 +106,9 @@ class OnlineLearner:
         Raises:
             InvalidDemonstration: When it is malformed or late; nothing was changed.
         """
-        return int(self.observe_many(np.asarray(point, dtype=float)[None], [frames], [time_s])[0])
+        return int(self.observe_many(np.asarray(point, dtype=float)[None], frames, [time_s])[0])
 
-    def observe_many(
-        self,
-        points: Array,
-        frames: Sequence[Sequence[TaskFrame]] | Sequence[TaskFrame],
-        times_s: Sequence[float] | Array,
-    ) -> NDArray[np.int64]:
+    def observe_many(self, points: ArrayLike, frames: Frames, times_s: ArrayLike) -> NDArray[np.int64]:
         """Learn from consecutive datapoints, exactly as one by one, and return their components.
 
         Args:
@@ -122,11 +119,30 @@ class OnlineLearner:
         Raises:
             InvalidDemonstration: When any is malformed or late; nothing was changed.
         """
-        if self._motion is None or self._segment is None:
+        return self._learn(*self._observer.seen(points, frames, times_s, self._after()))
+
+    def observe_in_frames(self, points: ArrayLike, times_s: ArrayLike) -> NDArray[np.int64]:
+        """Learn from datapoints that were observed in each task frame by itself (before Eq. 1).
+
+        Args:
+            points: Positions or poses as each frame saw them [m]. Shape (T, P, C).
+            times_s: Increasing times [s]. Length T.
+
+        Raises:
+            InvalidDemonstration: When any is malformed or late; nothing was changed.
+        """
+        return self._learn(*self._observer.seen_in_frames(points, times_s, self._after()))
+
+    def _after(self) -> float:
+        """The time that the next datapoint must be later than [s]."""
+        if self._motion is None:
             raise InvalidDemonstration("demonstration", "", "start the demonstration first")
-        local, times = self._checked(points, frames, times_s)
-        labels, done = np.zeros(len(times), np.int64), 0
-        s = self.settings
+        return float(self._motion.clock[0]) if self._motion.component[0] >= 0 else -np.inf
+
+    def _learn(self, local: Array, times: Array) -> NDArray[np.int64]:
+        assert self._motion is not None
+        assert self._segment is not None
+        labels, done, s = np.zeros(len(times), np.int64), 0, self.settings
         while done < len(times):
             done += assign_points(
                 self._clusters,
@@ -134,7 +150,7 @@ class OnlineLearner:
                 local[done:],
                 times[done:],
                 s.max_distance_m,
-                s.weights,
+                self._weights,
                 s.hysteresis,
                 labels[done:],
             )
@@ -153,7 +169,7 @@ class OnlineLearner:
         if self._segment.time_count.sum() < 2:
             raise InvalidDemonstration("demonstration", "", "at least two datapoints")
         s = self.settings
-        terminal = int(add_end(self._clusters, self._motion, s.max_distance_m, s.weights))
+        terminal = int(add_end(self._clusters, self._motion, s.max_distance_m, self._weights))
         finish(self._dwell, self._segment, terminal)
         self._make_room()
         self._motion = self._segment = self._before = None
@@ -193,36 +209,6 @@ class OnlineLearner:
         if self.n_components == 0:
             raise InvalidModel("model", "", "at least one demonstration to learn from")
         return parameters(self._clusters, self._dwell, self.settings, self.frame_names, self.space)
-
-    def _checked(self, points, frames, times_s) -> tuple[Array, Array]:
-        """Datapoints in each frame (T, P, C), and times (T,)."""
-        try:
-            points = self.space.checked(points, "demonstration", "points")
-        except InvalidInput as error:
-            raise InvalidDemonstration(error.source, error.field, error.expected) from None
-        times = np.asarray(times_s, dtype=float)
-        if points.ndim != 2 or times.shape != points.shape[:1]:
-            expected = (
-                f"shapes (T, {self.space.n_coordinates}) and (T,), got {points.shape} and {times.shape}"
-            )
-            raise InvalidDemonstration("demonstration", "points, times", expected)
-        if not np.isfinite(times).all():
-            raise InvalidDemonstration("demonstration", "time_s", "finite numbers only")
-        assert self._motion is not None
-        last = self._motion.clock[0] if self._motion.component[0] >= 0 else -np.inf
-        if (np.diff(times, prepend=last) <= 0).any():
-            raise InvalidDemonstration("demonstration", "time_s", "times that increase")
-        fixed = len(frames) > 0 and isinstance(frames[0], TaskFrame)
-        if fixed:
-            check_frames(frames, len(self.frame_names), self.space.n_dims)
-            return np.ascontiguousarray(np.stack([f.to_local(points) for f in frames], axis=1)), times
-        if len(frames) != len(times):
-            raise InvalidDemonstration("demonstration", "frames", f"{len(times)} of them, got {len(frames)}")
-        local = np.empty((len(times), len(self.frame_names), self.space.n_coordinates))
-        for t, present in enumerate(frames):
-            check_frames(present, len(self.frame_names), self.space.n_dims)
-            local[t] = [frame.to_local(points[t]) for frame in present]
-        return local, times
 
     def _make_room(self) -> None:
         """Double the arrays when they are full."""

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from common.errors import InvalidInput
 from common.gaussian_product import check_frames
-from common.manifold import Manifold
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from remote_site.reproduction.executor_settings import ExecutorSettings
@@ -26,7 +25,7 @@ from remote_site.reproduction.frame_motion import FrameMotion
 from remote_site.reproduction.mpc import solve
 from remote_site.reproduction.progress import Progress, ProgressTracker
 from remote_site.reproduction.reference import reference, seen_from
-from remote_site.reproduction.world_components import WorldComponents, start_shift
+from remote_site.reproduction.world_components import LocalComponents, WorldComponents, start_shift
 
 Array = NDArray[np.float64]
 
@@ -100,7 +99,7 @@ class Executor:
         self._tracker = ProgressTracker(model)
         self._control_cost = _control_cost(model, settings.bandwidth_rad_s)
         self._state: ExecutorState | None = None
-        self._shift = start_shift(model, None)
+        self._local = LocalComponents.of(model, start_shift(model, None))
         self._world: WorldComponents | None = None
 
     @classmethod
@@ -132,10 +131,10 @@ class Executor:
             InvalidInput: When shapes are not the model's or a number is not finite.
         """
         point, _ = self._checked(point, velocity, frames)
-        world = WorldComponents.seen(self.model, start_shift(self.model, None), tuple(frames))
+        world = LocalComponents.of(self.model, start_shift(self.model, None)).seen(frames)
         progress = self._tracker.start(point, world.gaussians)
         start = np.stack([frame.to_local(point) for frame in frames]) if progress.from_start else None
-        self._continue(ExecutorState(progress, FrameMotion.still(frames), start))
+        self._continue(ExecutorState(progress, FrameMotion.still(world.frame_arrays), start))
 
     def resume(self, frames: Sequence[TaskFrame]) -> None:
         """Go on after a pause: how the frames moved meanwhile says nothing of how they move now.
@@ -149,7 +148,7 @@ class Executor:
     def _continue(self, state: ExecutorState) -> None:
         self._state, self._world = state, None
         self._tracker = ProgressTracker(self.model, state.start)
-        self._shift = start_shift(self.model, state.start)
+        self._local = LocalComponents.of(self.model, start_shift(self.model, state.start))
 
     def step(self, point: Array, velocity: Array, frames: Sequence[TaskFrame]) -> Control:
         """One control period.
@@ -164,8 +163,8 @@ class Executor:
         """
         state, dt = self.state(), self.settings.dt_s
         point, velocity = self._checked(point, velocity, frames)
-        motion = state.motion.updated(frames, dt)
-        world = self._see(tuple(frames))
+        world = self._see(frames)
+        motion = state.motion.updated(world.frame_arrays, dt)
         weights = world.weights(state.progress.component)
         relative = velocity - motion.velocity_at(point, weights)
         progress = self._tracker.advance(state.progress, point, relative, world.gaussians, dt)
@@ -214,9 +213,10 @@ class Executor:
         """
         state, dt = self.state(), self.settings.dt_s
         p, velocity = self._checked(point, velocity, frames)
-        weights = self._see(tuple(frames)).weights(state.progress.component)
+        world = self._see(frames)
+        weights = world.weights(state.progress.component)
         v = velocity - state.motion.velocity_at(p, weights)
-        still = replace(state, motion=FrameMotion.still(frames))
+        still = replace(state, motion=FrameMotion.still(world.frame_arrays))
         copy = Executor.from_state(self.model, self.settings, still)
         points, every, done = [p], max(1, round(step_s / dt)), state.progress.arrived
         while not done and len(points) < max_points:
@@ -227,13 +227,13 @@ class Executor:
                 if done:
                     break
             points.append(p)
-        world = np.stack(points)
-        return Path(frames[-1].to_local(world), world, every * dt, done)
+        path = np.stack(points)
+        return Path(frames[-1].to_local(path), path, every * dt, done)
 
-    def _see(self, frames: tuple[TaskFrame, ...]) -> WorldComponents:
+    def _see(self, frames: Sequence[TaskFrame]) -> WorldComponents:
         """The components in the world; computed again only when the frames moved."""
         if self._world is None or not self._world.valid_for(frames):
-            self._world = WorldComponents.seen(self.model, self._shift, frames)
+            self._world = self._local.seen(frames)
         return self._world
 
     def _checked(self, point: Array, velocity: Array, frames: Sequence[TaskFrame]) -> tuple[Array, Array]:
@@ -247,22 +247,11 @@ class Executor:
         return point, velocity
 
 
-def _control_cost(model: TPHSMM, bandwidth_rad_s: float) -> Array:
-    """Diagonal of R from a bandwidth: per part, the components' median precision over bandwidth^4. Shape (T,)."""
+def _control_cost(model: TPHSMM, bandwidth_rad_s: float) -> tuple[float, ...]:
+    """Diagonal of R from a bandwidth: per part, the components' median precision over bandwidth^4. Length T."""
     space = model.manifold
     cost = np.empty(space.n_tangent)
     for part in space.parts:
         variances = np.median(np.linalg.eigvalsh(model.residual_covariances[..., part, part]), axis=-1)
         cost[part] = np.median(1.0 / variances) / bandwidth_rad_s**4
-    return cost
-
-
-def warm_up(space: Manifold | int) -> None:
-    """Compile the kernels of the control loop for a space, so that the first tick is not late."""
-    space = space if isinstance(space, Manifold) else Manifold(space)
-    point, zero = np.zeros((2, space.n_coordinates)), np.zeros((2, space.n_tangent))
-    point[:, space.n_dims :] = 0.5
-    eye = np.broadcast_to(np.eye(space.n_tangent), (2, space.n_tangent, space.n_tangent)).copy()
-    _, targets, costs = reference(0, 0.0, False, np.array([1, -1]), np.ones(2), point, zero, eye, 2, 0.1)
-    tangents, costs = seen_from(point[0], targets, costs)
-    solve(zero[0], zero[0], tangents, costs, np.ones(space.n_tangent), 2, 0.1)
+    return tuple(cost.tolist())

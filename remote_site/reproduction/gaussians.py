@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.gaussian_product import inverse
-from common.manifold import Manifold
+from common.kernel import kernel
+from common.manifold import Manifold, log_at
 
 Array = NDArray[np.float64]
 
@@ -24,8 +25,7 @@ class Gaussians:
     Args:
         space: Positions or poses.
         means: Shape (K, C).
-        covariances: Shape (K, T, T).
-        precisions: Their inverses. Shape (K, T, T).
+        precisions: Inverse covariances. Shape (K, T, T).
         part_precisions: The inverses of position's and rotation's own covariances. Shape (K, T, T).
         entries: Where the demonstrations entered each component. Shape (K, C).
         exits: Where they left it. Shape (K, C).
@@ -34,7 +34,6 @@ class Gaussians:
 
     space: Manifold
     means: Array
-    covariances: Array
     precisions: Array
     part_precisions: Array
     entries: Array
@@ -52,15 +51,12 @@ class Gaussians:
     ) -> Gaussians:
         """From means (K, C) and covariances (K, T, T); without a way it stands at the mean."""
         space, precisions = Manifold.of(means.shape[1], covariances.shape[2]), inverse(covariances)
-        parts = precisions
-        if space.oriented:
-            parts = np.zeros_like(covariances)
-            for part in space.parts:
-                parts[:, part, part] = inverse(covariances[:, part, part])
+        parts = np.zeros_like(covariances)
+        for part in space.parts:
+            parts[:, part, part] = inverse(covariances[:, part, part])
         return cls(
             space,
             means,
-            covariances,
             precisions,
             parts,
             means if entries is None else entries,
@@ -70,28 +66,19 @@ class Gaussians:
 
     def distance(self, component: int, point: Array) -> float:
         """Mahalanobis distance of a point to one component."""
-        return self.length(component, self.space.log(self.means[component], point))
+        return _distance(self.means, self.part_precisions, component, point)
 
     def lateral_distance(self, component: int, origin: int, point: Array) -> float:
         """The same, without the part along the way from another component."""
-        along = self.space.log(self.means[component], self.means[origin])
-        e = self.space.log(self.means[component], point)
-        for part in self.space.parts:
-            square = along[part] @ along[part]
-            if square > 0.0:
-                e[part] -= along[part] * ((along[part] @ e[part]) / square)
-        return self.length(component, e)
+        return _lateral_distance(self.means, self.part_precisions, component, origin, point)
 
     def length(self, component: int, tangent: Array) -> float:
         """Length of a tangent in standard deviations of one component, of its worse part."""
-        P = self.part_precisions[component]
-        return float(np.sqrt(max(tangent[s] @ P[s, s] @ tangent[s] for s in self.space.parts)))
+        return _length(self.part_precisions[component], tangent, self.space.n_coordinates)
 
     def distance_to_exit(self, component: int, point: Array) -> float:
         """Mahalanobis distance to where the demonstrations left a component."""
-        e = self.space.log(self.exits[component], point)
-        P = self.way_precisions[component]
-        return float(np.sqrt(max(e[s] @ P[s, s] @ e[s] for s in self.space.parts)))
+        return _distance(self.exits, self.way_precisions, component, point)
 
     def distance_to_way(self, component: int, following: int, point: Array) -> float:
         """Mahalanobis distance to the way through a component and on to the entry of the following one."""
@@ -115,14 +102,14 @@ class Gaussians:
         along = (self.means[end] - self.entries[component])[:D]
         e = (point - self.means[end])[:D]
         behind = along @ e
-        deviation = np.sqrt(along @ self.covariances[end][:D, :D] @ along)
+        deviation = np.sqrt(along @ inverse(self.precisions[end])[:D, :D] @ along)
         return bool(behind > gate * deviation and 2.0 * behind**2 > (along @ along) * (e @ e))
 
     def most_likely(self, point: Array, among: NDArray[np.bool_]) -> int:
         """Component of highest likelihood at a point. The choice has shape (K,)."""
         e = self.space.log(self.means, point)
         mahalanobis = np.einsum("kd,kde,ke->k", e, self.precisions, e)
-        surprise = mahalanobis + np.linalg.slogdet(self.covariances)[1]
+        surprise = mahalanobis - np.linalg.slogdet(self.precisions)[1]
         return int(np.argmin(np.where(among, surprise, np.inf)))
 
 
@@ -136,3 +123,43 @@ def _distance_to_polyline(corners: Array, point: Array, precision: Array) -> flo
         e = e - part * way
         best = min(best, e @ precision @ e)
     return float(np.sqrt(best))
+
+
+@kernel
+def _distance(means, precisions, component, point):
+    e = np.empty(precisions.shape[1])
+    log_at(means[component], point, e)
+    return _length(precisions[component], e, point.size)
+
+
+@kernel
+def _lateral_distance(means, precisions, component, origin, point):
+    T = precisions.shape[1]
+    e, along = np.empty(T), np.empty(T)
+    log_at(means[component], point, e)
+    log_at(means[component], means[origin], along)
+    n = T if point.size == T else T - 3
+    for first, last in ((0, n), (n, T)):
+        square = share = 0.0
+        for k in range(first, last):
+            square += along[k] * along[k]
+            share += along[k] * e[k]
+        if square > 0.0:
+            for k in range(first, last):
+                e[k] -= along[k] * (share / square)
+    return _length(precisions[component], e, point.size)
+
+
+@kernel
+def _length(P, e, n_coordinates):
+    """Of the parts of a tangent the longer one, by their own blocks of a precision."""
+    T = e.size
+    n = T if n_coordinates == T else T - 3
+    worst = 0.0
+    for first, last in ((0, n), (n, T)):
+        square = 0.0
+        for a in range(first, last):
+            for b in range(first, last):
+                square += e[a] * P[a, b] * e[b]
+        worst = max(worst, square)
+    return np.sqrt(worst)

@@ -7,6 +7,8 @@ cost Q_r is on the position alone; the exact zero-order hold of the input is
     p' = p + dt v + dt^2/2 u,    v' = v + dt u.
 
 A pose is six such integrators in the tangent space of where the robot is, see `reference.seen_from`.
+
+The dimension D is the length of a tuple, which the compiler knows: it unrolls the small loops.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.kernel import kernel
+from common.small_matrix import cholesky, solve_columns, solve_vector
 
 Array = NDArray[np.float64]
 
@@ -28,17 +31,17 @@ def solve(position, velocity, targets, precisions, control_cost, n_controls, dt)
         velocity: Present velocity [m/s, rad/s]. Shape (D,).
         targets: Desired positions of the next N_p steps. Shape (N_p, D).
         precisions: Their tracking cost Q_r [1/m^2, 1/rad^2], symmetric. Shape (N_p, D, D).
-        control_cost: Diagonal of R [1/(m/s^2)^2, 1/(rad/s^2)^2]. Shape (D,).
+        control_cost: Diagonal of R [1/(m/s^2)^2, 1/(rad/s^2)^2], a tuple of D numbers.
         n_controls: Number of control commands N_c, from 1 to N_p.
         dt: Control period [s].
 
     Returns:
         The commands u [m/s^2, rad/s^2]. Shape (N_c, D).
     """
+    D = len(control_cost)
     gains_p, gains_v, offsets = _gains(targets, precisions, control_cost, n_controls, dt)
-    D = position.size
     p, v = position.copy(), velocity.copy()
-    u = np.zeros((n_controls, D))
+    u = np.empty((n_controls, D))
     for r in range(n_controls):
         for a in range(D):
             total = offsets[r, a]
@@ -57,12 +60,12 @@ def _gains(targets, precisions, control_cost, n_controls, dt):
 
     The cost to go is z^T P z - 2 s^T z with z = (p, v), P in blocks pp, pv, vv.
     """
-    N_p, D = targets.shape
+    N_p, D = targets.shape[0], len(control_cost)
     pp, pv, vv = np.zeros((D, D)), np.zeros((D, D)), np.zeros((D, D))
     sp, sv = np.zeros(D), np.zeros(D)
-    gains_p, gains_v = np.zeros((n_controls, D, D)), np.zeros((n_controls, D, D))
-    offsets = np.zeros((n_controls, D))
-    gp, gv, H, h = np.zeros((D, D)), np.zeros((D, D)), np.zeros((D, D)), np.zeros(D)
+    gains_p, gains_v = np.empty((n_controls, D, D)), np.empty((n_controls, D, D))
+    offsets = np.empty((n_controls, D))
+    gp, gv, L, h = np.empty((D, D)), np.empty((D, D)), np.empty((D, D)), np.empty(D)
     b_p, b_v = 0.5 * dt * dt, dt
     for r in range(N_p - 1, -1, -1):
         for a in range(D):  # the cost of the state that step r leads to
@@ -76,21 +79,20 @@ def _gains(targets, precisions, control_cost, n_controls, dt):
                     gp[a, b] = b_p * pp[a, b] + b_v * pv[b, a]  # B^T P A, columns of p
                     mv = b_p * pv[a, b] + b_v * vv[a, b]
                     gv[a, b] = dt * gp[a, b] + mv  # B^T P A, columns of v
-                    H[a, b] = b_p * gp[a, b] + b_v * mv
-                H[a, a] += control_cost[a]  # B^T P B + R
-            _cholesky(H)
-            _solve_columns(H, gp, gains_p, r)
-            _solve_columns(H, gv, gains_v, r)
-            _solve_vector(H, h, offsets, r)
-        _propagate(pp, pv, vv, sp, sv, dt)  # A^T P A, A^T s
+                    L[a, b] = b_p * gp[a, b] + b_v * mv
+                L[a, a] += control_cost[a]  # B^T P B + R
+            cholesky(L, D)
+            solve_columns(L, gp, gains_p[r], D)
+            solve_columns(L, gv, gains_v[r], D)
+            solve_vector(L, h, offsets[r], D)
+        _propagate(pp, pv, vv, sp, sv, dt, D)  # A^T P A, A^T s
         if r < n_controls:
-            _subtract_control(pp, pv, vv, sp, sv, gp, gv, gains_p, gains_v, h, r)
+            _subtract_control(pp, pv, vv, sp, sv, gp, gv, gains_p[r], gains_v[r], h, D)
     return gains_p, gains_v, offsets
 
 
 @kernel
-def _propagate(pp, pv, vv, sp, sv, dt):
-    D = sp.size
+def _propagate(pp, pv, vv, sp, sv, dt, D):
     for a in range(D):
         for b in range(D):
             vv[a, b] += dt * (pv[a, b] + pv[b, a]) + dt * dt * pp[a, b]
@@ -101,64 +103,13 @@ def _propagate(pp, pv, vv, sp, sv, dt):
 
 
 @kernel
-def _subtract_control(pp, pv, vv, sp, sv, gp, gv, gain_p, gain_v, h, r):
+def _subtract_control(pp, pv, vv, sp, sv, gp, gv, gain_p, gain_v, h, D):
     """P -= G^T H^-1 G and s -= G^T H^-1 B^T s, kept symmetric."""
-    D = sp.size
     for a in range(D):
         for c in range(D):
-            sp[a] -= gain_p[r, c, a] * h[c]
-            sv[a] -= gain_v[r, c, a] * h[c]
+            sp[a] -= gain_p[c, a] * h[c]
+            sv[a] -= gain_v[c, a] * h[c]
             for b in range(D):
-                pv[a, b] -= gp[c, a] * gain_v[r, c, b]
-        for b in range(a + 1):
-            for c in range(D):
-                pp[a, b] -= 0.5 * (gp[c, a] * gain_p[r, c, b] + gp[c, b] * gain_p[r, c, a])
-                vv[a, b] -= 0.5 * (gv[c, a] * gain_v[r, c, b] + gv[c, b] * gain_v[r, c, a])
-            pp[b, a], vv[b, a] = pp[a, b], vv[a, b]
-
-
-@kernel
-def _cholesky(H):
-    """In place, H = L L^T in the lower triangle."""
-    D = H.shape[0]
-    for j in range(D):
-        for k in range(j):
-            H[j, j] -= H[j, k] * H[j, k]
-        H[j, j] = np.sqrt(H[j, j])
-        for i in range(j + 1, D):
-            for k in range(j):
-                H[i, j] -= H[i, k] * H[j, k]
-            H[i, j] /= H[j, j]
-
-
-@kernel
-def _solve_vector(L, b, out, r):
-    """out[r] = (L L^T)^-1 b."""
-    D = b.size
-    for i in range(D):
-        total = b[i]
-        for k in range(i):
-            total -= L[i, k] * out[r, k]
-        out[r, i] = total / L[i, i]
-    for i in range(D - 1, -1, -1):
-        total = out[r, i]
-        for k in range(i + 1, D):
-            total -= L[k, i] * out[r, k]
-        out[r, i] = total / L[i, i]
-
-
-@kernel
-def _solve_columns(L, B, out, r):
-    """out[r] = (L L^T)^-1 B, column by column."""
-    D = L.shape[0]
-    for c in range(D):
-        for i in range(D):
-            total = B[i, c]
-            for k in range(i):
-                total -= L[i, k] * out[r, k, c]
-            out[r, i, c] = total / L[i, i]
-        for i in range(D - 1, -1, -1):
-            total = out[r, i, c]
-            for k in range(i + 1, D):
-                total -= L[k, i] * out[r, k, c]
-            out[r, i, c] = total / L[i, i]
+                pv[a, b] -= gp[c, a] * gain_v[c, b]
+                pp[a, b] -= 0.5 * (gp[c, a] * gain_p[c, b] + gp[c, b] * gain_p[c, a])
+                vv[a, b] -= 0.5 * (gv[c, a] * gain_v[c, b] + gv[c, b] * gain_v[c, a])

@@ -11,6 +11,7 @@ import numpy as np
 
 from common.kernel import kernel
 from common.manifold import exp_at, log_at, right_jacobian
+from common.small_matrix import transform
 
 # A component that waits is held this long before the labels go on [s].
 _HOLD_S = 0.5
@@ -85,7 +86,7 @@ def seen_from(point, targets, costs):
         if r > 0:
             _unwrap(v, tangents[r - 1, T - 3 :])
         right_jacobian(v, J)
-        _turn(seen[r], J, QJ)
+        transform(seen[r], J, QJ)
     return tangents, seen
 
 
@@ -100,21 +101,3 @@ def _unwrap(v, previous):
         if (other * other - 1.0) * square < 2.0 * (other - 1.0) * along:
             for k in range(3):
                 v[k] *= other
-
-
-@kernel
-def _turn(Q, J, QJ):
-    """Q <- diag(I, J)^T Q diag(I, J), in place; QJ is room to work in."""
-    T = Q.shape[0]
-    n = T - 3
-    for a in range(T):
-        for b in range(3):
-            QJ[a, b] = Q[a, n] * J[0, b] + Q[a, n + 1] * J[1, b] + Q[a, n + 2] * J[2, b]
-    for b in range(3):
-        for a in range(n):
-            Q[a, n + b] = QJ[a, b]
-            Q[n + b, a] = QJ[a, b]
-        for a in range(b + 1):
-            total = J[0, a] * QJ[n, b] + J[1, a] * QJ[n + 1, b] + J[2, a] * QJ[n + 2, b]
-            Q[n + a, n + b] = total
-            Q[n + b, n + a] = total

@@ -43,6 +43,14 @@ def test_covariances_are_those_of_the_points_that_moved(seed: int, space: Manifo
     )
 
 
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1.0, 3.0, np.pi - 1e-9, np.pi])
+def test_the_quaternion_of_a_frame_is_that_of_its_rotation(angle: float):
+    for axis in np.random.default_rng(0).normal(size=(20, 3)):
+        rotation = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+        quat = TaskFrame(rotation.as_matrix(), np.zeros(3)).quat_wxyz
+        assert abs(quat @ rotation.as_quat(scalar_first=True)) == pytest.approx(1.0, abs=1e-12)
+
+
 def test_orientations_need_a_rotation_of_space():
     mirror = TaskFrame(np.diag([1.0, 1.0, -1.0]), np.zeros(3))
     for frame in (mirror, TaskFrame.identity(2)):

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from common.errors import InvalidInput
 from common.manifold import POSE
-from common.task_frame import TaskFrame
+from common.task_frame import FrameArrays, TaskFrame
 from remote_site.reproduction.executor import Executor, ExecutorSettings
 from remote_site.reproduction.frame_motion import FrameMotion
 from remote_site.reproduction.reference import seen_from
@@ -128,9 +128,9 @@ def test_the_frame_carries_a_pose_along(seed: int, spin: float):
     def rate(t: float) -> NDArray:
         return POSE.log(pose_at(t), pose_at(t + h))[3:] / h
 
-    motion = FrameMotion.still([frame_at(-2.0)])
+    motion = FrameMotion.still(FrameArrays.of([frame_at(-2.0)], oriented=True))
     for n in range(1, 201):
-        motion = motion.updated([frame_at(0.01 * (n - 200))], 0.01)
+        motion = motion.updated(FrameArrays.of([frame_at(0.01 * (n - 200))], oriented=True), 0.01)
     weights, velocity = np.eye(6)[None], np.concatenate([np.zeros(3), relative])
     along = motion.velocity_at(pose_at(0.0), weights)[3:]
     np.testing.assert_allclose(along + relative, rate(0.0), atol=1e-3 * spin)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from common.errors import InvalidConfiguration, InvalidInput, InvalidModel
 from common.manifold import POSE
 from common.task_frame import TaskFrame
-from remote_site.reproduction.executor import Executor, ExecutorSettings, warm_up
+from remote_site.reproduction.executor import Executor, ExecutorSettings
+from remote_site.reproduction.warm_up import warm_up
 from tests.remote_site.reproduction.scenes import DT, STARTS, descent, descents, run, still
 from tests.strategies import learned
 

@@ -4,17 +4,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from common.task_frame import TaskFrame
+from common.task_frame import FrameArrays, TaskFrame
 from remote_site.reproduction.frame_motion import FrameMotion
 
 DT = 0.02
 ONE = np.eye(2)[None]
 
 
+def arrays(*frames: TaskFrame) -> FrameArrays:
+    return FrameArrays.of(frames, oriented=False)
+
+
 def watched(origins: NDArray) -> FrameMotion:
-    motion = FrameMotion.still([TaskFrame(np.eye(2), origins[0])])
+    motion = FrameMotion.still(arrays(TaskFrame(np.eye(2), origins[0])))
     for b in origins[1:]:
-        motion = motion.updated([TaskFrame(np.eye(2), b)], DT)
+        motion = motion.updated(arrays(TaskFrame(np.eye(2), b)), DT)
     return motion
 
 
@@ -45,9 +49,9 @@ def test_a_jump_is_no_velocity():
 def test_a_turning_frame_carries_its_points_along():
     rate = np.array([0.0, 0.0, 0.2])
     frames = [TaskFrame(Rotation.from_rotvec(rate * DT * n).as_matrix(), np.zeros(3)) for n in range(200)]
-    motion = FrameMotion.still([frames[0]])
+    motion = FrameMotion.still(arrays(frames[0]))
     for frame in frames[1:]:
-        motion = motion.updated([frame], DT)
+        motion = motion.updated(arrays(frame), DT)
     arm, weights = np.array([1.0, 0.0, 0.0]), np.eye(3)[None]
     np.testing.assert_allclose(motion.velocity_at(arm, weights), np.cross(rate, arm), atol=1e-5)
     centripetal = np.cross(rate, np.cross(rate, arm))

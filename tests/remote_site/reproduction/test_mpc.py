@@ -39,7 +39,7 @@ def test_the_recursion_is_equation_7(n_controls: int, seed: int, n_dims: int):
     targets, Q = rng.normal(size=(60, n_dims)), random_covariances(rng, 60, n_dims)
     r = 10.0 ** rng.uniform(-4, 2)
     expected = dense(p, v, targets, Q, r, n_controls)
-    u = solve(p, v, targets, Q, np.full(n_dims, r), n_controls, DT)
+    u = solve(p, v, targets, Q, (r,) * n_dims, n_controls, DT)
     np.testing.assert_allclose(u, expected, atol=1e-9 * max(1.0, np.abs(expected).max()), rtol=0.0)
 
 
@@ -56,7 +56,7 @@ def test_no_other_commands_cost_less():
             total += float((targets[r] - at) @ Q[r] @ (targets[r] - at))
         return total
 
-    u = solve(p, v, targets, Q, np.full(2, 0.1), 25, DT)
+    u = solve(p, v, targets, Q, (0.1, 0.1), 25, DT)
     for _ in range(50):
         assert cost(u) <= cost(u + 0.01 * rng.normal(size=u.shape))
 
@@ -66,6 +66,6 @@ def test_inputs_are_not_changed():
     p, v = rng.normal(size=(2, 2))
     inputs = (p, v, rng.normal(size=(10, 2)), random_covariances(rng, 10, 2))
     before = [array.copy() for array in inputs]
-    solve(*inputs, np.ones(2), 10, DT)
+    solve(*inputs, (1.0, 1.0), 10, DT)
     for array, old in zip(inputs, before, strict=True):
         np.testing.assert_array_equal(array, old)

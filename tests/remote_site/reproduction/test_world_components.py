@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 
 from common.task_frame import TaskFrame
-from remote_site.reproduction.world_components import WorldComponents, start_shift
+from remote_site.reproduction.world_components import LocalComponents, start_shift
 from tests.strategies import dims, frame_counts, learned, random_frame, seeds
 
 
@@ -17,7 +17,8 @@ def test_everything_moves_with_the_frames(seed: int, n_dims: int, n_frames: int)
     frames = [random_frame(rng, n_dims) for _ in range(n_frames)]
     world = random_frame(rng, n_dims)
     moved = tuple(TaskFrame(world.A @ f.A, world.to_world(f.b)) for f in frames)
-    here, there = WorldComponents.seen(model, shift, tuple(frames)), WorldComponents.seen(model, shift, moved)
+    local = LocalComponents.of(model, shift)
+    here, there = local.seen(frames), local.seen(moved)
     np.testing.assert_allclose(there.gaussians.means, world.to_world(here.gaussians.means), atol=1e-7)
     np.testing.assert_allclose(there.entries, world.to_world(here.entries), atol=1e-7)
     np.testing.assert_allclose(there.ramps, here.ramps @ world.A.T, atol=1e-7)
@@ -27,7 +28,7 @@ def test_everything_moves_with_the_frames(seed: int, n_dims: int, n_frames: int)
 
 def test_the_ramp_passes_through_the_mean_at_the_mean_elapsed_time():
     model = learned()
-    seen = WorldComponents.seen(model, start_shift(model, None), (TaskFrame.identity(2),))
+    seen = LocalComponents.of(model, start_shift(model, None)).seen([TaskFrame.identity(2)])
     inner = ~model.terminal
     share = (model.elapsed_mean_s / model.duration_mean_s.clip(1e-9))[inner, None]
     at = seen.entries[inner] + share * seen.ramps[inner]
@@ -37,7 +38,9 @@ def test_the_ramp_passes_through_the_mean_at_the_mean_elapsed_time():
 def test_the_shares_of_the_frames_sum_to_the_identity():
     model = learned(n_frames=2)
     rng = np.random.default_rng(0)
-    seen = WorldComponents.seen(model, start_shift(model, None), (random_frame(rng, 2), random_frame(rng, 2)))
+    seen = LocalComponents.of(model, start_shift(model, None)).seen(
+        [random_frame(rng, 2), random_frame(rng, 2)]
+    )
     for i in range(model.n_components):
         np.testing.assert_allclose(seen.weights(i).sum(axis=0), np.eye(2), atol=1e-9)
 

@@ -1,0 +1,154 @@
+"""Datapoints as the learner takes them: checked, and seen from every task frame (Eq. 1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from common.errors import InvalidDemonstration
+from common.gaussian_product import check_frames
+from common.kernel import kernel
+from common.manifold import UNIT_TOLERANCE, Manifold
+from common.task_frame import FrameArrays, TaskFrame, point_to_local
+
+Array = NDArray[np.float64]
+Frames = Sequence[TaskFrame] | Sequence[Sequence[TaskFrame]]
+
+
+class Observer:
+    """Turns datapoints of the world into those of the task frames.
+
+    Args:
+        space: Of the datapoints.
+        n_frames: Number of task frames P.
+    """
+
+    def __init__(self, space: Manifold, n_frames: int):
+        self._space, self._n_frames = space, n_frames
+        self._last_frames: tuple[TaskFrame, ...] = ()
+        self._last_arrays: FrameArrays | None = None
+
+    def seen(
+        self, points: ArrayLike, frames: Frames, times_s: ArrayLike, after: float
+    ) -> tuple[Array, Array]:
+        """Datapoints in each frame (T, P, C) and their times (T,).
+
+        Args:
+            points: Positions or poses in the world. Shape (T, C).
+            frames: P task frames for all datapoints, or P for each of them.
+            times_s: Their times [s]. Shape (T,).
+            after: All times must be later [s].
+
+        Raises:
+            InvalidDemonstration: When any is malformed or late.
+        """
+        points = self._checked(np.array(points, dtype=float, ndmin=2)[:, None], times_s, after)
+        A, b, quat = self._arrays(frames, len(points))
+        local = np.empty((len(points), self._n_frames, self._space.n_coordinates))
+        _to_frames(points, A, b, quat, local)
+        return local, np.asarray(times_s, dtype=float)
+
+    def seen_in_frames(self, points: ArrayLike, times_s: ArrayLike, after: float) -> tuple[Array, Array]:
+        """The same for datapoints that were observed in each frame by itself. Shape (T, P, C)."""
+        points = np.array(points, dtype=float)
+        if points.ndim != 3 or points.shape[1] != self._n_frames:
+            expected = f"shape (T, {self._n_frames}, {self._space.n_coordinates})"
+            raise _invalid("points", f"{expected}, got {points.shape}")
+        return self._checked(points, times_s, after), np.asarray(times_s, dtype=float)
+
+    def _checked(self, points: Array, times_s: ArrayLike, after: float) -> Array:
+        """The datapoints with their quaternions of unit length."""
+        times, C = np.asarray(times_s, dtype=float), self._space.n_coordinates
+        if points.ndim != 3 or points.shape[2] != C or times.shape != points.shape[:1]:
+            raise _invalid(
+                "points, times", f"shapes (T, {C}) and (T,), got {points[:, 0].shape} and {times.shape}"
+            )
+        fault = _fault(points, times, after, self._space.n_dims)
+        if fault:
+            raise _invalid(*_FAULTS[fault])
+        return points
+
+    def _arrays(self, frames: Frames, n_points: int) -> tuple[Array, Array, Array]:
+        """The frames' arrays, with one axis more: of length one, or one for every datapoint."""
+        if len(frames) > 0 and isinstance(frames[0], TaskFrame):
+            fixed = cast(Sequence[TaskFrame], frames)
+            known = len(fixed) == len(self._last_frames) and all(map(_is, fixed, self._last_frames))
+            if not known or self._last_arrays is None:
+                check_frames(fixed, self._n_frames, self._space.n_dims)
+                self._last_arrays = FrameArrays.of(fixed, self._space.oriented)
+                self._last_frames = tuple(fixed)
+            A, b, quat = self._last_arrays
+            return A[None], b[None], quat[None]
+        if len(frames) != n_points:
+            raise _invalid("frames", f"{n_points} of them, got {len(frames)}")
+        for present in frames:
+            check_frames(cast(Sequence[TaskFrame], present), self._n_frames, self._space.n_dims)
+        all_frames = [frame for present in frames for frame in cast(Sequence[TaskFrame], present)]
+        arrays = FrameArrays.of(all_frames, self._space.oriented)
+        P, D = self._n_frames, self._space.n_dims
+        quat = arrays.quat_wxyz.reshape(n_points if self._space.oriented else 0, P, 4)
+        return arrays.A.reshape(n_points, P, D, D), arrays.b.reshape(n_points, P, D), quat
+
+
+def _is(a: object, b: object) -> bool:
+    return a is b
+
+
+def _invalid(field: str, expected: str) -> InvalidDemonstration:
+    return InvalidDemonstration("demonstration", field, expected)
+
+
+_NOT_FINITE, _NOT_UNIT, _NO_TIME, _LATE = 1, 2, 3, 4
+_FAULTS = {
+    _NOT_FINITE: ("points", "finite numbers only"),
+    _NOT_UNIT: ("points", "unit quaternions (w, x, y, z) after the position"),
+    _NO_TIME: ("time_s", "finite numbers only"),
+    _LATE: ("time_s", "times that increase"),
+}
+
+
+@kernel
+def _fault(points, times, after, n_dims):
+    """The number of the first fault, or zero; mends the lengths of quaternions on the way."""
+    for t in range(times.size):
+        if not np.isfinite(times[t]):
+            return _NO_TIME
+        if times[t] <= after:
+            return _LATE
+        after = times[t]
+        for p in range(points.shape[1]):
+            for k in range(points.shape[2]):
+                if not np.isfinite(points[t, p, k]):
+                    return _NOT_FINITE
+            if points.shape[2] > n_dims and not _made_unit(points[t, p], n_dims):
+                return _NOT_UNIT
+    return 0
+
+
+@kernel
+def _to_frames(points, A, b, quat, out):
+    """Eq. 1 for points of the world (T, 1, C), written to out (T, P, C)."""
+    T, P, C = out.shape
+    none = np.zeros(4)
+    for t in range(T):
+        frame = t if len(b) > 1 else 0
+        for p in range(P):
+            turn = quat[frame, p] if b.shape[2] < C else none
+            point_to_local(A[frame, p], b[frame, p], turn, points[t, 0], out[t, p])
+
+
+@kernel
+def _made_unit(point, n_dims):
+    """Mend the length of a quaternion that has nearly the right one; whether it had."""
+    square = 0.0
+    for k in range(n_dims, point.size):
+        square += point[k] * point[k]
+    norm = np.sqrt(square)
+    if abs(norm - 1.0) > UNIT_TOLERANCE:
+        return False
+    for k in range(n_dims, point.size):
+        point[k] /= norm
+    return True

@@ -1,0 +1,50 @@
+"""`warm_up`: the kernels of the control loop are compiled before the first tick is due."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from common.manifold import Manifold
+from common.task_frame import TaskFrame
+from common.tphsmm import TPHSMM
+from remote_site.reproduction.executor import Executor, ExecutorSettings
+from remote_site.reproduction.forward_variable import forward_variable
+
+
+def warm_up(space: Manifold | int) -> None:
+    """Execute a little of a model of two components in a space of `Manifold` or dimension D."""
+    space = space if isinstance(space, Manifold) else Manifold(space)
+    model, frames = _two_components(space), [TaskFrame.identity(space.n_dims)]
+    executor, here = Executor(model, ExecutorSettings()), model.means[0, 0]
+    executor.begin(here, np.zeros(space.n_tangent), frames)
+    executor.step(here, np.zeros(space.n_tangent), frames)
+    executor.predict(here, np.zeros(space.n_tangent), frames, max_points=2)
+    forward_variable(model, 0, 0.0, 2, 0.1)
+
+
+def _two_components(space: Manifold) -> TPHSMM:
+    K, T = 2, space.n_tangent
+    means = np.zeros((1, K, space.n_coordinates))
+    means[..., space.n_dims : space.n_dims + 1] = 1.0  # the quaternion's real part
+    eye, zeros = np.broadcast_to(np.eye(T), (1, K, T, T)), np.zeros((1, K, T))
+    return TPHSMM(
+        frame_names=("goal",),
+        max_distance_m=1.0,
+        n_demonstrations=1,
+        initial=np.array([1.0, 0.0]),
+        transition=np.array([[0.0, 1.0], [0.0, 0.0]]),
+        exit=np.array([0.0, 1.0]),
+        means=means,
+        covariances=eye,
+        duration_mean_s=np.ones(K),
+        duration_variance_s2=np.ones(K),
+        terminal=np.array([False, True]),
+        counts=np.ones(K, np.int64),
+        phase=np.array([0.0, 1.0]),
+        elapsed_mean_s=np.zeros(K),
+        slopes=zeros,
+        residual_covariances=eye,
+        start_means=means,
+        start_covariances=eye,
+        start_gains=np.zeros((1, K, T, T)),
+    )
