@@ -143,7 +143,7 @@ class Executor:
             InvalidInput: Before `begin`, or when the frames are not the model's.
         """
         check_frames(frames, self.model.n_frames, self.model.n_dims)
-        self._state = replace(self.state(), motion=FrameMotion.still(frames))
+        self._state = replace(self.state(), motion=FrameMotion.still(self._see(frames).frame_arrays))
 
     def _continue(self, state: ExecutorState) -> None:
         self._state, self._world = state, None
