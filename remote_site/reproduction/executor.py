@@ -20,6 +20,7 @@ from common.errors import InvalidInput
 from common.gaussian_product import check_frames
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
+from remote_site.reproduction.control import Control, Path
 from remote_site.reproduction.executor_settings import ExecutorSettings
 from remote_site.reproduction.frame_motion import FrameMotion
 from remote_site.reproduction.mpc import solve
@@ -28,44 +29,6 @@ from remote_site.reproduction.reference import reference, seen_from
 from remote_site.reproduction.world_components import LocalComponents, WorldComponents, start_shift
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Control:
-    """What one tick decided.
-
-    Args:
-        acceleration: Command in the world [m/s^2, rad/s^2]. Shape (T,).
-        component: Present component.
-        elapsed_s: Time since it was entered [s].
-        arrived: Whether the motion has come to its end.
-        remaining_s: Time to its end as it was demonstrated [s].
-        desired: Desired point in the world, one control period ahead. Shape (C,).
-    """
-
-    acceleration: Array
-    component: int
-    elapsed_s: float
-    arrived: bool
-    remaining_s: float
-    desired: Array
-
-
-@dataclass(frozen=True)
-class Path:
-    """A predicted motion.
-
-    Args:
-        points_local: Points in the last task frame. Shape (N, C).
-        points_world: The same in the world, with the frame as it was at the prediction. Shape (N, C).
-        step_s: Time between points [s]; the last one may be earlier.
-        done: Whether the motion comes to its end within the path.
-    """
-
-    points_local: Array
-    points_world: Array
-    step_s: float
-    done: bool
 
 
 @dataclass(frozen=True, eq=False)

@@ -79,7 +79,7 @@ class ProgressTracker:
             InvalidInput: When the robot is behind the end of the motion, where no demonstration came from.
         """
         lambda_m = self.model.max_distance_m
-        distances = self.model.manifold.distance(gaussians.means, point, metres_per_radian=lambda_m)
+        distances = gaussians.space.distance(gaussians.means, point, metres_per_radian=lambda_m)
         first = np.where(self.model.initial > 0, distances, np.inf)
         if first.min() <= _START_REACH * lambda_m:
             return Progress(int(np.argmin(first)), from_start=True)
