@@ -67,6 +67,7 @@ class Commanding:
         # Not from zero: the robot echoes its holder's heartbeats, and another site's must not look like ours.
         self._heartbeat_seq = secrets.randbelow(2**31)
         self._heartbeat_s = self._renewed_s = float("-inf")
+        self._renewed_boot = ""
 
     def in_control(self, robot: Telemetry | None) -> bool:
         """Whether the robot itself reports that this site's lease counts."""
@@ -86,8 +87,10 @@ class Commanding:
             self._monitor.heartbeat_sent(self._heartbeat_seq, now_s)
             heartbeat = Heartbeat(session=self.session, seq=self._heartbeat_seq, echo=echo)
             self._link.send(keys.HEARTBEAT, encode(heartbeat))
-        if now_s - self._renewed_s >= _RENEW_S:
-            self._renewed_s = now_s
+        boot = robot.stamp.boot if robot else ""
+        if now_s - self._renewed_s >= _RENEW_S or boot != self._renewed_boot:
+            # The first report of a boot at once: with its echo a restarted site has its own lease back.
+            self._renewed_s, self._renewed_boot = now_s, boot
             wish = self.present_wish
             request = LeaseRequest(session=self.session, site_name=self._site_name, wish=wish, echo=echo)
             self._inquiries.ask(keys.LEASE, request, LeaseReply, 0.0, self._on_lease)
