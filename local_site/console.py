@@ -162,6 +162,8 @@ class Console:
     # The owner ----------------------------------------------------------------------------------
 
     def _redraw(self) -> None:
+        # After everything that was done, so that no loss of control is too short to be noticed.
+        self._teaching.watch(self._commanding.in_control(self._reports.robot))
         with self._changed:
             self.picture = self._draw(self._now_s())
             self._changed.notify_all()
@@ -171,7 +173,7 @@ class Console:
         self._inquiries.tick(now_s)
         self._stop.tick(now_s)
         self._commanding.tick(self._reports.robot, now_s)
-        self._teaching.tick(self._commanding.in_control(self._reports.robot))
+        self._teaching.tick()
 
     # Intents ------------------------------------------------------------------------------------
 

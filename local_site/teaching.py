@@ -61,11 +61,14 @@ class Teaching:
             case intents.AutoSend(on):
                 self.auto_send = on
 
-    def tick(self, in_control: bool) -> None:
-        """Send a model that has changed, if so chosen; roll back what was recorded without control."""
+    def watch(self, in_control: bool) -> None:
+        """Roll a demonstration back when the control of the robot is lost."""
         if self._had_control and not in_control:
             self.roll_back("the control of the robot was lost")
         self._had_control = in_control
+
+    def tick(self) -> None:
+        """Send a model that has changed, if so chosen."""
         learned = self._library.learned
         if self.auto_send and learned is not None and learned.sha256 != self._models.newest_sha256:
             self._models.send(learned)
