@@ -10,13 +10,13 @@ READY := .venv/.ready
 # Options for the target's own command: make test ARGS='-k link', make run ARGS='--link leo'
 ARGS ?=
 
-.PHONY: help run test check bench
+.PHONY: help run test check bench pictures
 
 help: ## print this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST)
 
-run: $(READY) ## the planar demonstration: both sites and the delayed link on this machine
-	@$(BIN)/farhand demo --task planar $(ARGS)
+run: $(READY) ## the planar task with its page: both sites and the delayed link on this machine, until Ctrl-C
+	@$(BIN)/farhand up --task planar $(ARGS)
 
 test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers forbids those to skip)
 	@$(BIN)/pytest $(ARGS)
@@ -29,6 +29,9 @@ check: $(READY) ## lint, format, types and import contracts
 
 bench: $(READY) ## the benchmarks, each beside a peer
 	@$(BIN)/pytest benchmarks $(ARGS)
+
+pictures: $(READY) ## the pictures of the operator's guide, taken anew (needs a Chromium)
+	@$(BIN)/python -m tests.browser.pictures
 
 # The first Python that runs and has a supported version: a name on PATH may be a shim of a missing one.
 FIND_PYTHON = for name in $${PYTHON:-} python3.12 python3.11 python3 python; do \

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from common.task import Sample, Task
 
@@ -42,6 +41,8 @@ def sample_strokes(task: Task, seed: int | None = None) -> list[Stroke]:
 
 def _stroke(sample: Sample, random: np.random.Generator | None) -> Stroke:
     """A spline through the waypoints under the minimum-jerk law of a hand."""
+    from scipy.interpolate import CubicSpline  # takes longer than all the rest of a site that starts
+
     points = np.array(sample.waypoints_m)
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(lengths)])

@@ -14,7 +14,7 @@ from local_site.view.link_worker import LinkWorker
 
 DELAY_MS, JITTER_MS, CUT_S = (0.0, 3000.0), (0.0, 500.0), (1.0, 60.0)
 _PROFILES = ("lan", "geo", "leo", "acoustic")
-_CUSTOM = "changed by hand"
+_CUSTOM = "custom"
 _SETTLE_S = 1.5
 """So long after a change the page shows what the operator chose, then what the link process says."""
 
@@ -53,7 +53,7 @@ class LinkPanel:
         status = self._worker.status
         if status is None:
             return "link"
-        return f"simulated link {status.get('profile') or _CUSTOM}"
+        return f"{status.get('profile') or _CUSTOM} link"
 
     def draw(self, now_s: float) -> None:
         """Show what the link process says it does."""

@@ -24,8 +24,8 @@ _LINK_WORDS = {
 }
 _HOLDERS = {ControlMode.DIRECT: "OPERATOR", ControlMode.AUTONOMOUS: "REMOTE MPC"}
 _LOST_LINK = {"continue": "goes on", "hold": "pauses", "retract": "retracts"}
-_AGE_STEP_S = 0.03
-"""An age that changed by less is not shown anew while the link is well."""
+_AGE_STEP_S, _AGE_PERIOD_S = 0.03, 0.5
+"""An age that changed by less, or was shown so shortly ago, is not shown anew."""
 
 
 class StatusStrip:
@@ -37,7 +37,7 @@ class StatusStrip:
 
     def __init__(self, gui: viser.GuiApi):
         self._strip, self._alarm, self._titles = Html(gui), Html(gui), Html(gui)
-        self._age_s: float | None = None
+        self._age_s, self._age_shown_s = 0.0, float("-inf")
 
     def draw(self, picture: Picture, ghost: Ghost | None, now_s: float) -> None:
         """Show the newest state."""
@@ -55,12 +55,10 @@ class StatusStrip:
         """Age of the newest report: steady while reports arrive, counting when they do not."""
         if picture.link.age_s is None:
             return "unknown"
-        well = picture.link.health is LinkHealth.OK
         age_s = picture.link.age_s + (now_s - picture.now_s)
-        if well and self._age_s is not None and abs(age_s - self._age_s) < _AGE_STEP_S:
-            age_s = self._age_s
-        self._age_s = age_s
-        return f"{age_s:.2f} s" if well else f"{age_s:.1f} s"
+        if abs(age_s - self._age_s) >= _AGE_STEP_S and now_s - self._age_shown_s >= _AGE_PERIOD_S:
+            self._age_s, self._age_shown_s = age_s, now_s
+        return f"{self._age_s:.2f} s" if picture.link.health is LinkHealth.OK else f"{self._age_s:.1f} s"
 
 
 def _cells(picture: Picture, age: str, now_s: float) -> str:

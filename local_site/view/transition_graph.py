@@ -66,7 +66,8 @@ def graph_svg(model: TPHSMM, active: int) -> str:
 def node_places(model: TPHSMM) -> np.ndarray:
     """Where each component is drawn, so that none covers another. Shape (K, 2) [px].
 
-    Every path has a lane. Components that lie beside each other on the board do so here: upper ones first.
+    Every path has a lane. Components that are visited at the same time, and those of a model that is only
+    forming, are taken in the order in which they were learned.
     """
     phase = np.where(model.terminal, 1.0, model.phase)
     spread = max(float(np.ptp(phase)), 1e-9)
@@ -76,7 +77,7 @@ def node_places(model: TPHSMM) -> np.ndarray:
     if n_lanes == 1:
         lane_y[:] = 0.5 * (_TOP + _HEIGHT - _BOTTOM)
     y, lane_end = np.zeros(model.n_components), np.full(n_lanes, -_APART)
-    for index in sorted(range(model.n_components), key=lambda i: (x[i], -model.means[0, i, 1])):
+    for index in np.argsort(x, kind="stable"):
         free = np.flatnonzero(x[index] - lane_end >= _APART)
         lane = int(free[0]) if free.size else int(np.argmin(lane_end))
         x[index] = max(x[index], lane_end[lane] + _APART)
@@ -105,11 +106,7 @@ def _node(model: TPHSMM, index: int, place: np.ndarray, active: bool) -> str:
     colour = palette.css(palette.component_colour(float(model.phase[index])))
     ring = "#ffffff" if active else ("#cbd5e1" if model.terminal[index] else "none")
     begins = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{_RADIUS + 3.5}" fill="none" stroke="#f87171"/>'
-    words = (
-        "end"
-        if model.terminal[index]
-        else f"{model.duration_mean_s[index]:.1f}±{np.sqrt(model.duration_variance_s2[index]):.1f}"
-    )
+    words = "end" if model.terminal[index] else _duration(model, index)
     return (
         (begins if model.initial[index] > 0 and not active else "")
         + f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{_RADIUS}" fill="{colour}" stroke="{ring}" '
@@ -117,3 +114,9 @@ def _node(model: TPHSMM, index: int, place: np.ndarray, active: bool) -> str:
         f'<text x="{x:.1f}" y="{y + 4:.1f}" class="fh-number">{index + 1}</text>'
         f'<text x="{x:.1f}" y="{y + _RADIUS + 13:.1f}" class="fh-duration">{words}</text>'
     )
+
+
+def _duration(model: TPHSMM, index: int) -> str:
+    """How long it lasts; nothing as long as it has not been left once."""
+    mean_s, deviation_s = model.duration_mean_s[index], np.sqrt(model.duration_variance_s2[index])
+    return f"{mean_s:.1f}±{deviation_s:.1f}" if mean_s > 0.0 else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,6 +13,7 @@ from pathlib import Path
 from tests.farhand_process import FarhandProcess, running
 from tests.ports import free_port
 
+_STILL = ((r"amplitude_m = .*", "amplitude_m = [0.0, 0.0]"), (r"noise_std_m = .*", "noise_std_m = 0.0"))
 _PLANAR = Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml"
 
 
@@ -54,10 +56,19 @@ def farhand_up(data_dir: Path, link: str = "lan", task: str | Path = "planar") -
 
 def still_task(folder: Path) -> Path:
     """The planar task with a U that stands still: a browser that draws in software is slow while it moves."""
+    return _variant(folder, *_STILL)
+
+
+def slow_task(folder: Path) -> Path:
+    """The still task taught by a slow hand, so that a picture can be taken before the robot arrives."""
+    return _variant(folder, *_STILL, (r"duration_s = (\d)", r"duration_s = 2\1"))
+
+
+def _variant(folder: Path, *changes: tuple[str, str]) -> Path:
     text = _PLANAR.read_text()
-    for moving, still in (("[0.10, 0.03]", "[0.0, 0.0]"), ("noise_std_m = 0.002", "noise_std_m = 0.0")):
-        assert moving in text
-        text = text.replace(moving, still)
-    file = folder / "planar-still.toml"
+    for pattern, replacement in changes:
+        text, n = re.subn(pattern, replacement, text)
+        assert n, pattern
+    file = folder / "planar-variant.toml"
     file.write_text(text)
     return file

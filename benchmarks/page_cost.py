@@ -1,0 +1,123 @@
+"""What the operator's page costs: `.venv/bin/python -m benchmarks.page_cost` (a Chromium is needed).
+
+Prints how soon a page answers and shows the robot's mode after `farhand up --link geo`, and how much of a
+core the local site needs, and sends to one client, while nothing moves and while the robot moves.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+from tests.browser.operator_page import OperatorPage, launch
+from tests.browser.raw_client import RawClient, raw_connection
+from tests.browser.stack import Stack, farhand_up, still_task
+from tests.farhand_process import FarhandProcess, running
+from tests.ports import free_port
+
+_MEASURED_S = 15.0
+
+
+def main() -> int:
+    """Measure and print.
+
+    Returns:
+        The exit status: 0.
+    """
+    say(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        measure_start(folder)
+        with farhand_up(folder / "still", link="geo", task=still_task(folder)) as stack:
+            measure_still(stack)
+        with farhand_up(folder / "moving", link="geo") as stack:
+            measure_moving(stack)
+    return 0
+
+
+def measure_start(folder: Path) -> None:
+    """Time from the command to the first answer and to the mode in a browser."""
+    port = free_port()
+    address = f"http://127.0.0.1:{port}"
+    with sync_playwright() as playwright:
+        browser = launch(playwright)
+        page = browser.new_page()
+        began_s = time.monotonic()
+        with running("up", "--link=geo", f"--port={port}", f"--data-dir={folder / 'start'}") as process:
+            await_answer(address, process)
+            say(f"HTTP answers after        {time.monotonic() - began_s:5.2f} s (at most 3)")
+            OperatorPage(page).open(address)
+            say(f"mode and boards seen after{time.monotonic() - began_s:5.2f} s (at most 10)")
+        browser.close()
+
+
+def await_answer(address: str, process: FarhandProcess) -> None:
+    """Ask until it answers."""
+    while process.running:
+        try:
+            urllib.request.urlopen(address, timeout=5.0).close()
+            return
+        except urllib.error.URLError:
+            os.sched_yield()
+    raise RuntimeError(process.words)
+
+
+def measure_still(stack: Stack) -> None:
+    """Nothing moves: the robot is DISARMED and its U stands still."""
+    with raw_connection(stack.address) as connection:
+        client = RawClient(connection)
+        client.until("DISARMED")
+        report("nothing moves", stack, client)
+
+
+def measure_moving(stack: Stack) -> None:
+    """The robot tracks the swinging U, reported 30 times a second."""
+    with raw_connection(stack.address) as connection:
+        client = RawClient(connection)
+        for button, shown in (
+            ("Load samples", "robot lacks it"), ("Send model", "robot has it"), ("Arm", "HOLD"),
+            ("Execute", "ARRIVED"),
+        ):  # fmt: skip
+            client.press(button)
+            client.until(shown)
+        report("the robot moves", stack, client)
+
+
+def report(what: str, stack: Stack, client: RawClient) -> None:
+    """Processor time of the local site and what one client receives, over some seconds."""
+    pid = stack.process.children()["local"]
+    before_s, n_bytes, n_messages = processor_s(pid), client.n_bytes, 0
+    began_s = time.monotonic()
+    while (left_s := began_s + _MEASURED_S - time.monotonic()) > 0.0:
+        try:
+            n_messages += len(client.receive(left_s))
+        except TimeoutError:
+            break
+    took_s = time.monotonic() - began_s
+    say(
+        f"{what + ':':16} local site {100 * (processor_s(pid) - before_s) / took_s:5.1f} % of a core, "
+        f"{n_messages / took_s:6.1f} messages/s, {(client.n_bytes - n_bytes) / took_s * 1e-3:6.1f} kB/s"
+    )
+
+
+def processor_s(pid: int) -> float:
+    """Processor time of a process so far [s]."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def say(line: str) -> None:
+    """Print a line."""
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,92 @@
+"""Takes the pictures of the operator's guide: `make pictures`. They show what the browser tests drive."""
+
+from __future__ import annotations
+
+import io
+import re
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import expect, sync_playwright
+
+from tests.browser.operator_page import CHROMIUM, WAIT_MS, OperatorPage, launch
+from tests.browser.stack import farhand_up, slow_task
+
+FOLDER = Path(__file__).parents[2] / "docs" / "pictures"
+SIZES = [(1280, 720), (1920, 1080)]
+_COLOURS = 128
+STROKE = [(0.14 + 0.58 * k / 24, 0.30 + 0.75 * (k / 24) - 0.80 * (k / 24) ** 2) for k in range(25)]
+
+Take = Callable[[str], None]
+
+
+def main() -> int:
+    """Take all of them.
+
+    Returns:
+        The exit status.
+    """
+    if CHROMIUM is None:
+        sys.stderr.write("pictures: no Chromium on this machine (Debian: apt-get install chromium)\n")
+        return 1
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    with sync_playwright() as playwright:
+        browser = launch(playwright)
+        for width, height in SIZES:
+            with tempfile.TemporaryDirectory() as scratch:
+                folder = Path(scratch)
+                with farhand_up(folder / "data", link="geo", task=slow_task(folder)) as stack:
+                    page = browser.new_context(viewport={"width": width, "height": height}).new_page()
+                    tab = OperatorPage(page)
+                    tab.open(stack.address, dpr=1.0)
+                    suffix = "" if height == SIZES[0][1] else f"-{height}"
+                    play(tab, lambda name, tab=tab, suffix=suffix: take(tab, name + suffix))
+                    page.context.close()
+        browser.close()
+    return 0
+
+
+def play(tab: OperatorPage, shoot: Take) -> None:
+    """Do the whole job, a picture of each state."""
+    shoot("start")
+    tab.press("Record")
+    tab.says("recording", "RECORDING")
+    with tab.hold(STROKE[:18]):
+        tab.says("components", re.compile("[1-9]"))
+        shoot("recording")
+    tab.press("Undo")
+    tab.says("recording", "")
+    tab.taught()
+    tab.command("Arm", "HOLD")
+    tab.press("Preview")
+    tab.tells(re.compile("previewed .* s of motion"))
+    shoot("preview")
+    tab.command("Couple", "DIRECT")
+    with tab.hold([(0.20 + 0.01 * k, 0.30) for k in range(15)]):
+        shoot("driving")
+    tab.says("mode", "HOLD")
+    tab.says("pending", "none")
+    tab.command("Execute", "AUTONOMOUS")
+    expect(tab.page.locator(".fh-remote")).to_contain_text("to go", timeout=WAIT_MS)
+    shoot("page")
+    tab.slide("Cut for [s]", 60)
+    tab.press("Cut")
+    tab.says("link", "LOST")
+    shoot("link-lost")
+    tab.press("STOP")
+    tab.says("stop", re.compile("STOP NOT DELIVERED"))
+    shoot("stop-not-delivered")
+
+
+def take(tab: OperatorPage, name: str) -> None:
+    """One picture, small: few colours do for a page like this."""
+    picture = Image.open(io.BytesIO(tab.page.screenshot())).convert("RGB")
+    picture.quantize(_COLOURS, dither=Image.Dither.NONE).save(FOLDER / f"{name}.png", optimize=True)
+    sys.stderr.write(f"pictures: {FOLDER / name}.png\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

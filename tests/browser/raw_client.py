@@ -1,0 +1,80 @@
+"""Speaks the page's protocol without a page."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import Any
+
+import msgspec
+import viser
+import zstandard
+from viser import _messages
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
+from websockets.typing import Origin, Subprotocol
+
+_PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+_PATIENCE_S = 60.0
+
+
+def raw_connection(address: str, origin: Origin | None = None) -> AbstractContextManager[Connection]:
+    """To the page's socket; what comes is kept until it is read, so that pings are answered."""
+    return connect(
+        address.replace("http", "ws"), origin=origin, subprotocols=[_PROTOCOL], max_size=None, max_queue=None,
+        ping_interval=None,
+    )  # fmt: skip
+
+
+class RawClient:
+    """One client.
+
+    Args:
+        connection: See `raw_connection`.
+    """
+
+    def __init__(self, connection: Connection):
+        self._connection = connection
+        self._uuids: dict[str, str] = {}
+        self.n_bytes = 0
+        """Received so far."""
+        self._send(
+            _messages.ViewerCameraMessage(
+                (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 5.0), 0.35, 0.1, 50.0, 560, 900, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+            )
+        )  # fmt: skip
+
+    def press(self, label: str) -> None:
+        """Press a button, whether it may be pressed or not."""
+        self.set(label, value=True)
+
+    def set(self, label: str, **attributes: object) -> None:
+        """Set attributes of an element."""
+        while label not in self._uuids:
+            self.receive()
+        self._send(_messages.GuiUpdateMessage(self._uuids[label], attributes))
+
+    def until(self, text: str) -> None:
+        """Wait until an element is sent that has this text."""
+        while not any(
+            text in str(message.get("updates", message.get("props"))) for message in self.receive()
+        ):
+            pass
+
+    def receive(self, timeout_s: float = _PATIENCE_S) -> list[dict[str, Any]]:
+        """The next messages of the server.
+
+        Raises:
+            TimeoutError: When none came in time.
+        """
+        data = self._connection.recv(timeout_s)
+        assert isinstance(data, bytes)
+        self.n_bytes += len(data)
+        size = int.from_bytes(data[8:16], "little")
+        content = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(data[16 : 16 + size]))
+        for message in content["messages"]:
+            if "label" in message.get("props", {}):
+                self._uuids[message["props"]["label"]] = message["uuid"]
+        return content["messages"]
+
+    def _send(self, message: _messages.Message) -> None:
+        self._connection.send(msgspec.msgpack.encode(message.as_serializable_dict()))
