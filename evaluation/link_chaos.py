@@ -51,12 +51,19 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 def trial(case: Case) -> Case:
     """Run the schedule of one seed."""
     logging.disable(logging.WARNING)  # what is refused is the point of it, and is counted
+    try:
+        return _played(case["seed"])
+    finally:
+        logging.disable(logging.NOTSET)
+
+
+def _played(seed: int) -> Case:
     wall_s, cpu_s = time.perf_counter(), time.process_time()
-    run = _Run(case["seed"])
+    run = _Run(seed)
     run.play()
     problems = run.watch.violations + run.reach_rest()
     return {
-        "seed": case["seed"],
+        "seed": seed,
         "violations": [asdict(problem) for problem in problems],
         "virtual_s": run.sites.time.now_s(),
         "wall_s": time.perf_counter() - wall_s,
