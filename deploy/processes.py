@@ -7,7 +7,6 @@ import json
 import math
 import signal
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
@@ -17,6 +16,7 @@ from common.codec import field_of
 from common.errors import FarhandError, InvalidConfiguration
 from common.task import load_toml
 from deploy.child import end_with_parent, say_ready
+from deploy.end_signals import END_SIGNALS, on_end_signal
 from deploy.places import check_writable, data_folder, find_task
 
 S = TypeVar("S", bound=msgspec.Struct)
@@ -59,7 +59,7 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
     end_with_parent()
     config = configured(RemoteConfig, config_file, **overrides)
     site = RemoteSite(config, find_task(config.task), data_folder(config.data_dir))
-    _on_signals(site.stop)
+    on_end_signal(site.stop)
     site.run(say_ready)
     return 0
 
@@ -72,7 +72,7 @@ def run_local(config_file: Path | None, **overrides: object) -> int:
     end_with_parent()
     config = configured(LocalConfig, config_file, **overrides)
     site = LocalSite(config, find_task(config.task), data_folder(config.data_dir))
-    _on_signals(site.stop)
+    on_end_signal(site.stop)
     site.run(say_ready)
     return 0
 
@@ -92,7 +92,8 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
         check_writable("json", json_file)
     config = configured(LocalConfig, config_file, **overrides)
     site = LocalSite(config, find_task(config.task), data_folder(config.data_dir))
-    _on_signals(_interrupt)
+    for number in END_SIGNALS:
+        signal.signal(number, _interrupt)
     result = site.run_script(planned, say_ready)
     text = json.dumps(result)
     sys.stdout.write(text + "\n")
@@ -160,10 +161,5 @@ class Interrupted(FarhandError):
     """The process was asked to end before its work was done."""
 
 
-def _interrupt() -> None:
+def _interrupt(*_: object) -> None:
     raise Interrupted("interrupted before the job was done")
-
-
-def _on_signals(end: Callable[[], None]) -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: end())
