@@ -43,6 +43,8 @@ STUDIES = {
     "human": "evaluation.human",
     "handwriting": "evaluation.handwriting",
     "link-chaos": "evaluation.link_chaos",
+    "link-delay": "evaluation.link_delay",
+    "link-recovery": "evaluation.link_recovery",
     "modes": "evaluation.modes",
     "freshness": "evaluation.freshness",
 }

@@ -1,0 +1,160 @@
+"""What the software adds to the delay of the link: transport, relay and a whole command, with real processes.
+
+For each one-way delay, without jitter: questions straight from transport to transport through a relay; then
+commands (Arm and Disarm in turn) of the shipped console to the shipped robot; then the whole planar job by
+script. The times are compared with the injected delay. The relay's own lateness is stamped in the relay.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from common import keys
+from common.control_mode import Action, ControlMode
+from common.endpoint import EndpointSettings
+from common.link import ZenohLink
+from common.link_control import RelayControl
+from evaluation.real_sites import PATIENCE_S, Process, RealSites, free_port
+from local_site import intents
+from local_site.picture import Picture
+from remote_site.config import RemoteConfig
+
+Case = dict[str, Any]
+
+DELAYS_S = (0.0, 0.3, 1.0, 3.0, 5.0)
+TRANSPORT_LIMIT_MS = 2.0
+COMMAND_LIMIT_MS = 1000.0 / RemoteConfig().control_hz + 3.0
+_HOST = "127.0.0.1"
+_QUESTIONS, _COMMANDS = 400, 40
+_LONGEST_S = 60.0
+"""About so long each delay is measured; long delays with fewer repetitions [s]."""
+
+
+def cases(trials: int | None, seed: int) -> list[Case]:
+    """One case after the other in one process: they would disturb each other."""
+    del seed  # nothing here is random
+    return [{"commands": trials or _COMMANDS, "questions": 10 * (trials or _QUESTIONS // 10)}]
+
+
+def trial(case: Case) -> Case:
+    """Measure all delays."""
+    return {"delays": [_measure(delay_s, case) for delay_s in DELAYS_S]}
+
+
+def _measure(delay_s: float, case: Case) -> Case:
+    fits = int(_LONGEST_S / max(2 * delay_s, 1e-3))
+    transport_ms = _transport_ms(delay_s, max(3, min(case["questions"], fits)))
+    with RealSites(delay_s) as sites:
+        commands_ms = _commands_ms(sites, delay_s, max(4, min(case["commands"], fits)))
+        status = sites.control.status()
+    with RealSites(delay_s, with_console=False) as sites:
+        demo = sites.run_demo()
+    return {
+        "delay_s": delay_s,
+        "demo": {"success": demo["success"], "rms_error_m": demo["execution"]["rms_error_m"]},
+        "transport_ms": transport_ms,
+        "commands_ms": commands_ms,
+        "relay_lateness_ms": {
+            way: {name: status[way][f"lateness_{name}_ms"] for name in ("p50", "p99", "max")}
+            for way in ("uplink", "downlink")
+        },
+    }
+
+
+def _transport_ms(delay_s: float, n: int) -> list[float]:
+    """What relay and transport add to one way, for each question [ms]."""
+    port = free_port()
+    echo = ZenohLink(EndpointSettings(listen=f"tcp/{_HOST}:{port}"))
+    echo.serve(keys.REPORT, lambda request: request.answer(request.data))
+    relay = Process(
+        "link", f"--listen={_HOST}:0", f"--target={_HOST}:{port}", f"--control={_HOST}:0", "--profile=lan"
+    )
+    settings = {"delay_ms": 1000.0 * delay_s}
+    RelayControl(_HOST, relay.ready["control_port"]).set(uplink=settings, downlink=settings)
+    asker = ZenohLink(EndpointSettings(connect=f"tcp/{_HOST}:{relay.ready['port']}"))
+    try:
+        while asker.ask_and_wait(keys.REPORT, b"there?", PATIENCE_S) is None:
+            pass  # not connected yet: answered with nothing at once
+        return [500.0 * (_round_trip_s(asker) - 2.0 * delay_s) for _ in range(n)]
+    finally:
+        asker.close()
+        echo.close()
+        relay.kill()
+
+
+def _round_trip_s(asker: ZenohLink) -> float:
+    began_s = time.perf_counter()
+    asker.ask_and_wait(keys.REPORT, bytes(200), PATIENCE_S)
+    return time.perf_counter() - began_s
+
+
+def _commands_ms(sites: RealSites, delay_s: float, n: int) -> list[float]:
+    """What a command's round trip takes beyond both delays [ms]."""
+    for number in range(n):
+        action, mode = ((Action.ARM, ControlMode.HOLD), (Action.DISARM, ControlMode.DISARMED))[number % 2]
+        while not _done(sites, action, mode, number):
+            pass  # refused: on a busy machine a command may come too late; it is given again, as people do
+    return [1000.0 * (trip_s - 2.0 * delay_s) for trip_s in sites.console.picture.command_round_trips_s]
+
+
+def _done(sites: RealSites, action: Action, mode: ControlMode, number: int) -> bool:
+    """Give a command and see it done, or refused."""
+
+    def refusals(picture: Picture) -> int:
+        return sum(notice.what == action and not notice.good for notice in picture.notices)
+
+    def done(picture: Picture) -> bool:
+        answered = len(picture.command_round_trips_s) > number
+        return answered and picture.mode is mode and not picture.pending
+
+    sites.wait_for("control of the robot", lambda p: p.in_control)
+    before = refusals(sites.console.picture)
+    sites.console.submit(intents.Command(action))
+    sites.wait_for(str(action), lambda p: done(p) or refusals(p) > before)
+    return done(sites.console.picture)
+
+
+def summarise(results: list[Case]) -> tuple[Case, str]:
+    """Medians beside their limits."""
+    rows = []
+    for result in results[0]["delays"]:
+        transport, command = np.array(result["transport_ms"]), np.array(result["commands_ms"])
+        rows.append(
+            {
+                "delay_s": result["delay_s"],
+                "transport_p50_ms": float(np.median(transport)),
+                "transport_p99_ms": float(np.quantile(transport, 0.99)),
+                "relay_p50_ms": max(way["p50"] for way in result["relay_lateness_ms"].values()),
+                "command_p50_ms": float(np.median(command)),
+                "command_p99_ms": float(np.quantile(command, 0.99)),
+                "demo": result["demo"],
+                "n_questions": len(transport),
+                "n_commands": len(command),
+            }
+        )
+    passed = all(
+        row["transport_p50_ms"] <= TRANSPORT_LIMIT_MS
+        and row["command_p50_ms"] <= COMMAND_LIMIT_MS
+        and row["demo"]["success"]
+        for row in rows
+    )
+    lines = [
+        "# What the software adds to the delay of the link",
+        "",
+        f"Limits of the medians: {TRANSPORT_LIMIT_MS:g} ms one way for relay and transport; {COMMAND_LIMIT_MS:g} ms "
+        "(one control period + 3 ms) for a command's round trip beyond both delays. "
+        f"{'All hold.' if passed else 'NOT all hold.'}",
+        "",
+        "| one way s | relay + transport p50 / p99 ms (n) | relay alone p50 ms | command beyond 2 x delay p50 / p99 ms (n) | planar job |",
+        "|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {r['delay_s']:g} | {r['transport_p50_ms']:.2f} / {r['transport_p99_ms']:.2f} ({r['n_questions']}) | "
+        f"{r['relay_p50_ms']:.2f} | {r['command_p50_ms']:.1f} / {r['command_p99_ms']:.1f} ({r['n_commands']}) | "
+        f"{'done' if r['demo']['success'] else 'FAILED'} |"
+        for r in rows
+    ]
+    return {"passed": passed, "delays": rows}, "\n".join(lines)

@@ -1,0 +1,208 @@
+"""The robot and the link as processes of their own, and the operator's console in this process."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from common import keys
+from common.codec import decode
+from common.endpoint import EndpointSettings
+from common.errors import ProcessFailed
+from common.link import ZenohLink
+from common.link_control import RelayControl
+from common.messages import Telemetry
+from deploy.child import READY_FD
+from deploy.places import find_task
+from local_site.console import Console
+from local_site.picture import Picture
+from local_site.task_library import TaskLibrary
+
+_HOST = "127.0.0.1"
+PATIENCE_S = 120.0
+
+
+class Process:
+    """One `farhand` process.
+
+    Args:
+        arguments: Of the command line.
+
+    Raises:
+        ProcessFailed: It ended before it was ready.
+    """
+
+    def __init__(self, *arguments: str):
+        read_fd, write_fd = os.pipe()
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "deploy.cli", *arguments],
+                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                env={**os.environ, READY_FD: str(write_fd)}, pass_fds=[write_fd],
+            )  # fmt: skip
+        finally:
+            os.close(write_fd)
+        with os.fdopen(read_fd) as pipe:
+            said = pipe.read()
+        if not said:
+            raise ProcessFailed(f"farhand {' '.join(arguments)} ended with status {self._process.wait()}")
+        self.ready: dict[str, Any] = json.loads(said)
+        """What it said when it was ready."""
+        self.ready_s = time.monotonic()
+        """When that was [s]."""
+
+    def kill(self) -> None:
+        """End it at once, as a crash does."""
+        self._process.kill()
+        self._process.wait()
+
+
+@dataclass(frozen=True)
+class Heard:
+    """One report of the robot as it came.
+
+    Args:
+        arrived_s: On this process's clock [s].
+        boot: Of the robot.
+        sent_s: On the robot's clock [s].
+    """
+
+    arrived_s: float
+    boot: str
+    sent_s: float
+
+
+class RealSites:
+    """Robot, link and console, until the end of the block.
+
+    Args:
+        delay_s: One-way delay at first [s].
+        with_console: Whether there is one; otherwise `run_demo` brings an operator of its own.
+        task: What the robot does.
+    """
+
+    def __init__(self, delay_s: float, with_console: bool = True, task: str = "planar"):
+        self._task, self._delay_s, self._with_console = task, delay_s, with_console
+        self._folder = tempfile.TemporaryDirectory(prefix="farhand-")
+        self._robot_port = free_port()
+        self.heard: list[Heard] = []
+        """Every report, in the order of arrival."""
+        self._arrived = threading.Condition()
+
+    def __enter__(self) -> RealSites:
+        self.robot = self._start_robot()
+        self._link = Process(
+            "link", f"--listen={_HOST}:0", f"--target={_HOST}:{self._robot_port}", f"--control={_HOST}:0",
+            "--profile=lan",
+        )  # fmt: skip
+        self.control = RelayControl(_HOST, self._link.ready["control_port"])
+        settings = {"delay_ms": 1000.0 * self._delay_s}
+        self.control.set(uplink=settings, downlink=settings)
+        if self._with_console:
+            self.open_console()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._with_console:
+            self.close_console()
+        self._link.kill()
+        self.robot.kill()
+        self._folder.cleanup()
+
+    def run_demo(self) -> dict[str, Any]:
+        """Have `farhand local --demo` do the job in a process of its own; its result.
+
+        Raises:
+            ProcessFailed: It said no result.
+        """
+        result = Path(self._folder.name) / "demo.json"
+        arguments = [
+            "local", "--demo", f"--connect=tcp/{_HOST}:{self._link.ready['port']}", f"--task={self._task}",
+            f"--data-dir={self._folder.name}", f"--json={result}", f"--link-control={_HOST}:{self._link.ready['control_port']}",
+        ]  # fmt: skip
+        done = subprocess.run(
+            [sys.executable, "-m", "deploy.cli", *arguments], capture_output=True, text=True, check=False
+        )
+        if not result.exists():
+            raise ProcessFailed(f"the demonstration failed: {done.stderr[-500:]}")
+        return json.loads(result.read_text())
+
+    def open_console(self) -> float:
+        """The operator's site begins; when its transport was open, on this process's clock [s]."""
+        endpoint = f"tcp/{_HOST}:{self._link.ready['port']}"
+        self.link = ZenohLink(EndpointSettings(connect=endpoint))
+        opened_s = time.monotonic()
+        task = find_task(self._task)
+        self.console = Console(task, TaskLibrary(task, Path(self._folder.name)), self.link, "operator")
+        self.link.subscribe(keys.TELEMETRY, self._hear)
+        self.console.start()
+        return opened_s
+
+    def close_console(self) -> None:
+        """The operator's site ends."""
+        self.console.close()
+        self.link.close()
+
+    def restart_robot(self) -> float:
+        """Kill the robot's process and start it again; when it said that it is ready [s]."""
+        self.robot.kill()
+        self.robot = self._start_robot()
+        return self.robot.ready_s
+
+    def wait_for(self, what: str, holds: Callable[[Picture], bool]) -> None:
+        """Wait until the console's picture has a property.
+
+        Raises:
+            ProcessFailed: When it did not in time.
+        """
+        if not self.console.wait_for(holds, PATIENCE_S):
+            raise ProcessFailed(f"waited {PATIENCE_S:.0f} s for {what}")
+
+    def wait_until_heard(self, what: str, fits: Callable[[Heard], bool]) -> Heard:
+        """The first report that fits, when it has come.
+
+        Raises:
+            ProcessFailed: When none came in time.
+        """
+        checked = 0
+
+        def found() -> Heard | None:
+            nonlocal checked
+            for heard in self.heard[checked:]:
+                checked += 1
+                if fits(heard):
+                    return heard
+            return None
+
+        with self._arrived:
+            heard = self._arrived.wait_for(found, PATIENCE_S)
+        if heard is None:
+            raise ProcessFailed(f"waited {PATIENCE_S:.0f} s for {what}")
+        return heard
+
+    def _start_robot(self) -> Process:
+        listen = f"--listen=tcp/{_HOST}:{self._robot_port}"
+        return Process("remote", listen, f"--task={self._task}", f"--data-dir={self._folder.name}")
+
+    def _hear(self, data: bytes) -> None:
+        stamp = decode(data, Telemetry).stamp
+        with self._arrived:
+            self.heard.append(Heard(time.monotonic(), stamp.boot, stamp.t_ns * 1e-9))
+            self._arrived.notify_all()
+
+
+def free_port() -> int:
+    """A port that nobody uses now."""
+    with socket.socket() as probe:
+        probe.bind((_HOST, 0))
+        return probe.getsockname()[1]
