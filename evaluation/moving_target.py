@@ -145,6 +145,6 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
         axes.plot(0.0, 0.0, "v", color="black", markersize=9, label="receptacle after")
         axes.plot(start @ sideways, start[2], "s", color="tab:red", label="start")
         axes.set(aspect="equal", xlabel="beside the axis [m]", ylabel="along the axis [m]")
-    figure.axes[0].legend(fontsize=8)
+    figure.axes[1].legend(fontsize=8, loc="lower right")
     figure.savefig(out_dir / "moving-target.png", dpi=130)
     return ["moving-target.png"]

@@ -27,6 +27,9 @@ _INSIDE, _LOST, _CLOSE = 3.0, 5.0, 1.0
 _TIME_OUT_S, _AT_EXIT_S = 2.0, 0.5
 # Starts within this many lambda of a component in which a demonstration began start there.
 _START_REACH = 1.5
+# So often a robot is sent back on its way to a component, which bounds any circle.
+_MAX_SETBACKS = 5
+_TINY_M = 1e-12
 # Arrived: within so many standard deviations of the end, and staying there for this time at the present speed.
 _ARRIVED, _SETTLED_S = 0.4, 0.2
 
@@ -42,6 +45,7 @@ class Progress:
         waiting: Due for the next component, but not near enough.
         arrived: The motion has come to its end.
         from_start: It began where demonstrations began.
+        setbacks: How often it was sent back on its way to a component.
     """
 
     component: int
@@ -50,6 +54,7 @@ class Progress:
     waiting: bool = False
     arrived: bool = False
     from_start: bool = False
+    setbacks: int = 0
 
 
 class ProgressTracker:
@@ -105,7 +110,16 @@ class ProgressTracker:
             found = gaussians.most_likely(point, self._joinable(point, gaussians))
             # To find the same one again is no progress: its time-out must not begin anew.
             since = elapsed if found == q else 0.0
-            return replace(now, component=found, elapsed_s=since, free=True, waiting=False, arrived=False)
+            setbacks = now.setbacks + now.free
+            return replace(
+                now,
+                component=found,
+                elapsed_s=since,
+                free=True,
+                waiting=False,
+                arrived=False,
+                setbacks=setbacks,
+            )
         free = now.free and here >= _INSIDE
         if self.model.terminal[q]:
             settled = here < _ARRIVED and gaussians.length(q, velocity * _SETTLED_S) < _ARRIVED
@@ -121,6 +135,8 @@ class ProgressTracker:
         """Off the way; or on the way to a component, but no longer where that can be joined."""
         q, n = now.component, int(self.successors[now.component])
         if now.free:
+            if now.setbacks >= _MAX_SETBACKS:
+                return False
             return here > _LOST and n >= 0 and not self._joinable(point, gaussians)[q]
         return here > _LOST and gaussians.distance_to_way(q, n, point) > _LOST
 
@@ -136,13 +152,19 @@ class ProgressTracker:
         return bool(inside and (due or gaussians.distance(n, point) < here))
 
     def _joinable(self, point: Array, gaussians: Gaussians) -> NDArray[np.bool_]:
-        """Components whose entry is nearer than the way that remains from there; at least one. Shape (K,)."""
+        """Components whose entry is nearer than the way that remains from there; at least one. Shape (K,).
+
+        In front of an entry only the distance beside the way counts: the robot comes in along it.
+        """
         entries = gaussians.entries[:, : self.model.manifold.n_dims]
-        steps = np.linalg.norm(entries[self.successors] - entries, axis=1)
+        steps = entries[self.successors] - entries
+        lengths = np.linalg.norm(steps, axis=1)
         to_go = np.zeros(len(entries))
         for i in self._from_the_end:
-            to_go[i] = steps[i] + to_go[self.successors[i]]
-        spare = to_go - np.linalg.norm(point[: entries.shape[1]] - entries, axis=1)
+            to_go[i] = lengths[i] + to_go[self.successors[i]]
+        e = point[: entries.shape[1]] - entries
+        in_front = np.minimum(np.sum(e * steps, axis=1) / np.maximum(lengths, _TINY_M), 0.0)
+        spare = to_go - np.sqrt(np.maximum(np.sum(e * e, axis=1) - in_front**2, 0.0))
         spare[self.successors < 0] = -np.inf
         return spare >= min(0.0, spare.max())
 
