@@ -1,0 +1,30 @@
+"""MuJoCo and dm_control, imported here alone, in the one order that works.
+
+Both read MUJOCO_GL once, when they are first imported, and dm_control then fails when that OpenGL is not
+installed. Physics needs none, so both are told to load none, and `rendering` opens a context by itself when
+there is something to draw. Their bindings carry no types: what is exported here is `Any`.
+"""
+
+# ruff: noqa: E402
+
+from __future__ import annotations
+
+import os
+from typing import Any, TypeAlias
+
+WANTED_GL = os.environ.get("MUJOCO_GL", "")
+"""What the user chose for drawing, empty for no choice."""
+
+os.environ["MUJOCO_GL"] = "disable"
+
+import mujoco as _mujoco
+from dm_control import mjcf as _mjcf
+from dm_control.entities.manipulators import kinova as _kinova
+
+mujoco: Any = _mujoco
+mjcf: Any = _mjcf
+kinova: Any = _kinova
+
+MjModel: TypeAlias = Any
+MjData: TypeAlias = Any
+MjcfElement: TypeAlias = Any

@@ -1,0 +1,76 @@
+"""What surrounds the arm at one instant, and how it appears to the vehicle that carries the arm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.manifold import POSE
+from common.robot.dimensions import Dimensions
+from common.robot.engine import mujoco
+from common.robot.receptacle import FACING_QUAT
+
+Array = NDArray[np.float64]
+
+AT_REST = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+"""The pose of what stands at the origin."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """All that disturbs the arm, in the axes of the earth, z up.
+
+    Args:
+        receptacle: Where its spring pulls it. A pose. Shape (7,).
+        vehicle: What the arm's base stands on. A pose. Shape (7,).
+        current_m_s: Of the water. Shape (3,).
+        push_n: Force on the hand. Shape (3,).
+
+    Raises:
+        InvalidInput: When a pose is none.
+    """
+
+    receptacle: Array
+    vehicle: Array = field(default_factory=AT_REST.copy)
+    current_m_s: Array = field(default_factory=lambda: np.zeros(3))
+    push_n: Array = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self) -> None:
+        for name in ("receptacle", "vehicle"):
+            object.__setattr__(self, name, POSE.checked(getattr(self, name), "surroundings", name))
+
+    @classmethod
+    def still(cls, dimensions: Dimensions) -> Surroundings:
+        """Everything at rest, the receptacle facing the arm at its first place."""
+        return cls(np.concatenate([dimensions.receptacle_m, FACING_QUAT]))
+
+    def with_receptacle(self, pose: Array) -> Surroundings:
+        """The same with the receptacle elsewhere."""
+        return replace(self, receptacle=pose)
+
+    def receptacle_from_vehicle(self) -> Array:
+        """The receptacle's pose in the vehicle's axes. Shape (7,)."""
+        return compose(inverse(self.vehicle), self.receptacle)
+
+    def to_vehicle(self, vector: Array) -> Array:
+        """A vector of the earth in the vehicle's axes. Shape (3,)."""
+        out, back = np.empty(3), np.empty(4)
+        mujoco.mju_negQuat(back, self.vehicle[3:])
+        mujoco.mju_rotVecQuat(out, vector, back)
+        return out
+
+
+def compose(first: Array, second: Array) -> Array:
+    """The pose ``T_a_c`` of ``T_a_b`` and ``T_b_c``. Shape (7,)."""
+    out = np.empty(7)
+    mujoco.mju_mulPose(out[:3], out[3:], first[:3], first[3:], second[:3], second[3:])
+    return out
+
+
+def inverse(pose: Array) -> Array:
+    """The pose ``T_b_a`` of ``T_a_b``. Shape (7,)."""
+    out = np.empty(7)
+    mujoco.mju_negPose(out[:3], out[3:], pose[:3], pose[3:])
+    return out
