@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from common.errors import InvalidInput
 from common.kernel import kernel
+from common.manifold import POSE
 
 Array = NDArray[np.float64]
 
@@ -55,6 +56,16 @@ class TaskFrame:
     def identity(cls, n_dims: int) -> TaskFrame:
         """The world itself as a frame."""
         return cls(np.eye(n_dims), np.zeros(n_dims))
+
+    @classmethod
+    def at(cls, point: Array) -> TaskFrame:
+        """The frame of a body at a position (D,), its axes those of the world, or at a pose (7,)."""
+        if point.size != POSE.n_coordinates:
+            return cls(np.eye(point.size), point)
+        w, v = point[3], point[4:]
+        cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+        A = np.eye(3) + 2.0 * (w * cross + cross @ cross)  # Rodrigues
+        return cls(A, point[:3])
 
     @property
     def n_dims(self) -> int:

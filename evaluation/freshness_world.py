@@ -182,7 +182,7 @@ class World:
     def _boot(self) -> Supervisor:
         self._boots += 1
         self._clock = BootClock(f"boot {self._boots}", lambda: round(self.now_s * 1e9))
-        sight = SimulatedPerception(OscillatingTarget(_TASK.target), 0.0, 0)
+        sight = SimulatedPerception.of_oscillating(OscillatingTarget(_TASK.target), 0.0, 0)
         return Supervisor(
             _TASK, RemoteConfig(), self._plant, sight, self._clock, _nowhere, _nowhere, _nowhere
         )

@@ -44,18 +44,17 @@ class OscillatingU(Event):
     def __init__(self, task: Task, seed: int):
         super().__init__(TaskFrame.identity(2))
         phase = np.random.default_rng([seed, 2]).uniform(0.0, 2.0 * np.pi)
-        self._perception = SimulatedPerception(
-            OscillatingTarget(task.target, phase), task.target.noise_std_m, seed
-        )
+        self._target = OscillatingTarget(task.target, phase)
+        self._perception = SimulatedPerception.of_oscillating(self._target, task.target.noise_std_m, seed)
 
     def frame(self, time_s: float, position: Array) -> TaskFrame:
         """See `Event.frame`: as estimated."""
         del position
-        return self._perception.observe(time_s)[0]
+        return (self._perception.observe(time_s) or [self._frame])[0]
 
     def truth(self, time_s: Array) -> Array:
         """True centre of the U [m]. Shape (T, 2)."""
-        return np.stack([self._perception.true_origin_m(t) for t in time_s])
+        return np.stack([self._target.origin_m(t) for t in time_s])
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:

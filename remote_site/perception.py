@@ -1,17 +1,27 @@
-"""How the remote site sees its task frames: a protocol, and the simulated oscillating target."""
+"""How the remote site sees its task frames: a protocol, and what simulated trackers see."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from common.manifold import Manifold
 from common.task import Target
 from common.task_frame import TaskFrame
+from remote_site.adaptive_filter import AdaptiveFilter
+from remote_site.marker_tracker import MarkerTracker, TrackerNoise
+from remote_site.target_filter import Estimate, TargetFilter, TargetMotion
 
 Array = NDArray[np.float64]
+
+# Of the planar task's target: it oscillates all the time.
+_OSCILLATION = TargetMotion((2e-3,), (1.0,))
+# A target is unseen when its newest measurement is older than usual by this: four at 30 Hz are missing.
+_MISSING_S = 0.13
 
 
 class Perception(Protocol):
@@ -57,63 +67,52 @@ class OscillatingTarget:
         return self._goal if travelled >= length else self._mean + way * (travelled / length)
 
 
-class PositionFilter:
-    """Linear Kalman filter of a position under random acceleration, all axes alike.
-
-    Args:
-        measurement_std_m: Noise of one measurement per axis [m].
-        acceleration_std_m_s2: How strongly the target may accelerate [m/s^2].
-    """
-
-    def __init__(self, measurement_std_m: float, acceleration_std_m_s2: float = 0.3):
-        self._r = max(measurement_std_m, 1e-6) ** 2
-        self._q = acceleration_std_m_s2**2
-        self._mean: Array | None = None  # rows: position, velocity; columns: axes
-        self._covariance = np.diag([self._r, 1.0])
-        self._time_s = 0.0
-
-    def update(self, measured_m: Array, now_s: float) -> Array:
-        """Estimated position after a measurement. Shape (D,) [m]."""
-        if self._mean is None:
-            self._mean = np.stack([measured_m, np.zeros_like(measured_m)])
-        else:
-            dt = now_s - self._time_s
-            F = np.array([[1.0, dt], [0.0, 1.0]])
-            G = np.array([0.5 * dt**2, dt])
-            self._mean = F @ self._mean
-            self._covariance = F @ self._covariance @ F.T + self._q * np.outer(G, G)
-            gain = self._covariance[:, 0] / (self._covariance[0, 0] + self._r)
-            self._mean = self._mean + np.outer(gain, measured_m - self._mean[0])
-            self._covariance = self._covariance - np.outer(gain, self._covariance[0])
-        self._time_s = now_s
-        return self._mean[0].copy()
-
-
 class SimulatedPerception:
-    """Noisy measurements of an oscillating target, filtered.
+    """A target that a simulated tracker measures, filtered.
 
     Args:
-        target: The target.
-        noise_std_m: Measurement noise per axis [m].
-        seed: Of the noise.
+        truth: Where the target really is at a time: position or pose in the world.
+        tracker: Measures it.
+        target_filter: Makes the best of the measurements.
     """
 
-    def __init__(self, target: OscillatingTarget, noise_std_m: float, seed: int):
-        self._target = target
-        self._noise_std_m = noise_std_m
-        self._random = np.random.default_rng(seed)
-        self._filter = PositionFilter(noise_std_m)
+    def __init__(
+        self,
+        truth: Callable[[float], Array],
+        tracker: MarkerTracker,
+        target_filter: TargetFilter | AdaptiveFilter,
+    ):
+        self._truth, self._tracker, self._filter = truth, tracker, target_filter
+        self.in_sight = True
+        """Whether the tracker sees the target at all."""
 
-    def observe(self, now_s: float) -> list[TaskFrame]:
+    @classmethod
+    def of_oscillating(cls, target: OscillatingTarget, noise_std_m: float, seed: int) -> SimulatedPerception:
+        """The planar task's: a noisy measurement at every look, at once.
+
+        Args:
+            target: The target.
+            noise_std_m: Measurement noise per axis [m].
+            seed: Of the noise.
+        """
+        space = Manifold(target.origin_m(0.0).size)
+        tracker = MarkerTracker(space, TrackerNoise(jitter_m=noise_std_m, rate_hz=math.inf), seed)
+        return cls(target.origin_m, tracker, TargetFilter(space, (noise_std_m,), _OSCILLATION))
+
+    def observe(self, now_s: float) -> list[TaskFrame] | None:
         """See `Perception.observe`."""
-        truth = self._target.origin_m(now_s)
-        measured = truth + self._random.normal(0.0, self._noise_std_m, truth.shape)
-        return [TaskFrame(np.eye(truth.size), self._filter.update(measured, now_s))]
+        estimate = self.estimate(now_s)
+        return None if estimate is None else [TaskFrame.at(estimate.point)]
+
+    def estimate(self, now_s: float) -> Estimate | None:
+        """Where the target is now, how it moves and how well that is known; None while unseen."""
+        for measurement in self._tracker.look(self._truth(now_s) if self.in_sight else None, now_s):
+            self._filter.update(*measurement)
+        newest_s = self._filter.time_s
+        if newest_s is None or now_s - newest_s > self._tracker.usual_age_s + _MISSING_S:
+            return None
+        return self._filter.estimate(now_s)
 
     def true_origin_m(self, now_s: float) -> Array:
         """See `Perception.true_origin_m`."""
-        return self._target.origin_m(now_s)
-
-    def move_to(self, mean_m: Array, now_s: float) -> None:
-        """See `OscillatingTarget.move_to`."""
-        self._target.move_to(mean_m, now_s)
+        return TaskFrame.at(self._truth(now_s)).b

@@ -118,9 +118,8 @@ class Robot:
     ) -> Supervisor:
         task, target = self._task, self._task.target
         phase = float(np.random.default_rng(self._config.seed).uniform(0.0, 2.0 * np.pi))
-        perception = self._perception = SimulatedPerception(
-            OscillatingTarget(target, phase), target.noise_std_m, self._config.seed
-        )
+        self._target = OscillatingTarget(target, phase)
+        perception = SimulatedPerception.of_oscillating(self._target, target.noise_std_m, self._config.seed)
         limits = task.limits
         start_m = np.clip(remembered.position_m if remembered else task.start_m, 0.0, task.workspace_m)
         plant = self.plant = PointPlant(
@@ -182,7 +181,7 @@ class Robot:
             return
         if len(message.position_m) == self._task.n_dims:
             mean_m = np.clip(message.position_m, 0.0, self._task.workspace_m)
-            self._perception.move_to(mean_m, self._clock.now_s())
+            self._target.move_to(mean_m, self._clock.now_s())
 
     def _on_report(self, _request: ReportRequest) -> ExecutionReport:
         now, last = self.supervisor.stamp(), self.supervisor.last_execution

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from common.task_frame import TaskFrame
 from remote_site.perception import Perception
@@ -50,12 +51,11 @@ class Sensing:
     def __init__(self, plant: Plant, perception: Perception, n_frames: int, control_hz: float, now_s: float):
         self._plant, self._perception = plant, perception
         self._origins: deque[Array] = deque(maxlen=max(1, round(_MEAN_FRAME_S * control_hz)))
-        self._window = max(1, round(_VELOCITY_S * control_hz))
+        self._recent: deque[tuple[float, list[TaskFrame]]] = deque()
         self._seen_s = -np.inf
         self.effector = plant.read()
         self.frames = [TaskFrame.identity(self.effector.position_m.size)] * n_frames
         """The task frames as seen, or as predicted while they are not."""
-        self._last_seen = self.frames
         self.seen_again: SeenAgain | None = None
         self.unseen_s = np.inf
         """For how long the frames have not been seen [s]; zero while they are, infinite before."""
@@ -72,22 +72,33 @@ class Sensing:
             return
         if 0.0 < self.unseen_s < np.inf:
             self.seen_again = _difference(self.frames[0], observed[0], now_s - self._seen_s)
-        self.frames = self._last_seen = observed
+        self.frames = observed
         self._seen_s, self.unseen_s = now_s, 0.0
         self._origins.append(observed[0].b)
+        self._recent.append((now_s, observed))
+        while self._recent[0][0] < now_s - _VELOCITY_S - 1e-9:
+            self._recent.popleft()
 
     def mean_frame_m(self) -> Array:
         """The first frame's origin averaged over its movement. Shape (D,) [m]."""
         return np.mean(self._origins, axis=0) if self._origins else self.frames[0].b
 
     def _predicted(self) -> list[TaskFrame]:
-        """The frames as they go on as the first one went, for a moment; after that they stand still."""
-        if len(self._origins) < 2:
-            return self._last_seen
-        n = min(self._window, len(self._origins) - 1)
-        per_tick = (self._origins[-1] - self._origins[-1 - n]) / n
-        shift = per_tick * self._window / _VELOCITY_S * min(self.unseen_s, PREDICTED_S)
-        return [TaskFrame(frame.A, frame.b + shift) for frame in self._last_seen]
+        """The frames as they go on as they went, for a moment; after that they stand still."""
+        if not self._recent:
+            return self.frames
+        (before_s, before), (last_s, last) = self._recent[0], self._recent[-1]
+        ratio = min(self.unseen_s, PREDICTED_S) / max(last_s - before_s, 1e-9)
+        return [_gone_on(*pair, ratio) for pair in zip(before, last, strict=True)]
+
+
+def _gone_on(before: TaskFrame, last: TaskFrame, ratio: float) -> TaskFrame:
+    """A frame that moves and turns on from the last by a multiple of its way from before to the last."""
+    turn = np.eye(3)  # of the plane it is one of space about the third axis
+    turn[: last.n_dims, : last.n_dims] = before.A.T @ last.A
+    further = Rotation.from_rotvec(ratio * Rotation.from_matrix(turn).as_rotvec()).as_matrix()
+    A = last.A @ further[: last.n_dims, : last.n_dims]
+    return TaskFrame(A, last.b + ratio * (last.b - before.b))
 
 
 def _difference(predicted: TaskFrame, seen: TaskFrame, gap_s: float) -> SeenAgain:

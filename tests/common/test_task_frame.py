@@ -62,3 +62,20 @@ def test_malformed_frames_are_refused():
     for A, b in ((np.eye(2), np.zeros(3)), (2 * np.eye(2), np.zeros(2)), (np.eye(2), np.array([0, np.nan]))):
         with pytest.raises(InvalidInput, match="task frame"):
             TaskFrame(A, b)
+
+
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(seed=seeds)
+def test_the_frame_of_a_body_has_its_pose_as_origin(seed: int):
+    pose = random_points(np.random.default_rng(seed), POSE)
+    frame = TaskFrame.at(pose)
+    np.testing.assert_allclose(frame.to_world(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))[:3], pose[:3])
+    np.testing.assert_allclose(
+        frame.A, Rotation.from_quat(pose[3:], scalar_first=True).as_matrix(), atol=1e-12
+    )
+
+
+def test_the_frame_of_a_body_without_orientation_has_the_axes_of_the_world():
+    frame = TaskFrame.at(np.array([0.3, -0.2]))
+    np.testing.assert_array_equal(frame.A, np.eye(2))
+    np.testing.assert_array_equal(frame.b, [0.3, -0.2])

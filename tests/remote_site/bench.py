@@ -88,15 +88,17 @@ class Sight:
     """Sight of the task's target, while it is seen and where it is seen."""
 
     def __init__(self, task: Task):
-        self._seeing = SimulatedPerception(OscillatingTarget(task.target), task.target.noise_std_m, 0)
+        target = OscillatingTarget(task.target)
+        self._seeing = SimulatedPerception.of_oscillating(target, task.target.noise_std_m, 0)
         self.seen = True
         self.shift_m = np.zeros(task.n_dims)
         self.turn_rad = 0.0
 
     def observe(self, now_s: float) -> list[TaskFrame] | None:
-        if not self.seen:
+        frames = self._seeing.observe(now_s)
+        if not self.seen or frames is None:
             return None
-        (frame,) = self._seeing.observe(now_s)
+        (frame,) = frames
         c, s = np.cos(self.turn_rad), np.sin(self.turn_rad)
         return [TaskFrame(np.array([[c, -s], [s, c]]), frame.b + self.shift_m)]
 

@@ -3,8 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from common.manifold import POSE
 from common.task import Target
-from remote_site.perception import OscillatingTarget, PositionFilter, SimulatedPerception
+from remote_site.adaptive_filter import AdaptiveFilter
+from remote_site.marker_tracker import CLEAN, TYPICAL, MarkerTracker, TrackerNoise
+from remote_site.perception import OscillatingTarget, SimulatedPerception
 
 TARGET = Target(origin_m=(0.7, 0.3), amplitude_m=(0.1, 0.03), period_s=5.0, noise_std_m=0.002)
 STILL = Target(origin_m=(0.7, 0.3), amplitude_m=(0.0, 0.0))
@@ -37,38 +40,69 @@ def test_a_mean_that_is_moved_again_on_its_way_goes_on_from_there():
     np.testing.assert_allclose(target.origin_m(13.0), [0.7, 0.3])
 
 
-def test_the_first_estimate_is_the_first_measurement():
-    measured = np.array([0.2, 0.9])
-    np.testing.assert_array_equal(PositionFilter(0.01).update(measured, 3.0), measured)
-
-
-def test_an_estimate_follows_a_target_at_constant_velocity_without_lag():
-    estimate, velocity = np.zeros(2), np.array([0.1, -0.05])
-    position_filter = PositionFilter(0.002)
-    for n in range(500):
-        estimate = position_filter.update(velocity * 0.02 * n, 0.02 * n)
-    np.testing.assert_allclose(estimate, velocity * 0.02 * 499, atol=1e-4)
+def origin(perception: SimulatedPerception, now_s: float) -> np.ndarray:
+    frames = perception.observe(now_s)
+    assert frames is not None
+    return frames[0].b
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_estimate_is_better_than_its_measurements(seed: int):
     target = OscillatingTarget(TARGET)
-    perception = SimulatedPerception(target, 0.01, seed)
+    perception = SimulatedPerception.of_oscillating(target, 0.01, seed)
     times = 0.02 * np.arange(1000)
-    errors = np.array([perception.observe(t)[0].b - target.origin_m(t) for t in times])[200:]
+    errors = np.array([origin(perception, t) - target.origin_m(t) for t in times])[200:]
     assert np.sqrt((errors**2).mean()) < 0.5 * 0.01
 
 
 def test_the_noise_is_seeded():
     one, same, other = (
-        [SimulatedPerception(OscillatingTarget(TARGET), 0.01, seed).observe(0.0)[0].b.tolist()] for seed in (1, 1, 2)
+        origin(SimulatedPerception.of_oscillating(OscillatingTarget(TARGET), 0.01, seed), 0.0).tolist() for seed in (1, 1, 2)
     )  # fmt: skip
     assert one == same != other
 
 
 def test_the_truth_is_the_target_itself():
     target = OscillatingTarget(TARGET)
-    perception = SimulatedPerception(target, 0.01, 0)
+    perception = SimulatedPerception.of_oscillating(target, 0.01, 0)
     np.testing.assert_array_equal(perception.true_origin_m(2.2), target.origin_m(2.2))
-    perception.move_to(np.array([0.2, 0.2]), 3.0)
+    target.move_to(np.array([0.2, 0.2]), 3.0)
     np.testing.assert_allclose(perception.true_origin_m(10.0), [0.2, 0.2], atol=0.1 + 1e-9)
+
+
+def tracked(noise: TrackerNoise, seed: int = 0) -> SimulatedPerception:
+    """Sight of a receptacle that moves along x at 5 cm/s."""
+    return SimulatedPerception(
+        lambda t: np.array([0.8 + 0.05 * t, 0.0, 0.4, np.cos(0.4), 0.0, np.sin(0.4), 0.0]),
+        MarkerTracker(POSE, noise, seed),
+        AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
+    )
+
+
+def test_a_pose_is_seen_as_a_frame_that_is_turned():
+    perception = tracked(CLEAN)
+    frames = perception.observe(0.0)
+    assert frames is not None
+    np.testing.assert_allclose(frames[0].quat_wxyz, [np.cos(0.4), 0.0, np.sin(0.4), 0.0], atol=1e-12)
+    np.testing.assert_allclose(perception.true_origin_m(2.0), [0.9, 0.0, 0.4])
+
+
+def test_the_latency_is_made_up_for_by_prediction():
+    perception = tracked(TrackerNoise(latency_s=0.06))
+    observed = [perception.observe(0.01 * n) for n in range(600)]
+    assert observed[0] is None  # nothing has arrived yet
+    last = observed[-1]
+    assert last is not None
+    np.testing.assert_allclose(last[0].b, perception.true_origin_m(5.99), atol=5e-4)
+
+
+def test_a_few_missing_measurements_are_no_loss_of_sight_but_many_are():
+    perception = tracked(TYPICAL)
+    seen = [perception.observe(0.01 * n) is not None for n in range(1000)]
+    assert np.mean(seen[20:]) > 0.97
+    perception.in_sight = False
+    gone = [perception.observe(10.0 + 0.01 * n) is None for n in range(100)]
+    assert not any(gone[:10]) and all(gone[30:])
+    perception.in_sight = True
+    back = [perception.observe(11.0 + 0.01 * n) is not None for n in range(50)]
+    assert not any(back[:6]) and all(back[20:])

@@ -77,6 +77,53 @@ def test_what_is_not_seen_goes_on_as_it_went_for_three_tenths_of_a_second_and_th
         assert sensing.unseen_s == pytest.approx(0.01 * n - 1.0)
 
 
+class Turning:
+    """A receptacle that goes along x and turns about z at steady speeds and can be hidden."""
+
+    def __init__(self) -> None:
+        self.seen = True
+
+    def pose(self, now_s: float) -> np.ndarray:
+        return np.array([0.1 * now_s, 0.0, 0.4, np.cos(0.1 * now_s), 0.0, 0.0, np.sin(0.1 * now_s)])
+
+    def observe(self, now_s: float) -> list[TaskFrame] | None:
+        return [TaskFrame.at(self.pose(now_s))] if self.seen else None
+
+    def true_origin_m(self, now_s: float) -> None:
+        return None
+
+
+def test_a_pose_that_is_not_seen_goes_on_turning_as_long_as_it_goes_on_moving():
+    target = Turning()
+    plant = PointPlant(np.zeros(3), np.ones(3), 1.0, 1.0)
+    sensing = Sensing(plant, target, n_frames=1, control_hz=100.0, now_s=0.0)
+    for n in range(1, 101):
+        sensing.update(0.01 * n)
+    target.seen = False
+    for n in range(101, 201):
+        sensing.update(0.01 * n)
+        expected = TaskFrame.at(target.pose(min(0.01 * n, 1.0 + PREDICTED_S)))
+        np.testing.assert_allclose(sensing.frames[0].b, expected.b, atol=1e-9)
+        np.testing.assert_allclose(sensing.frames[0].A, expected.A, atol=1e-9)
+    target.seen = True
+    sensing.update(2.01)
+    again = sensing.seen_again
+    assert again is not None
+    assert again.turned_rad == pytest.approx(0.2 * 0.71) and again.moved_m == pytest.approx(0.071)
+
+
+def test_how_a_frame_went_before_a_gap_does_not_count_after_it():
+    target = Hidden()
+    sensing = looking(target)
+    target.seen = False
+    sensing.update(2.0)
+    target.seen, target.jump_m = True, 0.5
+    sensing.update(3.0)
+    target.seen = False
+    sensing.update(3.2)
+    np.testing.assert_allclose(sensing.frames[0].b, [0.8, 0.0])
+
+
 def test_what_is_seen_again_tells_the_gap_and_how_far_off_it_was_once():
     target = Hidden()
     sensing = looking(target)
