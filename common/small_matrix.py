@@ -24,37 +24,23 @@ def cholesky(H, D):
 
 
 @kernel
-def solve_vector(L, b, out, D):
-    """Write (L L^T)^-1 b to out."""
+def forward_vector(L, b, D):
+    """B <- L^-1 b, in place."""
     for i in range(D):
-        total = b[i]
         for k in range(i):
-            total -= L[i, k] * out[k]
-        out[i] = total * L[i, i]
-    for i in range(D - 1, -1, -1):
-        total = out[i]
-        for k in range(i + 1, D):
-            total -= L[k, i] * out[k]
-        out[i] = total * L[i, i]
+            b[i] -= L[i, k] * b[k]
+        b[i] *= L[i, i]
 
 
 @kernel
-def solve_columns(L, B, out, D):
-    """Write (L L^T)^-1 B to out, all columns at once; out may be B."""
+def forward_columns(L, B, D):
+    """B <- L^-1 B, in place."""
     for i in range(D):
-        for c in range(D):
-            out[i, c] = B[i, c]
         for k in range(i):
             for c in range(D):
-                out[i, c] -= L[i, k] * out[k, c]
+                B[i, c] -= L[i, k] * B[k, c]
         for c in range(D):
-            out[i, c] *= L[i, i]
-    for i in range(D - 1, -1, -1):
-        for k in range(i + 1, D):
-            for c in range(D):
-                out[i, c] -= L[k, i] * out[k, c]
-        for c in range(D):
-            out[i, c] *= L[i, i]
+            B[i, c] *= L[i, i]
 
 
 @kernel
@@ -66,10 +52,13 @@ def invert(matrix, L, out):
             L[a, b] = matrix[a, b]
             out[a, b] = 1.0 if a == b else 0.0
     cholesky(L, D)
-    solve_columns(L, out, out, D)
-    for a in range(D):
-        for b in range(a):
-            out[a, b] = out[b, a] = 0.5 * (out[a, b] + out[b, a])
+    forward_columns(L, out, D)
+    for i in range(D - 1, -1, -1):  # L^T out = L^-1
+        for c in range(i + 1):
+            for k in range(i + 1, D):
+                out[i, c] -= L[k, i] * out[k, c]
+            out[i, c] *= L[i, i]
+            out[c, i] = out[i, c]
 
 
 @kernel

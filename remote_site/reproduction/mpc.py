@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.kernel import kernel
-from common.small_matrix import cholesky, solve_columns, solve_vector
+from common.small_matrix import cholesky, forward_columns, forward_vector
 
 Array = NDArray[np.float64]
 
@@ -39,15 +39,17 @@ def solve(position, velocity, targets, precisions, control_cost, n_controls, dt)
         The commands u [m/s^2, rad/s^2]. Shape (N_c, D).
     """
     D = len(control_cost)
-    gains_p, gains_v, offsets = _gains(targets, precisions, control_cost, n_controls, dt)
+    L, W_p, W_v, w = _factors(targets, precisions, control_cost, n_controls, dt)
     p, v = position.copy(), velocity.copy()
     u = np.empty((n_controls, D))
-    for r in range(n_controls):
-        for a in range(D):
-            total = offsets[r, a]
+    for r in range(n_controls):  # L^T u = w - W_p p - W_v v
+        for a in range(D - 1, -1, -1):
+            total = w[r, a]
             for b in range(D):
-                total -= gains_p[r, a, b] * p[b] + gains_v[r, a, b] * v[b]
-            u[r, a] = total
+                total -= W_p[r, a, b] * p[b] + W_v[r, a, b] * v[b]
+            for b in range(a + 1, D):
+                total -= L[r, b, a] * u[r, b]
+            u[r, a] = total * L[r, a, a]
         for a in range(D):
             p[a] += dt * v[a] + 0.5 * dt * dt * u[r, a]
             v[a] += dt * u[r, a]
@@ -55,61 +57,76 @@ def solve(position, velocity, targets, precisions, control_cost, n_controls, dt)
 
 
 @kernel
-def _gains(targets, precisions, control_cost, n_controls, dt):
-    """Backward recursion: u = offset - gain_p p - gain_v v at each of the N_c steps.
+def _factors(targets, precisions, control_cost, n_controls, dt):
+    """Backward recursion over the cost to go, z^T P z - 2 s^T z with z = (p, v), P in blocks pp, pv, vv.
 
-    The cost to go is z^T P z - 2 s^T z with z = (p, v), P in blocks pp, pv, vv.
+    With H = B^T P B + R = L L^T the best command is H^-1 (B^T s - B^T P A z). Only W = L^-1 B^T P A and
+    w = L^-1 B^T s are formed: the recursion needs W^T W, which is symmetric to the last bit. Of pp and vv
+    only the lower triangles are kept.
+
+    Returns:
+        L with the inverse of its diagonal (N_c, D, D), W in blocks (N_c, D, D) twice, and w (N_c, D).
     """
     N_p, D = targets.shape[0], len(control_cost)
     pp, pv, vv = np.zeros((D, D)), np.zeros((D, D)), np.zeros((D, D))
     sp, sv = np.zeros(D), np.zeros(D)
-    gains_p, gains_v = np.empty((n_controls, D, D)), np.empty((n_controls, D, D))
-    offsets = np.empty((n_controls, D))
-    gp, gv, L, h = np.empty((D, D)), np.empty((D, D)), np.empty((D, D)), np.empty(D)
-    b_p, b_v = 0.5 * dt * dt, dt
+    L, w = np.empty((n_controls, D, D)), np.empty((n_controls, D))
+    W_p, W_v = np.empty((n_controls, D, D)), np.empty((n_controls, D, D))
     for r in range(N_p - 1, -1, -1):
         for a in range(D):  # the cost of the state that step r leads to
             for b in range(D):
-                pp[a, b] += precisions[r, a, b]
                 sp[a] += precisions[r, a, b] * targets[r, b]
+            for b in range(a + 1):
+                pp[a, b] += precisions[r, a, b]
         if r < n_controls:
-            for a in range(D):
-                h[a] = b_p * sp[a] + b_v * sv[a]
-                for b in range(D):
-                    gp[a, b] = b_p * pp[a, b] + b_v * pv[b, a]  # B^T P A, columns of p
-                    mv = b_p * pv[a, b] + b_v * vv[a, b]
-                    gv[a, b] = dt * gp[a, b] + mv  # B^T P A, columns of v
-                    L[a, b] = b_p * gp[a, b] + b_v * mv
-                L[a, a] += control_cost[a]  # B^T P B + R
-            cholesky(L, D)
-            solve_columns(L, gp, gains_p[r], D)
-            solve_columns(L, gv, gains_v[r], D)
-            solve_vector(L, h, offsets[r], D)
-        _propagate(pp, pv, vv, sp, sv, dt, D)  # A^T P A, A^T s
+            _factor(pp, pv, vv, sp, sv, control_cost, L[r], W_p[r], W_v[r], w[r], dt)
+        _propagate(pp, pv, vv, sp, sv, dt, D)
         if r < n_controls:
-            _subtract_control(pp, pv, vv, sp, sv, gp, gv, gains_p[r], gains_v[r], h, D)
-    return gains_p, gains_v, offsets
+            _subtract_control(pp, pv, vv, sp, sv, W_p[r], W_v[r], w[r], D)
+    return L, W_p, W_v, w
+
+
+@kernel
+def _factor(pp, pv, vv, sp, sv, control_cost, L, W_p, W_v, w, dt):
+    """L, W and w of one step."""
+    D, b_p, b_v = len(control_cost), 0.5 * dt * dt, dt
+    for a in range(D):
+        w[a] = b_p * sp[a] + b_v * sv[a]
+        for b in range(D):
+            low, high = max(a, b), min(a, b)
+            gp = b_p * pp[low, high] + b_v * pv[b, a]  # B^T P A, columns of p
+            mv = b_p * pv[a, b] + b_v * vv[low, high]
+            W_p[a, b] = gp
+            W_v[a, b] = dt * gp + mv  # B^T P A, columns of v
+            L[a, b] = b_p * gp + b_v * mv
+        L[a, a] += control_cost[a]
+    cholesky(L, D)
+    forward_columns(L, W_p, D)
+    forward_columns(L, W_v, D)
+    forward_vector(L, w, D)
 
 
 @kernel
 def _propagate(pp, pv, vv, sp, sv, dt, D):
-    for a in range(D):
-        for b in range(D):
-            vv[a, b] += dt * (pv[a, b] + pv[b, a]) + dt * dt * pp[a, b]
+    """A^T P A and A^T s."""
     for a in range(D):
         sv[a] += dt * sp[a]
+        for b in range(a + 1):
+            vv[a, b] += dt * (pv[a, b] + pv[b, a]) + dt * dt * pp[a, b]
+    for a in range(D):
         for b in range(D):
-            pv[a, b] += dt * pp[a, b]
+            pv[a, b] += dt * pp[max(a, b), min(a, b)]
 
 
 @kernel
-def _subtract_control(pp, pv, vv, sp, sv, gp, gv, gain_p, gain_v, h, D):
-    """P -= G^T H^-1 G and s -= G^T H^-1 B^T s, kept symmetric."""
-    for a in range(D):
-        for c in range(D):
-            sp[a] -= gain_p[c, a] * h[c]
-            sv[a] -= gain_v[c, a] * h[c]
+def _subtract_control(pp, pv, vv, sp, sv, W_p, W_v, w, D):
+    """P -= W^T W and s -= W^T w."""
+    for c in range(D):
+        for a in range(D):
+            sp[a] -= W_p[c, a] * w[c]
+            sv[a] -= W_v[c, a] * w[c]
+            for b in range(a + 1):
+                pp[a, b] -= W_p[c, a] * W_p[c, b]
+                vv[a, b] -= W_v[c, a] * W_v[c, b]
             for b in range(D):
-                pv[a, b] -= gp[c, a] * gain_v[c, b]
-                pp[a, b] -= 0.5 * (gp[c, a] * gain_p[c, b] + gp[c, b] * gain_p[c, a])
-                vv[a, b] -= 0.5 * (gv[c, a] * gain_v[c, b] + gv[c, b] * gain_v[c, a])
+                pv[a, b] -= W_p[c, a] * W_v[c, b]

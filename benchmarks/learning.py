@@ -1,0 +1,136 @@
+"""Learning: one datapoint, many, their growth over a million, and batch EM at the same K."""
+
+from __future__ import annotations
+
+import time
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.mixture import GaussianMixture
+
+from benchmarks.timing import Row, best_times_us
+from common.manifold import POSE, Manifold
+from common.task_frame import TaskFrame
+from local_site.learning.online_learner import LearnerSettings, OnlineLearner, Snapshot
+
+Array = NDArray[np.float64]
+
+FRAMES = [TaskFrame.identity(3)]
+LAMBDA_M, PERIOD_S, N_POINTS = 0.1, 0.02, 2000
+SPACES = {"D = 3": Manifold(3), "pose": POSE}
+
+
+def helix(space: Manifold, length_m: float, n_points: int, seed: int = 0) -> Array:
+    """A path of given length with slight noise; a pose turns steadily on its way. Shape (n_points, C)."""
+    random, s = np.random.default_rng(seed), np.linspace(0.0, length_m, n_points)
+    position = np.stack([np.cos(s / 0.8), np.sin(s / 0.8), 0.6 * s], axis=1) * [0.64, 0.64, 1.0]
+    turn = 0.1 * s[:, None] * [0.0, 0.6, 0.8]
+    base = np.concatenate([np.zeros(3), [1.0, 0.0, 0.0, 0.0]])[: space.n_coordinates]
+    tangent = np.hstack([position, turn])[:, : space.n_tangent]
+    return space.exp(base, tangent + 1e-4 * random.normal(size=tangent.shape))
+
+
+def taught(space: Manifold, points: Array, n_demonstrations: int = 2) -> OnlineLearner:
+    """A learner of some demonstrations of the same path."""
+    learner = OnlineLearner(LearnerSettings(LAMBDA_M), space)
+    for _ in range(n_demonstrations):
+        learner.start()
+        learner.observe_many(points, FRAMES, PERIOD_S * np.arange(float(len(points))))
+        learner.end()
+    return learner
+
+
+def path_with(space: Manifold, n_components: int) -> Array:
+    """A path on which as many components are learned, the terminal one apart."""
+    low, high = 0.0, 1.0 * n_components
+    while True:
+        points = helix(space, 0.5 * (low + high), N_POINTS)
+        found = taught(space, points).n_components - 1
+        if found == n_components or high - low < 1e-3:
+            return points
+        low, high = (0.5 * (low + high), high) if found < n_components else (low, 0.5 * (low + high))
+
+
+def rows() -> list[Row]:
+    """Every line about learning."""
+    found = []
+    for name, space in SPACES.items():
+        for K in (5, 15, 50, 200):
+            found += _per_point(name, space, K)
+    return [*found, _growth()]
+
+
+def _per_point(name: str, space: Manifold, K: int) -> list[Row]:
+    points = path_with(space, K)
+    learner, times = taught(space, points), PERIOD_S * np.arange(float(N_POINTS))
+    learner.start()
+    began, clock = learner.snapshot(), [0.0]
+
+    def many() -> None:
+        learner.restore(began)
+        learner.observe_many(points, FRAMES, times)
+
+    def one() -> None:
+        clock[0] += PERIOD_S
+        learner.observe(points[7], FRAMES, clock[0])
+
+    several = best_times_us({"restore": lambda: learner.restore(began), "many": many})
+    learner.restore(began)
+    single = best_times_us({"one": one})["one"]
+    per_point = (several["many"] - several["restore"]) / N_POINTS
+    em = _batch_em_us(space.log(points[0], points), K) / N_POINTS
+    what = f"learning, {name}, K = {learner.n_components - 1}"
+    targets = ("<= 1 us", "<= 12 us") if space.n_tangent == 3 else ("<= 3 us", "<= 12 us")
+    return [
+        Row(
+            f"{what}: `observe_many`, a point",
+            per_point,
+            "batch EM (scikit-learn), a point",
+            em,
+            f"{targets[0]}, >= 20x",
+        ),
+        Row(f"{what}: `observe`, checked", single, target=targets[1]),
+    ]
+
+
+def _batch_em_us(points: Array, K: int) -> float:
+    """Least time of a Gaussian mixture with K full covariances on the same points, of two fits."""
+    fits = []
+    for seed in range(2):
+        mixture = GaussianMixture(K, reg_covar=1e-6, random_state=seed)
+        began = time.perf_counter()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            mixture.fit(points)
+        fits.append(1e6 * (time.perf_counter() - began))
+    return min(fits)
+
+
+def _growth() -> Row:
+    """The last 100,000 of a million datapoints beside the first, in blocks that take turns."""
+    space = Manifold(3)
+    points, times = path_with(space, 15), PERIOD_S * np.arange(float(N_POINTS))
+    learner, states = OnlineLearner(LearnerSettings(LAMBDA_M), space), []
+    for n in range(1, 501):
+        if n in (2, 451):  # the first block begins when the components are there
+            states.append(learner.snapshot())
+        learner.start()
+        learner.observe_many(points, FRAMES, times)
+        learner.end()
+    assert learner.n_points == 1_000_000
+
+    def block(state: Snapshot) -> None:
+        learner.restore(state)
+        for _ in range(50):
+            learner.start()
+            learner.observe_many(points, FRAMES, times)
+            learner.end()
+
+    early, late = states
+    best = best_times_us({"first": lambda: block(early), "last": lambda: block(late)}, seconds=4.0)
+    sizes = [sum(a.nbytes for part in state if part is not None for a in part) for state in states]
+    assert sizes[0] == sizes[1], "what is remembered grew"
+    what = f"learning, the last 100,000 of 1,000,000 points, a point ({sizes[1]} bytes remembered, as after 2,000)"
+    return Row(what, best["last"] / 1e5, "the first 100,000", best["first"] / 1e5, "<= 1.2 of the first")

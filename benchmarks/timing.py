@@ -1,0 +1,54 @@
+"""Times on a machine that others use too: each function in turn, and of all rounds the best."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table.
+
+    Args:
+        what: What was timed.
+        ours_us: Its time [us].
+        peer: What it is compared with; empty for none.
+        peer_us: The peer's time [us].
+        target: What was promised; empty for nothing.
+    """
+
+    what: str
+    ours_us: float
+    peer: str = ""
+    peer_us: float | None = None
+    target: str = ""
+
+
+def best_times_us(functions: dict[str, Callable[[], object]], seconds: float = 1.0) -> dict[str, float]:
+    """Least time of one call of each function [us].
+
+    The functions take turns, so that what else happens on the machine meets all of them. A round of one
+    lasts about two milliseconds, or one call; there are at least five rounds.
+
+    Args:
+        functions: What to call; each was compiled and warmed by a call of its own first.
+        seconds: How long to go on.
+    """
+    calls, best = {}, {}
+    for name, function in functions.items():
+        function()
+        began = time.perf_counter()
+        function()
+        once = time.perf_counter() - began
+        calls[name], best[name] = max(1, int(2e-3 / max(once, 1e-7))), once
+    rounds, end = 0, time.perf_counter() + seconds
+    while rounds < 5 or time.perf_counter() < end:
+        rounds += 1
+        for name, function in functions.items():
+            began = time.perf_counter()
+            for _ in range(calls[name]):
+                function()
+            best[name] = min(best[name], (time.perf_counter() - began) / calls[name])
+    return {name: 1e6 * value for name, value in best.items()}
