@@ -27,8 +27,8 @@ check: $(READY) ## lint, format, types and import contracts
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
 
-bench: $(READY) ## the benchmarks, each beside a peer
-	@$(BIN)/pytest benchmarks $(ARGS)
+bench: $(READY) ## one table of times, each beside a peer: docs/performance.md
+	@$(BIN)/python -m benchmarks.performance $(ARGS)
 
 pictures: $(READY) ## the pictures of the operator's guide, taken anew (needs a Chromium)
 	@$(BIN)/python -m tests.browser.pictures

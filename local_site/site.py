@@ -16,6 +16,7 @@ from common.messages import Wish
 from common.task import Task
 from local_site.config import LocalConfig
 from local_site.console import Console
+from local_site.learning.warm_up import warm_up
 from local_site.scripted_operator import PlannedOutage, ScriptedOperator
 from local_site.task_library import TaskLibrary
 
@@ -78,6 +79,7 @@ class LocalSite:
             return ScriptedOperator(opened.console, self._task, control, outage, self._config.seed).run()
 
     def _opened(self, page_port: int = 0) -> _Opened:
+        warm_up(self._task.n_dims, len(self._task.frame_names))
         log = EventLog(self._event_log)
         return _Opened(self._config, self._task, self._library, log, self._stop, page_port)
 
