@@ -130,7 +130,7 @@ class OsqpMpc:
         zero = np.zeros(2 * D * n_steps)
         self._solver = osqp.OSQP()
         settings = {"verbose": False, "eps_abs": 1e-6, "eps_rel": 1e-6, "max_iter": 10000, "polishing": False}
-        self._solver.setup(P, np.zeros(P.shape[0]), self._equality, zero, zero, **settings)
+        self._solver.setup(P, np.zeros(3 * D * n_steps), self._equality, zero, zero, **settings)
 
     def _quadratic(self, precisions: Array) -> sparse.csc_array:
         N, D = self._shape

@@ -67,29 +67,28 @@ def _normal(mean, deviation, d_max):
 def _forward(p, transition, exit_probability, terminal, component, elapsed, n_steps):
     K = p.shape[0]
     survival = _survival(p)
-    entered = np.zeros((K, n_steps + 1))
-    since = np.full(K, n_steps + 1)  # when a component is entered first
+    stays, leaves = np.zeros((K, n_steps + 1)), np.zeros((K, n_steps + 1))
     ended = np.zeros(K)  # what never leaves any more
     if terminal[component]:
         ended[component] = 1.0
+    else:
+        _dwell_on(p[component], survival[component], elapsed, stays[component], leaves[component])
     alpha = np.zeros((n_steps, K))
+    entered = np.empty(K)
     for t in range(1, n_steps + 1):
+        entered[:] = 0.0
         for i in range(K):
-            if terminal[i]:
-                continue
-            stays, leaves = _dwell(p[i], survival[i], entered[i], since[i], t)
-            if i == component:
-                more_stays, more_leaves = _first_dwell(p[i], survival[i], elapsed, t)
-                stays, leaves = stays + more_stays, leaves + more_leaves
-            alpha[t - 1, i] += stays
-            ended[i] += leaves * exit_probability[i]
-            _enter(leaves, transition[i], entered, since, t)
+            if leaves[i, t] > 0.0:
+                ended[i] += leaves[i, t] * exit_probability[i]
+                for j in range(K):
+                    entered[j] += leaves[i, t] * transition[i, j]
         for j in range(K):
             if terminal[j]:
-                ended[j] += entered[j, t]
-            else:
-                alpha[t - 1, j] += entered[j, t]
-            alpha[t - 1, j] += ended[j]
+                ended[j] += entered[j]
+            elif entered[j] > 0.0:
+                stays[j, t] += entered[j]
+                _dwell(entered[j], p[j], survival[j], stays[j, t + 1 :], leaves[j, t + 1 :])
+            alpha[t - 1, j] = stays[j, t] + ended[j]
     return alpha
 
 
@@ -105,32 +104,20 @@ def _survival(p):
 
 
 @kernel
-def _enter(leaves, transition, entered, since, t):
-    """Distribute what leaves a component now over its successors."""
-    if leaves > 0.0:
-        for j in range(transition.size):
-            if transition[j] > 0.0:
-                entered[j, t] += leaves * transition[j]
-                since[j] = min(since[j], t)
+def _dwell(entered, p, survival, stays, leaves):
+    """Spread the probability of entering a component now over when it is still there, and when it leaves."""
+    for d in range(min(p.size, stays.size)):
+        stays[d] += entered * survival[d + 1]
+        leaves[d] += entered * p[d]
 
 
 @kernel
-def _dwell(p, survival, entered, since, t):
-    """Probabilities of being still in a component, and of leaving it now, from those of entering it."""
-    stays, leaves = 0.0, 0.0
-    for s in range(max(since, t - p.size), t):
-        stays += entered[s] * survival[t - s]
-        leaves += entered[s] * p[t - s - 1]
-    return stays, leaves
-
-
-@kernel
-def _first_dwell(p, survival, elapsed, t):
-    """The same for the component of the beginning, which had lasted for `elapsed` steps."""
+def _dwell_on(p, survival, elapsed, stays, leaves):
+    """The same for the component of the beginning, which has lasted for `elapsed` steps. Shapes (n_steps + 1,)."""
     left = survival[elapsed]
     if left <= 0.0:  # longer than any duration: it leaves at once
-        return 0.0, 1.0 if t == 1 else 0.0
-    age = elapsed + t
-    if age > p.size:
-        return 0.0, 0.0
-    return survival[age] / left, p[age - 1] / left
+        leaves[1] = 1.0
+        return
+    for d in range(min(p.size - elapsed, stays.size - 1)):
+        stays[d + 1] = survival[elapsed + d + 1] / left
+        leaves[d + 1] = p[elapsed + d] / left
