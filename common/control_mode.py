@@ -65,6 +65,7 @@ class Action(StrEnum):
     ABORT = "abort"
     RETRACT = "retract"
     GO_TO_READY = "go to ready"
+    SET_PACE = "set pace"
     STOP = "stop"
     RESET = "reset"
 
@@ -119,6 +120,7 @@ TABLE: dict[Cause, Row] = {
     Action.ABORT: _row(_M.AUTONOMOUS, _M.PAUSED, to=_M.HOLD),
     Action.RETRACT: _row(_M.HOLD, _M.PAUSED, to=_M.AUTONOMOUS, phase=Phase.RETRACTING, at_end=True),
     Action.GO_TO_READY: _row(_M.HOLD, _M.PAUSED, to=_M.AUTONOMOUS, phase=Phase.GOING_TO_READY, at_end=True),
+    Action.SET_PACE: Row(frozenset(_M), None),
     Action.STOP: Row(frozenset(_M), _M.STOPPED),
     Action.RESET: _row(_M.STOPPED, to=_M.DISARMED),
     Guard.COUPLING_ENDED: _row(_M.DIRECT, to=_M.HOLD),

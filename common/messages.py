@@ -25,6 +25,9 @@ Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
 """Bounded, so that sums and differences of what arrived stay finite [m]."""
 Vector = Annotated[tuple[Coordinate, ...], Meta(min_length=2, max_length=3)]
 Sha256 = Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")]
+SLOWEST_PACE = 0.1
+Pace = Annotated[float, Meta(ge=SLOWEST_PACE, le=1.0)]
+"""How fast an execution goes, as a share of how it was demonstrated."""
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -48,7 +51,7 @@ class Telemetry(
         "stamp": "t", "position_m": "p", "frame_origin_m": "o", "frame_rotation_rad": "r", "mode": "m",
         "phase": "f", "component": "c", "elapsed_s": "e", "path_id": "i", "model": "g",
         "coupling_id": "k", "holder": "h", "lease": "l", "heartbeat_echo": "b", "heartbeat_held_ms": "d",
-        "waiting": "w", "stale_refused": "x", "seq": "s", "schema": "v",
+        "waiting": "w", "stale_refused": "x", "pace": "q", "seq": "s", "schema": "v",
     },
 ):  # fmt: skip
     """The robot's report of itself, newest only. At most 200 B: short names, single precision."""
@@ -84,6 +87,8 @@ class Telemetry(
     """DIRECT, but no input for half a second: the robot waits where it is."""
     stale_refused: Count = 0
     """How many operator's messages were refused for their age or their lease in this boot."""
+    pace: float = 1.0
+    """How fast executions and manoeuvres go, as a share of how they were meant."""
 
 
 class Heartbeat(Message, frozen=True, kw_only=True):
@@ -163,6 +168,8 @@ class Command(Message, frozen=True, kw_only=True):
     task: Id = ""
     model_sha256: Sha256 = ""
     plan_id: Count = 0
+    pace: Pace = 1.0
+    """What "set pace" sets; executions and manoeuvres go at it from then on."""
 
 
 class CommandReply(Message, frozen=True, kw_only=True):

@@ -22,7 +22,8 @@ from common.messages import (
     Wish,
 )
 from local_site.inquiries import Inquiries
-from local_site.picture import Notice, Pending
+from local_site.notices import Notice
+from local_site.picture import Pending
 
 _HEARTBEAT_S = 0.1
 _RENEW_S = 1.0
@@ -107,6 +108,7 @@ class Commanding:
         task: str = "",
         sha256: str = "",
         plan_id: int = 0,
+        pace: float = 1.0,
     ) -> None:
         """Send a command; it is pending until the robot reports its end."""
         command = Command(
@@ -118,6 +120,7 @@ class Commanding:
             task=task,
             model_sha256=sha256,
             plan_id=plan_id,
+            pace=pace,
         )
         self.pending[action] = Pending(command.command_id, now_s)
         answered = partial(self._on_reply, action, command.command_id, now_s)

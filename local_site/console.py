@@ -9,7 +9,6 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -43,8 +42,10 @@ from local_site.commanding import Commanding
 from local_site.event_follower import EventFollower
 from local_site.inquiries import Inquiries
 from local_site.model_sender import ModelSender
+from local_site.notices import Notice, Notices
 from local_site.owner import Owner
-from local_site.picture import Notice, Picture
+from local_site.parts import Parts
+from local_site.picture import Picture
 from local_site.reports import Reports
 from local_site.stop_sender import StopSender
 from local_site.task_library import NotNow, TaskLibrary
@@ -55,7 +56,6 @@ _log = loop_logger(__name__)
 
 PERIOD_S = 0.05
 """Time from one tick to the next [s]."""
-_NOTICES = 200
 
 
 class Console:
@@ -83,23 +83,25 @@ class Console:
         now_s: Callable[[], float] = time.monotonic,
         rate_bps: float = 0.0,
     ):
-        self._task, self._library, self._link, self._event_log = task, library, link, log
-        self._now_s = now_s
+        self._task, self._library, self._link, self._now_s = task, library, link, now_s
         self.owner = Owner("console", PERIOD_S, self._tick, self._redraw, now_s)
         """Does everything here, one after the other."""
-        self._notices: deque[Notice] = deque(maxlen=_NOTICES)
-        self._monitor = LinkMonitor()
+        self._notices, monitor = Notices(log), LinkMonitor()
         self._inquiries = Inquiries(link, self.owner.put, now_s)
-        self._commanding = Commanding(link, self._inquiries, self._monitor, site_name, self._notify, wish)
-        self._models = ModelSender(self._inquiries, task.name, self._notify, now_s, rate_bps)
+        self._commanding = Commanding(link, self._inquiries, monitor, site_name, self._notices.add, wish)
+        self._models = ModelSender(self._inquiries, task.name, self._notices.add, now_s, rate_bps)
         self._events = EventFollower(self._inquiries, self._on_event)
-        self._reports = Reports(self._monitor, self._events, self._on_restart)
+        self._reports = Reports(monitor, self._events, self._on_restart)
         self._teaching = Teaching(task, library, self._models, self._tell)
         self._stop = StopSender(link, site_name)
         self._teleoperation = Teleoperation(link)
         limit_flows(link, rate_bps)
+        self._parts = Parts(
+            task, library, self._teaching, self._models, self._commanding, self._stop, self._reports, monitor,
+            self._notices,
+        )  # fmt: skip
         self._changed = threading.Condition()
-        self.picture = self._draw(now_s())
+        self.picture = self._parts.draw(now_s())
 
     # From other threads -------------------------------------------------------------------------
 
@@ -165,7 +167,7 @@ class Console:
         # After everything that was done, so that no loss of control is too short to be noticed.
         self._teaching.watch(self._commanding.in_control(self._reports.robot))
         with self._changed:
-            self.picture = self._draw(self._now_s())
+            self.picture = self._parts.draw(self._now_s())
             self._changed.notify_all()
 
     def _tick(self) -> None:
@@ -201,11 +203,11 @@ class Console:
         if action is Action.STOP:
             self._stop.press(now_s)
             return
-        check(intent, self._draw(now_s))
+        check(intent, self._parts.draw(now_s))
         if robot is None:
             raise NotNow("the robot has not reported yet")
         sha256, plan_id = self._models.confirmed_sha256, self._reports.plan_id
-        self._commanding.command(action, robot, now_s, self._task.name, sha256, plan_id)
+        self._commanding.command(action, robot, now_s, self._task.name, sha256, plan_id, intent.pace)
 
     def _hand(self, intent: intents.Hand) -> None:
         """The hand teaches, or drives the robot while coupled, or does nothing."""
@@ -232,47 +234,5 @@ class Console:
     def _on_path(self, path: PlannedPath) -> None:
         self._reports.on_path(path, self._now_s())
 
-    # The picture --------------------------------------------------------------------------------
-
     def _tell(self, what: str, text: str, good: bool = True) -> None:
-        self._notify(Notice(self._now_s(), what, text, good))
-
-    def _notify(self, notice: Notice) -> None:
-        self._notices.append(notice)
-        if self._event_log is not None:
-            self._event_log.append(
-                what=notice.what, who=notice.who, text=notice.text, good=notice.good, measured=notice.measured
-            )
-
-    def _draw(self, now_s: float) -> Picture:
-        library, commanding, models, reports = self._library, self._commanding, self._models, self._reports
-        current = (np.array(library.current),) if library.recording and library.current else ()
-        return Picture(
-            now_s=now_s,
-            robot=reports.robot,
-            link=self._monitor.view(now_s),
-            in_control=commanding.in_control(reports.robot),
-            why_not_in_control=commanding.why_not_in_control,
-            wish=commanding.present_wish,
-            asked_by=commanding.asked_by,
-            pending=dict(commanding.pending),
-            notices=tuple(self._notices),
-            recording=library.recording,
-            n_demonstrations=len(library.strokes),
-            can_undo=library.can_undo,
-            can_recover=self._teaching.left_over is not None,
-            learned=library.learned,
-            forming=library.forming(),
-            confirmed_sha256=models.confirmed_sha256,
-            sending_model=models.sending,
-            auto_send=self._teaching.auto_send,
-            strokes=(*library.strokes, *current),
-            path=reports.path,
-            path_received_s=reports.path_received_s,
-            can_retract=self._task.retract_m is not None,
-            lost_link=self._task.lost_link,
-            plan_id=reports.plan_id,
-            plan_received_s=reports.plan_received_s,
-            stop=self._stop.status,
-            command_round_trips_s=tuple(commanding.round_trips_s),
-        )
+        self._notices.add(Notice(self._now_s(), what, text, good))

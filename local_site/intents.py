@@ -15,10 +15,12 @@ class Command:
     Args:
         action: Which.
         shown_mode: The mode that the operator saw; refused when it is no longer so. None: not checked.
+        pace: For "set pace": share of the speed at which the robot's own motions were meant, 0.1 to 1.
     """
 
     action: Action
     shown_mode: ControlMode | None = None
+    pace: float = 1.0
 
 
 @dataclass(frozen=True)

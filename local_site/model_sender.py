@@ -10,7 +10,7 @@ from common.budget import part_bytes
 from common.messages import ModelReply, ModelTransfer
 from local_site.commanding import Notify
 from local_site.inquiries import Inquiries
-from local_site.picture import Notice
+from local_site.notices import Notice
 from local_site.task_library import LearnedModel
 
 _GIVE_UP_S = 600.0

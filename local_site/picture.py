@@ -11,6 +11,7 @@ from common.control_mode import Action, ControlMode, Phase
 from common.link_monitor import LinkView
 from common.messages import PlannedPath, Telemetry, Wish
 from common.tphsmm import TPHSMM
+from local_site.notices import Notice
 from local_site.stop_sender import StopStatus
 from local_site.task_library import LearnedModel
 
@@ -30,27 +31,6 @@ class Pending:
     since_s: float
     accepted_ns: int | None = None
     leads_to: ControlMode | None = None
-
-
-@dataclass(frozen=True)
-class Notice:
-    """Something that the operator should read.
-
-    Args:
-        time_s: On the console's clock [s].
-        what: The action or the kind of event.
-        text: What happened, and why.
-        good: False for a refusal or a failure.
-        measured: A measured value that goes with it, if any.
-        who: The site that caused it; empty for the robot itself, and for this site.
-    """
-
-    time_s: float
-    what: str
-    text: str
-    good: bool = True
-    measured: float | None = None
-    who: str = ""
 
 
 @dataclass(frozen=True)

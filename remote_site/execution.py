@@ -104,6 +104,10 @@ class Execution:
             self.phase = Phase.SEATED if seated else Phase.ARRIVED
         return control.acceleration
 
+    def go_on_with(self, settings: ExecutorSettings) -> None:
+        """Other settings from now on; the progress is kept."""
+        self.settings = self.executor.settings = settings
+
     def resume(self, frames: list[TaskFrame]) -> None:
         """Go on after the robot stood still for a while; where it is in the motion is found anew."""
         self.executor.resume(frames)

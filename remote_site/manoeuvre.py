@@ -25,10 +25,11 @@ class Manoeuvre:
     Args:
         phase: What the robot is said to be doing.
         goal_m: Where it ends. Shape (D,) [m].
-        speed_m_s: Its speed [m/s].
-        time_limit_s: After which it ends where it is [s].
+        speed_m_s: Its speed at the full pace [m/s].
+        time_limit_s: After which it ends where it is, at the full pace [s].
         command: Whose second answer its end is; None when the robot began it itself.
         why: What made the robot begin it itself.
+        pace: Share of its speed; changeable on the way.
     """
 
     def __init__(
@@ -39,15 +40,16 @@ class Manoeuvre:
         time_limit_s: float,
         command: Command | None = None,
         why: str = "",
+        pace: float = 1.0,
     ):
-        self.phase, self.command, self.why = phase, command, why
+        self.phase, self.command, self.why, self.pace = phase, command, why, pace
         self._goal, self._speed, self._left_s = goal_m, speed_m_s, time_limit_s
         self.reached = False
 
     def step(self, plant: Plant, effector: EffectorState, dt_s: float) -> bool:
         """Move for one control period [s]. True when the manoeuvre has ended, at its goal or in time."""
-        plant.follow(self._goal, self._speed, dt_s)
-        self._left_s -= dt_s
+        plant.follow(self._goal, self.pace * self._speed, dt_s)
+        self._left_s -= self.pace * dt_s
         near = float(np.linalg.norm(effector.position_m - self._goal)) <= _REACHED_M
         self.reached = near and float(np.linalg.norm(effector.velocity_m_s)) <= _STANDING_M_S
         return self.reached or self._left_s <= 0.0
@@ -64,7 +66,9 @@ class Manoeuvres:
     def __init__(self, task: Task, sensing: Sensing):
         self._task, self._sensing = task, sensing
 
-    def make(self, phase: Phase, command: Command | None = None, why: str = "") -> Manoeuvre:
+    def make(
+        self, phase: Phase, command: Command | None = None, why: str = "", pace: float = 1.0
+    ) -> Manoeuvre:
         """The manoeuvre of a phase from here; see `Manoeuvre` for the arguments.
 
         Raises:
@@ -76,7 +80,7 @@ class Manoeuvres:
             # The way back is where the force on the tool pushes it.
             away = effector.force_n / max(float(np.linalg.norm(effector.force_n)), 1e-9)
             goal = effector.position_m + _BACK_OFF_M * away
-            return Manoeuvre(phase, goal, speed_m_s, _BACK_OFF_S, command, why)
+            return Manoeuvre(phase, goal, speed_m_s, _BACK_OFF_S, command, why, pace)
         if phase is Phase.RETRACTING and task.retract_m is not None:
             goal = effector.position_m + self._sensing.frames[0].A @ np.array(task.retract_m)
         elif phase is Phase.GOING_TO_READY:
@@ -85,4 +89,5 @@ class Manoeuvres:
             raise ValueError(f"no manoeuvre for {phase!r}")
         goal = np.clip(goal, 0.0, task.workspace_m)
         distance_m = float(np.linalg.norm(goal - effector.position_m))
-        return Manoeuvre(phase, goal, speed_m_s, _PATIENCE_S + 2.0 * distance_m / speed_m_s, command, why)
+        time_limit_s = _PATIENCE_S + 2.0 * distance_m / speed_m_s
+        return Manoeuvre(phase, goal, speed_m_s, time_limit_s, command, why, pace)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -18,7 +19,6 @@ from remote_site.model_store import StoredModel
 from remote_site.motion import Motion
 from remote_site.plans import Plans
 from remote_site.previews import Previews
-from remote_site.reproduction.executor import ExecutorSettings
 from remote_site.sensing import Sensing
 from remote_site.stops import Stops
 from remote_site.watch import Trip
@@ -39,7 +39,6 @@ class ModeMachine:
 
     Args:
         task: Where manoeuvres lead to.
-        settings: Of an execution.
         sensing: The newest measurements.
         motion: What moves the robot.
         plans: Makes rollouts.
@@ -51,7 +50,6 @@ class ModeMachine:
     def __init__(
         self,
         task: Task,
-        settings: ExecutorSettings,
         sensing: Sensing,
         motion: Motion,
         plans: Plans,
@@ -59,7 +57,7 @@ class ModeMachine:
         announce: Announce,
         now: Callable[[], Stamp],
     ):
-        self._task, self._settings, self._sensing, self._motion = task, settings, sensing, motion
+        self._task, self._sensing, self._motion = task, sensing, motion
         self._plans, self._events, self._now = plans, events, now
         self.previews = Previews(plans)
         self._manoeuvres = Manoeuvres(task, sensing)
@@ -76,6 +74,11 @@ class ModeMachine:
         """What AUTONOMOUS is at."""
         mover = self._motion.execution or self._motion.manoeuvre
         return mover.phase if mover is not None and self.mode is ControlMode.AUTONOMOUS else Phase.NONE
+
+    @property
+    def pace(self) -> float:
+        """How fast executions and manoeuvres go, as a share of how they were meant."""
+        return self._plans.settings.pace
 
     # Causes -------------------------------------------------------------------------------------
 
@@ -97,6 +100,9 @@ class ModeMachine:
             if (replaced := self.previews.begin(command, stored, self._now())) is not None:
                 self.fail(replaced, "replaced by a newer preview")
             return
+        if action is Action.SET_PACE:
+            self._set_pace(command)
+            return
         for overtaken in self._until_standing:
             self.fail(overtaken, f"{action} came before the robot stood still")
         self._until_standing.clear()
@@ -105,7 +111,7 @@ class ModeMachine:
             case Action.EXECUTE if stored is not None:
                 self._execute(command, stored)
             case Action.RETRACT | Action.GO_TO_READY:
-                self._motion.begin(self._manoeuvres.make(TABLE[action].phase, command))
+                self._motion.begin(self._manoeuvres.make(TABLE[action].phase, command, pace=self.pace))
             case Action.COUPLE:
                 self._couple(command)
             case Action.RESUME:
@@ -178,10 +184,22 @@ class ModeMachine:
         self._motion.begin(Coupling(self._coupling_count, command.lease_id, now_s))
         self.complete(command, "coupled", coupling_id=self._coupling_count)
 
+    def _set_pace(self, command: Command) -> None:
+        """Go at another pace from now on, also in what is under way."""
+        self._plans.settings = replace(self._plans.settings, pace=command.pace)
+        if (execution := self._motion.execution) is not None:
+            execution.go_on_with(self._plans.settings)
+            self._plans.forget_commit()
+        manoeuvre = self._motion.manoeuvre
+        # What the robot began by itself, it does for safety: as fast as it may.
+        if manoeuvre is not None and manoeuvre.command is not None:
+            manoeuvre.pace = command.pace
+        self.complete(command, f"the pace is {command.pace:.0%}")
+
     def _execute(self, command: Command, stored: StoredModel) -> None:
         sensed = self._sensing
         self.last_execution = Execution(
-            command, stored, self._settings, sensed.effector, sensed.frames, self._now(),
+            command, stored, self._plans.settings, sensed.effector, sensed.frames, self._now(),
             self._task.limits.contact_n,
         )  # fmt: skip
         self._motion.begin(self.last_execution)

@@ -47,12 +47,14 @@ class Plans:
 
     Args:
         sensing: Where the robot and its frames are.
-        settings: Of an execution.
+        settings: Of the next execution.
         submit: Hands a request to the worker; never blocks.
     """
 
     def __init__(self, sensing: Sensing, settings: ExecutorSettings, submit: Callable[[PlanRequest], None]):
-        self._sensing, self._settings, self._submit = sensing, settings, submit
+        self._sensing, self._submit = sensing, submit
+        self.settings = settings
+        """Of the next execution, and of the previews of it."""
         self._previews: dict[int, Situation] = {}
         self._plan_count = 0
         self._path_count = 0
@@ -114,13 +116,14 @@ class Plans:
     def _request(self, stored: StoredModel, execution: Execution | None, plan_id: int, now: Stamp) -> None:
         self._path_count += 1
         state = execution.executor.state() if execution is not None else None
+        settings = execution.settings if execution is not None else self.settings
         self._submit(
             PlanRequest(
                 path_id=self._path_count,
                 plan_id=plan_id,
                 stamp=now,
                 stored=stored,
-                settings=self._settings,
+                settings=settings,
                 state=state,
                 effector=self._sensing.effector,
                 frames=tuple(self._sensing.frames),

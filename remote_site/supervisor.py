@@ -84,7 +84,7 @@ class Supervisor:
         self.events = Events(announce, self.stamp, write)
         self._plans = Plans(self.sensing, settings, request_plan)
         self.machine = ModeMachine(
-            task, settings, self.sensing, self.motion, self._plans, self.events, announce, self.stamp
+            task, self.sensing, self.motion, self._plans, self.events, announce, self.stamp
         )
         self._judge = CommandJudge(task, self.contact, self.models, self._plans, self.sensing)
         self._log = CommandLog()

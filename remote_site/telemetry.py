@@ -67,4 +67,5 @@ class Reporter:
             heartbeat_held_ms=held_ms,
             waiting=coupling is not None and coupling.waiting(self._clock.now_s()),
             stale_refused=contact.stale_refused,
+            pace=s.machine.pace,
         )

@@ -8,7 +8,8 @@ from collections import deque
 import viser
 
 from common.control_mode import ControlMode, Phase
-from local_site.picture import Notice, Picture
+from local_site.notices import Notice
+from local_site.picture import Picture
 from local_site.view.html import Html, element
 
 _SHOWN = 12

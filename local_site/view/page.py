@@ -23,6 +23,7 @@ from local_site.view.html import Html, element
 from local_site.view.link_history import LinkHistory
 from local_site.view.link_panel import LinkPanel
 from local_site.view.link_worker import LinkWorker
+from local_site.view.pace import PaceSlider
 from local_site.view.planar_scene import PlanarScene
 from local_site.view.server import PageServer
 from local_site.view.status_strip import StatusStrip
@@ -98,6 +99,7 @@ class Page:
             self._auto_send = AutoSend(gui, self._console.submit, self._act)
         with gui.add_folder("Robot"):
             self._buttons.append(Buttons(gui, buttons.ROBOT, self._on_press))
+            self._pace = PaceSlider(gui, self._console.submit, self._act)
         self._link = LinkPanel(gui, self._worker, self._act) if self._worker is not None else None
         with gui.add_folder("Control", expand_by_default=False):
             self._buttons.append(Buttons(gui, buttons.CONTROL, self._on_press))
@@ -151,6 +153,7 @@ class Page:
         for group in self._buttons:
             group.draw(picture)
         self._auto_send.draw(picture)
+        self._pace.draw(picture, now_s)
         self._guidance.draw(picture)
         self._strip.draw(picture, ghost, now_s)
         self._graph.draw(picture)

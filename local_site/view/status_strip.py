@@ -73,7 +73,7 @@ def _cells(picture: Picture, age: str, now_s: float) -> str:
     return "".join(
         (
             _cell("mode", element("mode", mode.name if mode else "UNKNOWN", f"fh-mode fh-{mode or 'unknown'}"),
-                  element("phase", picture.phase.upper(), "fh-note")),
+                  element("phase", picture.phase.upper(), "fh-note") + element("pace", _pace(picture), "fh-note")),
             _cell("in control", element("holder", holder), element("lease", _lease_words(picture), "fh-note")),
             _cell("age of data", element("age", age)),
             _cell("link", element("link", link, f"fh-link fh-{link.lower()}"),
@@ -103,6 +103,12 @@ def _alarm(picture: Picture, ghost: Ghost | None, now_s: float) -> str:
     continues = f", robot continues ({picture.mode.name}{end})" if picture.mode is not None else ""
     words = f"STOP NOT DELIVERED {waited_s} s{continues}"
     return element("stop", words, "fh-alarm", tag="div")
+
+
+def _pace(picture: Picture) -> str:
+    """How fast the robot goes by itself, where that is not as usual."""
+    pace = picture.robot.pace if picture.robot is not None else 1.0
+    return f"at {pace:.0%}" if pace < 0.995 else ""
 
 
 def _pending_words(picture: Picture, now_s: float) -> list[str]:

@@ -84,8 +84,8 @@ class Executor:
 
     @property
     def remaining_s(self) -> float:
-        """Time until the end of the motion as it was demonstrated [s]."""
-        return self._tracker.time_to_go(self.state().progress)
+        """Time until the end of the motion as it was demonstrated, at the present pace [s]."""
+        return self._tracker.time_to_go(self.state().progress) / self.settings.pace
 
     def begin(self, point: Array, velocity: Array, frames: Sequence[TaskFrame]) -> None:
         """Begin the motion from where the robot is.
@@ -124,13 +124,13 @@ class Executor:
         Raises:
             InvalidInput: Before `begin`, or when the input is malformed; nothing was changed.
         """
-        state, dt = self.state(), self.settings.dt_s
+        state, dt, walked = self.state(), self.settings.dt_s, self.settings.dt_s * self.settings.pace
         point, velocity = self._checked(point, velocity, frames)
         world = self._see(frames)
         motion = state.motion.updated(world.frame_arrays, dt)
         weights = world.weights(state.progress.component)
         relative = velocity - motion.velocity_at(point, weights)
-        progress = self._tracker.advance(state.progress, point, relative, world.gaussians, dt)
+        progress = self._tracker.advance(state.progress, point, relative, world.gaussians, walked)
         _, targets, costs = reference(
             progress.component,
             progress.elapsed_s,
@@ -141,11 +141,12 @@ class Executor:
             world.ramps,
             world.precisions,
             self.settings.n_steps,
-            dt,
+            walked,
         )
         tangents, costs = seen_from(point, targets, costs)
         here = np.zeros_like(relative)
         u = solve(here, relative, tangents, costs, self._control_cost, self.settings.n_controls, dt)[0]
+        u = self.settings.paced(u, relative, self.model.n_dims)
         u = u + motion.acceleration_at(point, relative, weights)
         self._state = ExecutorState(progress, motion, state.start)
         return Control(
@@ -153,7 +154,7 @@ class Executor:
             component=progress.component,
             elapsed_s=progress.elapsed_s,
             arrived=progress.arrived,
-            remaining_s=self._tracker.time_to_go(progress),
+            remaining_s=self._tracker.time_to_go(progress) / self.settings.pace,
             desired=targets[0],
         )
 

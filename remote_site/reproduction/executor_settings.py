@@ -25,9 +25,11 @@ class ExecutorSettings:
         max_speed_m_s: Limit of the speed [m/s]; none when not given.
         max_angular_acceleration_rad_s2: The same for the rotation of poses [rad/s^2].
         max_angular_speed_rad_s: The same for the rotation of poses [rad/s].
+        pace: How fast the motion is done, as a share of how it was demonstrated; at most 1. Slower, the
+            reference walks and the limits of speed shrink, while the task frames are followed as closely.
 
     Raises:
-        InvalidConfiguration: When a number is not positive or the horizons do not fit.
+        InvalidConfiguration: When a number is not positive, the horizons do not fit or the pace is above 1.
     """
 
     dt_s: float = 0.02
@@ -38,6 +40,7 @@ class ExecutorSettings:
     max_speed_m_s: float | None = None
     max_angular_acceleration_rad_s2: float | None = None
     max_angular_speed_rad_s: float | None = None
+    pace: float = 1.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -45,6 +48,8 @@ class ExecutorSettings:
                 raise InvalidConfiguration("executor", name, f"a positive number, got {value}")
         if not 1 <= self.n_controls <= self.n_steps:
             raise InvalidConfiguration("executor", "control_horizon_s", "from dt_s to horizon_s")
+        if self.pace > 1.0:
+            raise InvalidConfiguration("executor", "pace", f"at most 1, got {self.pace}")
 
     @property
     def n_steps(self) -> int:
@@ -64,18 +69,35 @@ class ExecutorSettings:
             velocity: Of the robot. Shape (T,).
             n_dims: How many of the T numbers are of the position; the others are of the rotation.
         """
-        position, rotation = slice(0, n_dims), slice(n_dims, None)
-        u = acceleration.copy()
-        u[position] = self._bounded(
-            u[position], velocity[position], self.max_speed_m_s, self.max_acceleration_m_s2
+        linear = (self.max_speed_m_s, self.max_acceleration_m_s2)
+        angular = (self.max_angular_speed_rad_s, self.max_angular_acceleration_rad_s2)
+        return np.concatenate(
+            [
+                self._bounded(acceleration[:n_dims], velocity[:n_dims], *linear),
+                self._bounded(acceleration[n_dims:], velocity[n_dims:], *angular),
+            ]
         )
-        u[rotation] = self._bounded(
-            u[rotation],
-            velocity[rotation],
-            self.max_angular_speed_rad_s,
-            self.max_angular_acceleration_rad_s2,
+
+    def paced(self, acceleration: Array, relative: Array, n_dims: int) -> Array:
+        """The command within the pace's share of the speed limits, relative to the task frames. Shape (T,).
+
+        Args:
+            acceleration: The command. Shape (T,).
+            relative: Velocity of the robot relative to the frames. Shape (T,).
+            n_dims: How many of the T numbers are of the position.
+        """
+        if self.pace == 1.0:
+            return acceleration
+        linear, angular = (
+            None if limit is None else self.pace * limit
+            for limit in (self.max_speed_m_s, self.max_angular_speed_rad_s)
         )
-        return u
+        return np.concatenate(
+            [
+                self._bounded(acceleration[:n_dims], relative[:n_dims], linear, None),
+                self._bounded(acceleration[n_dims:], relative[n_dims:], angular, None),
+            ]
+        )
 
     def _bounded(self, u: Array, velocity: Array, max_speed: float | None, most: float | None) -> Array:
         if max_speed is not None:

@@ -13,7 +13,7 @@ from local_site.view.camera import board_origin_m, view_of
 from tests.browser.board_picture import await_boards
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-WAIT_MS = 25_000.0
+WAIT_MS = 60_000.0
 """A generous deadline for an event, never a speed that is tested [ms]."""
 BOARD_M = (1.0, 1.0)
 
@@ -149,7 +149,9 @@ class OperatorPage:
         """Drag along these points [m] and keep the mouse's button down until the end of the block."""
         mouse = self.page.mouse
         mouse.move(*self.pixel(points[0], remote))
+        self.next_frame()  # what is under the mouse is found when the page draws
         mouse.down()
+        self.next_frame()
         for point in points[1:]:
             mouse.move(*self.pixel(point, remote))
         try:

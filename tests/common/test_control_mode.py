@@ -40,6 +40,8 @@ ALLOWED = {
     },
     "stopped": {"reset": "disarmed", "stop": "stopped"},
 }
+for mode, row in ALLOWED.items():
+    row["set pace"] = mode
 ALSO_AT_THE_END = {
     "clutch": "hold",
     "preview": "autonomous",

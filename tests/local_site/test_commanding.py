@@ -10,7 +10,7 @@ from common.link_monitor import LinkMonitor
 from common.messages import Command, Event, Heartbeat, LeaseReply, LeaseRequest, Stamp, Telemetry
 from local_site.commanding import Commanding
 from local_site.inquiries import Inquiries
-from local_site.picture import Notice
+from local_site.notices import Notice
 from tests.local_site.robot_end import LEASE_ID, PATIENCE_S, RobotEnd
 from tests.loopback import Loopback
 

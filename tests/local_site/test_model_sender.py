@@ -11,7 +11,7 @@ from common.model_file import content_hash
 from common.model_file import encode as encode_model
 from local_site.inquiries import Inquiries
 from local_site.model_sender import ModelSender
-from local_site.picture import Notice
+from local_site.notices import Notice
 from local_site.task_library import LearnedModel
 from tests.loopback import Loopback
 from tests.strategies import learned

@@ -36,6 +36,27 @@ def test_the_motion_is_reproduced_wherever_the_frame_is(
     assert nearest.max() < 0.05
 
 
+@pytest.mark.parametrize("pace", [0.1, 0.5])
+def test_a_slower_pace_is_slower_all_the_way_and_ends_in_the_same_place(pace: float):
+    limit_m_s = 0.4
+    slowed = replace(SETTINGS, max_speed_m_s=limit_m_s, pace=pace)
+    usual = run(Executor(MODEL, replace(slowed, pace=1.0)), np.array(STARTS[0]), lambda t: still(), 12.0)
+    slow = run(Executor(MODEL, slowed), np.array(STARTS[0]), lambda t: still(), 12.0 / pace)
+    assert usual.arrived_s is not None and slow.arrived_s is not None
+    assert 0.8 / pace < slow.arrived_s / usual.arrived_s < 1.3 / pace
+    assert np.linalg.norm(slow.positions[-1]) < 0.003
+    speeds = np.linalg.norm(np.diff(slow.positions, axis=0), axis=1) / DT
+    assert speeds.max() <= pace * limit_m_s * 1.001
+    nearest = np.linalg.norm(slow.positions[:, None] - descent(STARTS[0]), axis=2).min(axis=1)
+    assert nearest.max() < 0.05
+
+
+@pytest.mark.parametrize("pace", [0.0, -0.5, 1.5, np.nan])
+def test_a_pace_that_is_none_is_refused(pace: float):
+    with pytest.raises(InvalidConfiguration, match="pace"):
+        replace(SETTINGS, pace=pace)
+
+
 @pytest.mark.parametrize("start", [(0.6, 0.6), (-1.2, -0.4), (0.3, 1.5)])
 def test_a_far_start_first_reaches_the_model_and_then_follows_it_from_above(start: tuple[float, float]):
     result = run(Executor(MODEL, SETTINGS), np.array(start), lambda t: still(), 12.0)

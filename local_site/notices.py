@@ -1,0 +1,55 @@
+"""What the operator should read: kept in memory for the page, and in a file for good."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+from common.event_log import EventLog
+
+_KEPT = 200
+
+
+@dataclass(frozen=True)
+class Notice:
+    """Something that the operator should read.
+
+    Args:
+        time_s: On the console's clock [s].
+        what: The action or the kind of event.
+        text: What happened, and why.
+        good: False for a refusal or a failure.
+        measured: A measured value that goes with it, if any.
+        who: The site that caused it; empty for the robot itself, and for this site.
+    """
+
+    time_s: float
+    what: str
+    text: str
+    good: bool = True
+    measured: float | None = None
+    who: str = ""
+
+
+class Notices:
+    """The newest ones. Used by the console's thread alone.
+
+    Args:
+        log: Keeps every one; None keeps the newest alone.
+    """
+
+    def __init__(self, log: EventLog | None):
+        self._log = log
+        self._newest: deque[Notice] = deque(maxlen=_KEPT)
+
+    def add(self, notice: Notice) -> None:
+        """Take one."""
+        self._newest.append(notice)
+        if self._log is not None:
+            self._log.append(
+                what=notice.what, who=notice.who, text=notice.text, good=notice.good, measured=notice.measured
+            )
+
+    def newest(self) -> tuple[Notice, ...]:
+        """The newest last."""
+        return tuple(self._newest)

@@ -1,0 +1,79 @@
+"""What a console is made of, and the one picture of it all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from common.link_monitor import LinkMonitor
+from common.task import Task
+from local_site.commanding import Commanding
+from local_site.model_sender import ModelSender
+from local_site.notices import Notices
+from local_site.picture import Picture
+from local_site.reports import Reports
+from local_site.stop_sender import StopSender
+from local_site.task_library import TaskLibrary
+from local_site.teaching import Teaching
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Each owns some facts; nobody else keeps them. Used by the console's thread alone.
+
+    Args:
+        task: What is taught and done.
+        library: Demonstrations and models.
+        teaching: Recording, undoing, sending by itself.
+        models: What the robot has confirmed.
+        commanding: The control of the robot, and what was asked of it.
+        stop: The newest stop of this site.
+        reports: What the robot has reported.
+        monitor: How the link is doing.
+        notices: What the operator should read.
+    """
+
+    task: Task
+    library: TaskLibrary
+    teaching: Teaching
+    models: ModelSender
+    commanding: Commanding
+    stop: StopSender
+    reports: Reports
+    monitor: LinkMonitor
+    notices: Notices
+
+    def draw(self, now_s: float) -> Picture:
+        """All that is known now."""
+        library, commanding, reports = self.library, self.commanding, self.reports
+        current = (np.array(library.current),) if library.recording and library.current else ()
+        return Picture(
+            now_s=now_s,
+            robot=reports.robot,
+            link=self.monitor.view(now_s),
+            in_control=commanding.in_control(reports.robot),
+            why_not_in_control=commanding.why_not_in_control,
+            wish=commanding.present_wish,
+            asked_by=commanding.asked_by,
+            pending=dict(commanding.pending),
+            notices=self.notices.newest(),
+            recording=library.recording,
+            n_demonstrations=len(library.strokes),
+            can_undo=library.can_undo,
+            can_recover=self.teaching.left_over is not None,
+            learned=library.learned,
+            forming=library.forming(),
+            confirmed_sha256=self.models.confirmed_sha256,
+            sending_model=self.models.sending,
+            auto_send=self.teaching.auto_send,
+            strokes=(*library.strokes, *current),
+            path=reports.path,
+            path_received_s=reports.path_received_s,
+            can_retract=self.task.retract_m is not None,
+            lost_link=self.task.lost_link,
+            plan_id=reports.plan_id,
+            plan_received_s=reports.plan_received_s,
+            stop=self.stop.status,
+            command_round_trips_s=tuple(commanding.round_trips_s),
+        )
