@@ -1,0 +1,98 @@
+"""What contact says about where the receptacle really is: a correction of its estimated frame.
+
+A tracker's constant error can be felt but not seen. The force that pushes the plug aside, and the torque that
+tilts it, say on which side of the estimate the bore is; integrated, they move the estimated frame there, so
+that the controller and the compliance of the arm no longer work against each other. On a receptacle that
+moves they say how it moves instead: then the correction rests.
+
+In the frame of the receptacle the mouth is the origin, and z points into the bore.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from common.task_frame import TaskFrame
+
+Array = NDArray[np.float64]
+
+# Per newton beyond the first three, and per newton metre beyond the first 0.3.
+_GAIN_M_S_N, _GAIN_RAD_S_NM = 0.005, 0.5
+_LEAST_N, _LEAST_NM = 3.0, 0.3
+_MOST_M, _MOST_RAD = 0.020, 0.12
+# How much of the way to a jammed plug the frame is moved.
+_BLEND = 0.7
+_SIDEWAYS = np.array([1.0, 1.0, 0.0])
+
+
+class ContactCorrection:
+    """The correction, from none at first; never more than 20 mm and 0.12 rad."""
+
+    def __init__(self) -> None:
+        self._shift_m = np.zeros(3)
+        self._turn = np.zeros(3)
+
+    @property
+    def shift_m(self) -> Array:
+        """How far the frame is moved, in its own axes. Shape (3,) [m]."""
+        return self._shift_m.copy()
+
+    @property
+    def turn_rad(self) -> Array:
+        """How far the frame is turned: rotation vector in its own axes. Shape (3,) [rad]."""
+        return self._turn.copy()
+
+    def clear(self) -> None:
+        """Forget what was felt: the receptacle is elsewhere."""
+        self._shift_m, self._turn = np.zeros(3), np.zeros(3)
+
+    def feel(self, force_n: Array, torque_nm: Array, quiet: bool, dt_s: float) -> None:
+        """Take one control period in contact into account.
+
+        Args:
+            force_n: On the plug, in the axes of the estimated frame. Shape (3,) [N].
+            torque_nm: On the plug about its tip, in the same axes. Shape (3,) [Nm].
+            quiet: Whether the receptacle stands still.
+            dt_s: Control period [s].
+        """
+        if not quiet:
+            return
+        shift_m_s = _GAIN_M_S_N * _beyond(_SIDEWAYS * force_n, _LEAST_N)
+        turn_rad_s = _GAIN_RAD_S_NM * _beyond(_SIDEWAYS * torque_nm, _LEAST_NM)
+        self._add(dt_s * shift_m_s, dt_s * turn_rad_s)
+
+    def anchor(self, plug: Array) -> None:
+        """Most of the way to where a plug is jammed: the bore's axis is near that of the plug.
+
+        Args:
+            plug: Pose of its tip in the corrected frame. Shape (7,).
+        """
+        axis = TaskFrame.at(plug).A[:, 2]
+        crossing = plug[:3] - axis * (
+            plug[2] / axis[2]
+        )  # where the plug's axis goes through the mouth's plane
+        tilt = np.cross((0.0, 0.0, 1.0), axis)  # the sine of the tilt about it
+        self._add(_BLEND * crossing, _BLEND * tilt)
+
+    def corrected(self, frame: TaskFrame) -> TaskFrame:
+        """Where the receptacle is, as seen and felt."""
+        turn = Rotation.from_rotvec(self._turn).as_matrix()
+        return TaskFrame(frame.A @ turn, frame.b + frame.A @ self._shift_m)
+
+    def _add(self, shift_m: Array, turn_rad: Array) -> None:
+        """Move on, by a way in the axes of the corrected frame."""
+        turn = Rotation.from_rotvec(self._turn)
+        self._shift_m = _shortened(self._shift_m + turn.apply(shift_m), _MOST_M)
+        self._turn = _shortened((turn * Rotation.from_rotvec(turn_rad)).as_rotvec(), _MOST_RAD)
+
+
+def _beyond(vector: Array, least: float) -> Array:
+    """What is left of a vector's length beyond a dead band."""
+    length = float(np.linalg.norm(vector))
+    return vector * (max(length - least, 0.0) / max(length, 1e-12))
+
+
+def _shortened(vector: Array, most: float) -> Array:
+    return vector * min(1.0, most / max(float(np.linalg.norm(vector)), 1e-12))
