@@ -28,6 +28,7 @@ _LEADS: dict[Action, dict[str, ControlMode]] = {
     Action.RETRACT: dict.fromkeys(("hold", "paused", "end"), _M.AUTONOMOUS),
     Action.GO_TO_READY: dict.fromkeys(("hold", "paused", "end"), _M.AUTONOMOUS),
     Action.RESET: {"stopped": _M.DISARMED},
+    Action.SET_PACE: {mode.value: mode for mode in _M} | {"end": _M.AUTONOMOUS},
 }
 
 # Without any command: the modes that time, guards and ends of motions may lead to.
