@@ -137,3 +137,12 @@ class VirtualLink:
         """Hold everything for so long [s], and then deliver all of it at once."""
         for way in (self.uplink, self.downlink):
             way.hold(self._time.now_s() + duration_s)
+
+    def swallow(self, duration_s: float) -> None:
+        """Let nothing arrive for so long [s], unnoticed by who sends, and then lose all of it."""
+        self._time.call_later(duration_s, self._lose_all)  # before what is held is due at the same moment
+        self.stall(duration_s)
+
+    def _lose_all(self) -> None:
+        self.cut()
+        self.mend()

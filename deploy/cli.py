@@ -58,7 +58,8 @@ class Demo:
     seed: int = 0
     """Of the hand's tremor, the target's phase, the noise and the link's jitter."""
     outage: str = "none"
-    """Cut the link in the middle of the execution: stall:10, reset:10 or blackhole:10 (seconds)."""
+    """Cut the link during the execution: stall:10, reset:10 or blackhole:10 (seconds), in its middle, or elsewhere:
+    stall:10@0.2 when a fifth of the motion is done."""
     json: Path | None = None
     """Write what happened to this file."""
     data_dir: str = ""
@@ -102,7 +103,7 @@ class Local:
     demo: bool = False
     """Have a scripted operator do the job once; the last line printed is the result as JSON."""
     outage: str = "none"
-    """With --demo: cut the link in the middle of the execution."""
+    """With --demo: cut the link during the execution, see `farhand demo`."""
     json: Path | None = None
     """With --demo: write the result to this file as well."""
 

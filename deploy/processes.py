@@ -137,24 +137,28 @@ def parse_address(field: str, text: str) -> tuple[str, int]:
 
 
 def parse_outage(text: str):
-    """A planned outage of `none` or kind:seconds.
+    """A planned outage of `none`, kind:seconds or kind:seconds@part.
 
     Raises:
-        InvalidConfiguration: When it is neither.
+        InvalidConfiguration: When it is none of them.
     """
-    from local_site.scripted_operator import PlannedOutage
+    from local_site.operators_place import PlannedOutage
 
     if text in ("", "none"):
         return None
-    kind, _, seconds = text.partition(":")
+    kind, _, rest = text.partition(":")
+    seconds, _, part = rest.partition("@")
     try:
-        duration_s = float(seconds)
+        duration_s, at = float(seconds), float(part or 0.5)
     except ValueError:
-        duration_s = 0.0
-    if kind not in ("stall", "reset", "blackhole") or not 0.0 < duration_s <= 600.0:
-        expected = f"none, or stall:SECONDS, reset:SECONDS or blackhole:SECONDS up to 600, got {text!r}"
+        duration_s = at = 0.0
+    if kind not in ("stall", "reset", "blackhole") or not 0.0 < duration_s <= 600.0 or not 0.0 <= at <= 1.0:
+        expected = (
+            "none, or stall:SECONDS, reset:SECONDS or blackhole:SECONDS up to 600, perhaps with @PART of the "
+            f"motion from 0 to 1, got {text!r}"
+        )
         raise InvalidConfiguration("command line", "outage", expected)
-    return PlannedOutage(kind, duration_s)
+    return PlannedOutage(kind, duration_s, at)
 
 
 class Interrupted(FarhandError):

@@ -89,10 +89,11 @@ class RealSites:
         delay_s: One-way delay at first [s].
         with_console: Whether there is one; otherwise `run_demo` brings an operator of its own.
         task: What the robot does.
+        seed: Of the robot's noise and target, and of the hand.
     """
 
-    def __init__(self, delay_s: float, with_console: bool = True, task: str = "planar"):
-        self._task, self._delay_s, self._with_console = task, delay_s, with_console
+    def __init__(self, delay_s: float, with_console: bool = True, task: str = "planar", seed: int = 0):
+        self._task, self._delay_s, self._with_console, self._seed = task, delay_s, with_console, seed
         self._folder = tempfile.TemporaryDirectory(prefix="farhand-")
         self._robot_port = free_port()
         self.heard: list[Heard] = []
@@ -119,8 +120,11 @@ class RealSites:
         self.robot.kill()
         self._folder.cleanup()
 
-    def run_demo(self) -> dict[str, Any]:
+    def run_demo(self, outage: str = "none") -> dict[str, Any]:
         """Have `farhand local --demo` do the job in a process of its own; its result.
+
+        Args:
+            outage: As on the command line.
 
         Raises:
             ProcessFailed: It said no result.
@@ -129,6 +133,7 @@ class RealSites:
         arguments = [
             "local", "--demo", f"--connect=tcp/{_HOST}:{self._link.ready['port']}", f"--task={self._task}",
             f"--data-dir={self._folder.name}", f"--json={result}", f"--link-control={_HOST}:{self._link.ready['control_port']}",
+            f"--outage={outage}", f"--seed={self._seed}",
         ]  # fmt: skip
         done = subprocess.run(
             [sys.executable, "-m", "deploy.cli", *arguments], capture_output=True, text=True, check=False
@@ -192,7 +197,13 @@ class RealSites:
 
     def _start_robot(self) -> Process:
         listen = f"--listen=tcp/{_HOST}:{self._robot_port}"
-        return Process("remote", listen, f"--task={self._task}", f"--data-dir={self._folder.name}")
+        return Process(
+            "remote",
+            listen,
+            f"--task={self._task}",
+            f"--data-dir={self._folder.name}",
+            f"--seed={self._seed}",
+        )
 
     def _hear(self, data: bytes) -> None:
         stamp = decode(data, Telemetry).stamp

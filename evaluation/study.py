@@ -45,6 +45,7 @@ STUDIES = {
     "link-chaos": "evaluation.link_chaos",
     "link-delay": "evaluation.link_delay",
     "link-recovery": "evaluation.link_recovery",
+    "cuts": "evaluation.cuts",
     "modes": "evaluation.modes",
     "freshness": "evaluation.freshness",
 }

@@ -129,21 +129,25 @@ class Console:
     def ask_report(self, timeout_s: float = 15.0) -> ExecutionReport | None:
         """How the newest execution went, asked of the robot. None when no answer came."""
         answers: queue.SimpleQueue[ExecutionReport | None] = queue.SimpleQueue()
-
-        def ask() -> None:
-            self._inquiries.ask(
-                keys.REPORT,
-                ReportRequest(),
-                ExecutionReport,
-                0.0,
-                lambda answer, _took_s: answers.put(answer),
-            )
-
-        self.owner.put(ask)
+        self.request_report(answers.put)
         try:
             return answers.get(timeout=timeout_s)
         except queue.Empty:
             return None
+
+    def request_report(self, answered: Callable[[ExecutionReport | None], None]) -> None:
+        """Ask the robot how the newest execution went; returns at once.
+
+        Args:
+            answered: Called once, in the console's thread; with None when no answer came.
+        """
+
+        def ask() -> None:
+            self._inquiries.ask(
+                keys.REPORT, ReportRequest(), ExecutionReport, 0.0, lambda answer, _took_s: answered(answer)
+            )
+
+        self.owner.put(ask)
 
     def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float) -> bool:
         """Wait until a picture has a property. False when it did not in time."""

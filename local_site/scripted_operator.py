@@ -6,21 +6,17 @@ Demonstrates, sends, arms, couples and drives a little, clutches, previews, exec
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from common.control_mode import Action, ControlMode, Phase
 from common.errors import FarhandError
-from common.link_control import RelayControl
 from common.messages import ExecutionReport
 from common.task import Task
 from local_site import intents
-from local_site.console import Console
+from local_site.operators_place import CuttableLink, OperatedConsole, OperatorsTime, PlannedOutage, RealTime
 from local_site.picture import Picture
 from local_site.samples import sample_strokes
 
@@ -32,24 +28,9 @@ _DRIVE_S = 1.5
 _HAND_PERIOD_S = 1.0 / 30.0
 _ATTEMPTS = 3
 
-OutageKind = Literal["stall", "reset", "blackhole"]
-
 
 class JobFailed(FarhandError):
     """The scripted job could not go on; says at which step and why."""
-
-
-@dataclass(frozen=True)
-class PlannedOutage:
-    """When the link is to be cut: in the middle of the execution.
-
-    Args:
-        kind: How it is cut.
-        duration_s: For how long [s].
-    """
-
-    kind: OutageKind
-    duration_s: float
 
 
 class ScriptedOperator:
@@ -61,21 +42,23 @@ class ScriptedOperator:
         control: The link process, to cut the link; None when there is none.
         outage: The cut, or None.
         seed: Of the hand's tremor.
+        time: The operator's.
     """
 
     def __init__(
         self,
-        console: Console,
+        console: OperatedConsole,
         task: Task,
-        control: RelayControl | None,
+        control: CuttableLink | None,
         outage: PlannedOutage | None,
         seed: int,
+        time: OperatorsTime | None = None,
     ):
         self._console, self._task, self._control = console, task, control
         self._outage, self._seed = outage, seed
-        self._began_s = time.monotonic()
+        self._time = time or RealTime()
+        self._began_s = self._time.now_s()
         self._events: list[dict[str, Any]] = []
-        self._pace = threading.Event()
 
     def run(self) -> dict[str, Any]:
         """The whole job.
@@ -154,14 +137,14 @@ class ScriptedOperator:
 
     def _drive(self) -> None:
         """Drive in a small circle, one hand event every 33 ms."""
-        began_s = time.monotonic()
+        began_s = self._time.now_s()
         first = self._console.picture.robot
         assert first is not None
         home = np.array(first.position_m)
-        while (t := time.monotonic() - began_s) < _DRIVE_S:
+        while (t := self._time.now_s() - began_s) < _DRIVE_S:
             hand = 0.05 * np.array([np.cos(4.0 * t), np.sin(4.0 * t)] + [0.0] * (self._task.n_dims - 2))
             self._console.submit(intents.Hand(tuple(hand.tolist()), t))
-            self._pace.wait(_HAND_PERIOD_S)
+            self._time.pause(_HAND_PERIOD_S)
 
         def moved(picture: Picture) -> bool:
             return picture.robot is not None and float(np.linalg.norm(picture.robot.position_m - home)) > 0.01
@@ -179,34 +162,32 @@ class ScriptedOperator:
         self._say(f"previewed {(points - 1) * path.step_s:.1f} s of motion")
 
     def _cut(self, outage: PlannedOutage) -> None:
-        """Cut the link when half of the previewed motion is done."""
+        """Cut the link when so much of the previewed motion is done, and wait until it is back."""
         path = self._console.picture.path
         assert path is not None
-        half_s = 0.5 * (len(path.points) // (4 * path.n_dims) - 1) * path.step_s
+        cut_s = outage.at * (len(path.points) // (4 * path.n_dims) - 1) * path.step_s
         if self._control is None:
             raise JobFailed("an outage was asked for, but no link process is configured (link_control)")
-        self._await(
-            "the middle of the execution", lambda p: p.robot is not None and p.robot.elapsed_s >= half_s
-        )
+        self._await("the moment to cut", lambda p: p.robot is not None and p.robot.elapsed_s >= cut_s)
         self._control.outage(outage.kind, outage.duration_s)
         robot = self._console.picture.robot
         assert robot is not None
         self._say(
             f"cut the link: {outage.kind} for {outage.duration_s:g} s, {robot.elapsed_s:.2f} s into the motion"
         )
-        self._await("the link to fall silent", lambda p: p.link.silent_s > 1.5)
+        self._time.pause(outage.duration_s)
         self._await("the link to come back", lambda p: p.link.silent_s < 0.5)
         self._say("the link is back")
 
     def _measure(self) -> ExecutionReport:
         self._await("the arrival", lambda p: p.phase is Phase.ARRIVED)
         self._say("the robot reports its arrival")
-        deadline_s = time.monotonic() + _PATIENCE_S
-        while time.monotonic() < deadline_s:
+        deadline_s = self._time.now_s() + _PATIENCE_S
+        while self._time.now_s() < deadline_s:
             report = self._console.ask_report()
             if report is not None and report.tracked_s >= _TRACKING_S - 1e-6:
                 return report
-            self._pace.wait(0.5)
+            self._time.pause(0.5)
         raise JobFailed("the robot did not report 10 s of tracking")
 
     # Words --------------------------------------------------------------------------------------
@@ -260,7 +241,7 @@ class ScriptedOperator:
             raise JobFailed(f"waited {_PATIENCE_S:.0f} s for {what}: {self._last_words()}")
 
     def _say(self, text: str) -> None:
-        time_s = time.monotonic() - self._began_s
+        time_s = self._time.now_s() - self._began_s
         self._events.append({"time_s": round(time_s, 3), "text": text})
         _log.info("%6.2f s  %s", time_s, text)
 

@@ -17,7 +17,8 @@ from common.task import Task
 from local_site.config import LocalConfig
 from local_site.console import Console
 from local_site.learning.warm_up import warm_up
-from local_site.scripted_operator import PlannedOutage, ScriptedOperator
+from local_site.operators_place import PlannedOutage
+from local_site.scripted_operator import ScriptedOperator
 from local_site.task_library import TaskLibrary
 
 if TYPE_CHECKING:

@@ -99,11 +99,11 @@ class Freshness:
     def renew(self, echo: Stamp | None) -> Verdict:
         """Judge a lease renewal and learn from it what is usual."""
         verdict = self.judge(echo)
+        if verdict.age_s is None or verdict.age_s < 0.0 or echo is None:
+            return verdict  # nothing was measured: the next one is the first of its kind, not part of a burst
         now_s = self._clock.now_s()
         in_burst = now_s - self._last_renewal_s < _LEAST_GAP_S
         self._last_renewal_s = now_s
-        if verdict.age_s is None or verdict.age_s < 0.0 or echo is None:
-            return verdict
         in_order = echo.t_ns > self._last_echo_ns
         self._last_echo_ns = max(self._last_echo_ns, echo.t_ns)
         if in_burst or not in_order:

@@ -96,6 +96,18 @@ def test_after_a_stall_everything_arrives_at_once_and_in_order():
     assert bench.heard == [(10.2, b"0"), (10.2, b"1"), (10.2, b"2")]
 
 
+def test_what_a_blackhole_swallows_never_arrives_and_is_not_noticed_before_the_patience_ends():
+    bench = Bench()
+    bench.local.send(keys.EVENT, b"under way")
+    bench.link.swallow(2.0)
+    bench.ask(b"lost")
+    bench.at(1.9).send(keys.EVENT, b"held")
+    bench.at(2.0).send(keys.EVENT, b"after")
+    bench.at(20.0)
+    assert bench.heard == [(2.3, b"after")]
+    assert bench.answers == [(10.0, None)]
+
+
 def test_of_telemetry_that_waits_for_room_only_the_newest_is_sent_and_stops_pass_it():
     narrow = DirectionSettings(rate_bps=8 * (OVERHEAD_BYTES + 100), queue_bytes=1)
     bench = Bench(LinkSettings(uplink=narrow))

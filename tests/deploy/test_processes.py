@@ -7,7 +7,7 @@ import pytest
 from common.errors import InvalidConfiguration
 from deploy.processes import configured, parse_address, parse_outage
 from local_site.config import LocalConfig
-from local_site.scripted_operator import PlannedOutage
+from local_site.operators_place import PlannedOutage
 from remote_site.config import RemoteConfig
 
 
@@ -64,6 +64,7 @@ def test_an_outage_is_a_kind_and_seconds_or_none():
     assert parse_outage("none") is None and parse_outage("") is None
     assert parse_outage("stall:10") == PlannedOutage("stall", 10.0)
     assert parse_outage("blackhole:0.5") == PlannedOutage("blackhole", 0.5)
+    assert parse_outage("reset:3@0.25") == PlannedOutage("reset", 3.0, at=0.25)
 
 
 @pytest.mark.parametrize(

@@ -93,6 +93,13 @@ def test_a_backlog_that_arrives_in_a_burst_teaches_nothing():
     assert ages.freshness.reference_s == pytest.approx(0.1)
 
 
+def test_a_request_without_an_echo_is_not_the_begin_of_a_burst():
+    ages = Ages()
+    ages.freshness.renew(None)  # a site that has not heard the robot yet; it has 0.2 s later
+    assert ages.renew(0.42, after_s=0.2)
+    assert ages.freshness.reference_s == pytest.approx(0.42)
+
+
 def test_a_lasting_rise_of_the_delay_becomes_usual_after_ten_renewals():
     ages = Ages()
     for _ in range(10):

@@ -1,0 +1,164 @@
+"""The planar job while the link is cut: how many executions that succeed without the cut are lost by it.
+
+Each seed is a hand, a place where the robot starts, a phase of the target, a link of 0 to 0.5 s one way with
+jitter, and a cut: when the operator sees a random part of the motion done, for 1 to 60 s, by a stall (all
+that was held arrives afterwards), a reset (connections break at once) or a blackhole (everything is
+swallowed, and the connections break at its end). The scripted operator of `farhand demo` does the whole job
+in virtual time, without and with the cut: it demonstrates, sends, drives, previews, executes, waits for the
+link, asks the robot for its report, clutches and disarms. One seed in ten is done with real processes as
+well, over the relay. Success is that of the task: the RMS distance to the true target over the 10 s after
+the arrival is below 1 % of the board, and every command up to Disarm was done.
+"""
+
+from __future__ import annotations
+
+import logging
+import tempfile
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from random import Random
+from typing import Any, get_args
+
+import numpy as np
+from msgspec import structs
+
+from common.errors import FarhandError
+from common.impairment import DirectionSettings, LinkSettings
+from deploy.places import find_task
+from evaluation.real_sites import RealSites
+from evaluation.statistics import wilson_interval
+from evaluation.study import reporting_seeds
+from evaluation.tables import rate, table
+from evaluation.virtual_job import do_job
+from evaluation.virtual_sites import VirtualSites
+from local_site.operators_place import OutageKind, PlannedOutage
+from local_site.task_library import TaskLibrary
+from remote_site.config import RemoteConfig
+
+Case = dict[str, Any]
+
+KINDS: tuple[OutageKind, ...] = get_args(OutageKind)
+LOST_OF_200 = 4
+_TRIALS, _ONE_REAL_IN = 200, 10
+_AT_ONCE = 5
+"""Real jobs beside each other: they wait most of the time."""
+_START_STD_M = 0.05
+_MARGIN_M = 0.05
+
+
+def cases(trials: int | None, seed: int) -> list[Case]:
+    """All real jobs together, and each virtual one."""
+    drawn = [_draw(each, number) for number, each in enumerate(reporting_seeds(seed, trials or _TRIALS))]
+    real = drawn[: len(drawn) // _ONE_REAL_IN]
+    return [*([{"real": real}] if real else []), *drawn]
+
+
+def _draw(seed: int, number: int) -> Case:
+    random = Random(f"cut {seed}")
+    return {
+        "seed": seed,
+        "kind": KINDS[number % len(KINDS)],
+        "duration_s": random.uniform(1.0, 60.0),
+        "at": random.uniform(0.0, 1.0),
+        "delay_s": random.uniform(0.0, 0.5),
+    }
+
+
+def trial(case: Case) -> Case:
+    """One seed without and with its cut, or all the real jobs."""
+    if "real" in case:
+        with ThreadPoolExecutor(_AT_ONCE) as pool:
+            return {"real": list(pool.map(_really, case["real"]))}
+    logging.disable(logging.WARNING)
+    try:
+        uncut, cut = _virtually(case, None), _virtually(case, _outage(case))
+    finally:
+        logging.disable(logging.NOTSET)
+    return {**case, "uncut": uncut, "cut": cut, "lost": uncut["success"] and not cut["success"]}
+
+
+def _outage(case: Case) -> PlannedOutage:
+    return PlannedOutage(case["kind"], case["duration_s"], case["at"])
+
+
+def _virtually(case: Case, outage: PlannedOutage | None) -> Case:
+    seed, task = case["seed"], find_task("planar")
+    random = np.random.default_rng([seed, 3])
+    near = np.array(task.samples[random.integers(len(task.samples))].waypoints_m[0])
+    start = np.clip(near + random.normal(0.0, _START_STD_M, 2), _MARGIN_M, 1.0 - _MARGIN_M)
+    task = structs.replace(task, start_m=tuple(start.tolist()))
+    way = DirectionSettings(delay_ms=1e3 * case["delay_s"], jitter_ms=50.0 * case["delay_s"], seed=seed)
+    settings = LinkSettings(uplink=way, downlink=structs.replace(way, seed=seed + 1))
+    with tempfile.TemporaryDirectory(prefix="farhand-cuts-") as folder:
+        sites = VirtualSites(task, TaskLibrary(task, Path(folder)), settings, RemoteConfig(seed=seed))
+        try:
+            return _told(do_job(sites, settings, outage, seed))
+        except FarhandError as error:
+            return {"success": False, "why": str(error)}
+
+
+def _really(case: Case) -> Case:
+    outage = f"{case['kind']}:{case['duration_s']:.2f}@{case['at']:.3f}"
+    try:
+        with RealSites(case["delay_s"], with_console=False, seed=case["seed"]) as sites:
+            return {**case, "cut": _told(sites.run_demo(outage))}
+    except FarhandError as error:
+        return {**case, "cut": {"success": False, "why": str(error)}}
+
+
+def _told(result: Case) -> Case:
+    """What is kept of a job's result."""
+    rms_m = result["execution"]["rms_error_m"]
+    told = {"success": result["success"], "rms_error_m": rms_m, "ended_s": result["events"][-1]["time_s"]}
+    told |= {"cut_in": result["cut_in"]} if "cut_in" in result else {}
+    return told if result["success"] else {**told, "why": f"the RMS error was {rms_m} m"}
+
+
+def summarise(results: list[Case]) -> tuple[Case, str]:
+    """What was lost, by kind of cut, and the real jobs beside it."""
+    real = [each for result in results for each in result.get("real", [])]
+    virtual = [result for result in results if "real" not in result]
+    begun = [result for result in virtual if result["uncut"]["success"]]
+    lost = [result for result in begun if result["lost"]]
+    failed = [each for each in real if not each["cut"]["success"]]
+    summary = {
+        "trials": len(virtual),
+        "succeed_uncut": len(begun),
+        "lost": len(lost),
+        "lost_seeds": [result["seed"] for result in lost],
+        "lost_rate_interval": wilson_interval(len(lost), len(begun)),
+        "cut_in": Counter(result["cut"].get("cut_in", "") for result in virtual),
+        "real": len(real),
+        "real_failed": len(failed),
+        "passed": len(lost) <= LOST_OF_200 * len(virtual) / _TRIALS and not failed,
+    }
+    rows = [
+        (kind, _kept([r for r in begun if r["kind"] == kind]), _real([r for r in real if r["kind"] == kind]))
+        for kind in KINDS
+    ]
+    rows.append(("all", _kept(begun), _real(real)))
+    lines = ["# The job while the link is cut", "", _TEXT, ""]
+    lines += [
+        f"{len(begun)} of {len(virtual)} jobs succeed without a cut; {len(lost)} of those are lost by it "
+        f"(at most {LOST_OF_200} of {_TRIALS} may be). {len(failed)} of {len(real)} real jobs failed.", "",
+        table(("cut", "kept of those that succeed uncut", "real jobs done"), rows), "",
+        "What the robot was doing when the link was cut: "
+        + ", ".join(f"{phase.lower()} {n}" for phase, n in sorted(summary["cut_in"].items())) + ".",
+    ]  # fmt: skip
+    for each in [*lost, *failed]:
+        lines.append(
+            f"- lost: seed {each['seed']}, {each['kind']} for {each['duration_s']:.1f} s: {each['cut']['why']}"
+        )
+    return summary, "\n".join(lines)
+
+
+def _kept(results: list[Case]) -> str:
+    return rate([not result["lost"] for result in results])
+
+
+def _real(results: list[Case]) -> str:
+    return rate([result["cut"]["success"] for result in results])
+
+
+_TEXT = (__doc__ or "").split("\n", 1)[1].strip()
