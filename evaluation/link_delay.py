@@ -15,6 +15,7 @@ import numpy as np
 from common import keys
 from common.control_mode import Action, ControlMode
 from common.endpoint import EndpointSettings
+from common.errors import ProcessFailed
 from common.link import ZenohLink
 from common.link_control import RelayControl
 from evaluation.real_sites import PATIENCE_S, Process, RealSites, free_port
@@ -50,11 +51,9 @@ def _measure(delay_s: float, case: Case) -> Case:
     with RealSites(delay_s) as sites:
         commands_ms = _commands_ms(sites, delay_s, max(4, min(case["commands"], fits)))
         status = sites.control.status()
-    with RealSites(delay_s, with_console=False) as sites:
-        demo = sites.run_demo()
     return {
         "delay_s": delay_s,
-        "demo": {"success": demo["success"], "rms_error_m": demo["execution"]["rms_error_m"]},
+        "demo": _demo(delay_s),
         "transport_ms": transport_ms,
         "commands_ms": commands_ms,
         "relay_lateness_ms": {
@@ -62,6 +61,16 @@ def _measure(delay_s: float, case: Case) -> Case:
             for way in ("uplink", "downlink")
         },
     }
+
+
+def _demo(delay_s: float) -> Case:
+    """The whole job over this delay."""
+    try:
+        with RealSites(delay_s, with_console=False) as sites:
+            demo = sites.run_demo()
+    except ProcessFailed as error:
+        return {"success": False, "why": str(error)}
+    return {"success": demo["success"], "rms_error_m": demo["execution"]["rms_error_m"]}
 
 
 def _transport_ms(delay_s: float, n: int) -> list[float]:

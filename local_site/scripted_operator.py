@@ -72,7 +72,6 @@ class ScriptedOperator:
         self._demonstrate()
         self._send_model()
         self._command(Action.ARM, ControlMode.HOLD)
-        self._command(Action.COUPLE, ControlMode.DIRECT)
         self._drive()
         self._command(Action.CLUTCH, ControlMode.HOLD)
         self._preview()
@@ -127,6 +126,9 @@ class ScriptedOperator:
                 took_s = self._console.picture.command_round_trips_s[-1]
                 self._say(f"{action}: the robot is in {mode.name}, answered after {took_s:.3f} s")
                 return
+            if self._console.picture.mode is mode:
+                self._say(f"{action}: the robot was in {mode.name} already: {self._last_words()}")
+                return
             _log.warning("attempt %d: %s", attempt, self._last_words())
             self._await("control of the robot", lambda p: p.in_control)
         raise JobFailed(f"{action}: the robot did not reach {mode.name}: {self._last_words()}")
@@ -136,7 +138,16 @@ class ScriptedOperator:
         return sum(not notice.good and notice.what == action for notice in picture.notices)
 
     def _drive(self) -> None:
-        """Drive in a small circle, one hand event every 33 ms."""
+        """Couple and drive; again when the robot has decoupled by itself before it moved."""
+        for _ in range(_ATTEMPTS):
+            self._command(Action.COUPLE, ControlMode.DIRECT)
+            if self._draw_circle():
+                self._say("drove the robot through the link")
+                return
+        raise JobFailed(f"the robot did not follow the hand: {self._last_words()}")
+
+    def _draw_circle(self) -> bool:
+        """Move the hand in a small circle, one event every 33 ms; whether the robot followed."""
         began_s = self._time.now_s()
         first = self._console.picture.robot
         assert first is not None
@@ -149,8 +160,8 @@ class ScriptedOperator:
         def moved(picture: Picture) -> bool:
             return picture.robot is not None and float(np.linalg.norm(picture.robot.position_m - home)) > 0.01
 
-        self._await("the robot to follow the hand", moved)
-        self._say("drove the robot through the link")
+        self._await("the robot to follow the hand", lambda p: moved(p) or not p.coupled)
+        return moved(self._console.picture)
 
     def _preview(self) -> None:
         before = self._console.picture.plan_id

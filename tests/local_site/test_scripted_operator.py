@@ -31,3 +31,16 @@ def test_a_command_is_tried_three_times_and_then_fails_in_the_robots_words(tmp_p
         with pytest.raises(JobFailed, match=r"arm: .*HOLD: .*being serviced"):
             operator.run()
         assert [command.action for command in it.robot.heard(Command)] == [Action.ARM] * 3
+
+
+def test_where_the_robot_is_already_it_need_not_be_told_to_go(tmp_path: Path):
+    with desk(tmp_path) as it:
+        it.connected(ControlMode.HOLD)
+
+        def refuse(command: Command) -> None:
+            it.robot.refusal = f"{command.action} is not allowed now"
+
+        it.robot.on_command = refuse
+        with pytest.raises(JobFailed, match=r"couple: .*DIRECT: .*not allowed"):
+            ScriptedOperator(it.console, TASK, None, None, 0).run()
+        assert [command.action for command in it.robot.heard(Command)] == [Action.COUPLE] * 3
