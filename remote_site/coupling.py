@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 INPUT_SILENCE_S = 0.5
 """Without input for this long the robot stops where it is; the next input re-anchors."""
 INPUT_ABANDONED_S = 10.0
-"""Without input for this long the coupling ends."""
+"""Without input for this long the coupling ends; at first the operator must hear of it before."""
 _RAMP_S = 1.0
 _RAMP_SPEED = 0.2
 
@@ -24,12 +24,13 @@ class Coupling:
         coupling_id: What each input must carry.
         lease_id: Whose it is: it ends with that lease.
         now_s: When it was made, on the robot's clock [s].
+        round_trip_s: How long it takes at least until the first input can be there [s].
     """
 
-    def __init__(self, coupling_id: int, lease_id: str, now_s: float):
+    def __init__(self, coupling_id: int, lease_id: str, now_s: float, round_trip_s: float = 0.0):
         self.coupling_id, self.lease_id = coupling_id, lease_id
-        self._began_s = now_s
-        self._last_input_s = now_s
+        self._last_input_s = now_s + round_trip_s
+        self._driven_from_s: float | None = None
         self.newest_seq = -1
         """Of the inputs that counted."""
         self._offset: Array | None = None
@@ -52,6 +53,8 @@ class Coupling:
             # Anchor: from here on the robot follows the hand's difference, so nothing jumps.
             anchor = self._reference if self._reference is not None else robot_position_m
             self._offset = anchor - hand
+        if self._driven_from_s is None:
+            self._driven_from_s = now_s
         self._last_input_s = now_s
         self._reference = hand + self._offset
         self.released = self.released or message.released
@@ -77,5 +80,6 @@ class Coupling:
         return None if self.waiting(now_s) else self._reference
 
     def speed_scale(self, now_s: float) -> float:
-        """Part of the full speed that is allowed now: slow at first."""
-        return _RAMP_SPEED if now_s - self._began_s < _RAMP_S else 1.0
+        """Part of the full speed that is allowed now: slow in the first second of driving."""
+        driven_from_s = now_s if self._driven_from_s is None else self._driven_from_s
+        return _RAMP_SPEED if now_s - driven_from_s < _RAMP_S else 1.0

@@ -180,8 +180,9 @@ class ModeMachine:
 
     def _couple(self, command: Command) -> None:
         self._coupling_count += 1
-        now_s = self._now().t_ns * 1e-9
-        self._motion.begin(Coupling(self._coupling_count, command.lease_id, now_s))
+        now_ns = self._now().t_ns
+        round_trip_s = (now_ns - command.echo.t_ns) * 1e-9 if command.echo else 0.0
+        self._motion.begin(Coupling(self._coupling_count, command.lease_id, now_ns * 1e-9, round_trip_s))
         self.complete(command, "coupled", coupling_id=self._coupling_count)
 
     def _set_pace(self, command: Command) -> None:

@@ -81,6 +81,16 @@ def test_it_ends_when_the_hand_lets_go_or_is_gone_for_ten_seconds():
     assert coupling.end_reason(18.1), "once let go it is over"
 
 
-@pytest.mark.parametrize(("now_s", "scale"), [(0.0, 0.2), (0.99, 0.2), (1.01, 1.0)])
-def test_the_first_second_is_slow(now_s: float, scale: float):
-    assert Coupling(1, "l", 0.0).speed_scale(now_s) == scale
+def test_the_ten_seconds_begin_when_the_first_input_can_be_there():
+    coupling = Coupling(1, "l", 0.0, round_trip_s=10.4)
+    assert not coupling.end_reason(20.3) and "10 s" in coupling.end_reason(20.5)
+    coupling.feed(an_input(1, 0.0, 0.0), ROBOT, 10.5)
+    assert coupling.waiting(11.1)  # the dead-man is as quick as ever
+
+
+@pytest.mark.parametrize(("now_s", "scale"), [(4.9, 0.2), (5.0, 0.2), (5.99, 0.2), (6.01, 1.0)])
+def test_the_first_second_of_driving_is_slow(now_s: float, scale: float):
+    coupling = Coupling(1, "l", 0.0)
+    if now_s >= 5.0:  # when the first input came, over a long link
+        coupling.feed(an_input(1, 0.0, 0.0), ROBOT, 5.0)
+    assert coupling.speed_scale(now_s) == scale
