@@ -1,6 +1,6 @@
-"""What is fresh: ages on the robot's clock alone, and the same traces judged by two wall clocks.
+"""What is fresh, and what happens when nothing is: ages on the robot's clock alone, and silence while driving.
 
-An operator drives for 90 s while nothing is said about how the two sites' clocks stand. Once everything on
+An operator drives for 90 s (longer where the delay is long) while nothing is said about how the two sites' clocks stand. Once everything on
 the line waits for 2 to 8 s and then arrives at once; once the robot's process is started again; and four
 times, before and after that, somebody who recorded the inputs sends some again that are 16 s old or older.
 The shipped supervisor judges every input that arrives, and so do three rules that compare the sender's
@@ -19,6 +19,7 @@ from itertools import product
 from random import Random
 from typing import Any
 
+from evaluation import silence
 from evaluation.freshness_world import DT_S, JITTER_S, TELEMETRY_S, Arrival, World, a_stall
 from evaluation.stamp_rule import StampRule
 from evaluation.study import reporting_seeds
@@ -26,7 +27,7 @@ from evaluation.tables import table
 
 Case = dict[str, Any]
 
-DELAYS_S = (0.05, 0.3, 1.0, 3.0)
+DELAYS_S = (0.05, 0.3, 1.0, 3.0, 5.0)
 # What the operator's wall clock is ahead of the robot's [s], and what it gains on it: that of a good crystal
 # shows after a day without being set.
 CLOCKS = {
@@ -41,34 +42,43 @@ _DURATION_S, _STALL_S, _RESTART_S = 90.0, (25.0, 35.0), 60.0
 _REPLAYS_S = (20.0, 58.0, 64.0, 80.0)
 _REPLAYED_S, _REPLAY_AGE_S = 1.0, 16.0
 _STALE_S = 1.0
-_TRIALS = 200
+_SLOWER_BY_S = 5.0
+"""At this delay everything takes twice as long [s]."""
+_TRIALS, _SILENCES = 200, 3
+"""Drives, and silences for each of them."""
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Every delay with every state of the clocks, over and over, each with a seed of its own."""
+    """Every delay with every state of the clocks, over and over, each with a seed of its own; then the silences."""
     kinds = list(product(DELAYS_S, CLOCKS))
     found = []
     for number, its_seed in enumerate(reporting_seeds(seed, trials or _TRIALS)):
         delay_s, clocks = kinds[number % len(kinds)]
         found.append({"delay_s": delay_s, "clocks": clocks, "seed": its_seed})
-    return found
+    return found + silence.cases(_SILENCES * len(found), seed)
 
 
 def trial(case: Case) -> Case:
-    """One drive: how many inputs arrived, and what each rule did wrong with them."""
+    """One drive: how many inputs arrived, and what each rule did wrong with them; or one silence."""
+    if "silence" in case:
+        return silence.trial(case)
     judge = _Judge(case["delay_s"], *CLOCKS[case["clocks"]])
     world, random = World(case["delay_s"], case["seed"], judge.arrived), Random(case["seed"])
     stall_s, until_s = a_stall(random, *_STALL_S)
-    while world.now_s < 100.0 + _DURATION_S:
+    slower = 1.0 + case["delay_s"] / _SLOWER_BY_S
+
+    def now(at_s: float, for_s: float = DT_S) -> bool:
+        return 0.0 <= world.now_s - 100.0 - slower * at_s < for_s
+
+    while not now(_DURATION_S):
         world.step()
-        t_s = world.now_s - 100.0
-        if stall_s <= t_s < stall_s + DT_S:
+        if now(stall_s):
             for line in (world.up.line, world.down.line):
                 line.stall(world.now_s, world.now_s + until_s - stall_s)
-        if _RESTART_S <= t_s < _RESTART_S + DT_S:
+        if now(_RESTART_S):
             world.restart()
             judge.restart()
-        if any(begin_s <= t_s < begin_s + _REPLAYED_S for begin_s in _REPLAYS_S):
+        if any(now(begin_s, _REPLAYED_S) for begin_s in _REPLAYS_S):
             _replay(world, random)
     return {
         **case,
@@ -81,6 +91,16 @@ def trial(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
+    """The drives and the silences."""
+    summary, text = _drives([result for result in results if "silence" not in result])
+    silences = [result for result in results if "silence" in result]
+    if silences:
+        summary["silence"], told = silence.summarise(silences)
+        text = f"{text}\n\n{told}"
+    return summary, text
+
+
+def _drives(results: list[Case]) -> tuple[Case, str]:
     """Wrong judgements of each rule, over all and by how the clocks stand."""
     n_inputs = sum(r["n_inputs"] for r in results)
     totals = {
