@@ -25,7 +25,7 @@ _RECORD_S = 10.0
 def start_refusal(stored: StoredModel, effector: EffectorState, frames: list[TaskFrame]) -> str:
     """Why the model cannot be executed from where the robot is; empty when it can."""
     try:
-        Executor(stored.model, ExecutorSettings()).begin(effector.position_m, effector.velocity_m_s, frames)
+        Executor(stored.model, ExecutorSettings()).begin(*effector.controlled, frames)
     except InvalidInput as error:
         return error.expected
     return ""
@@ -80,7 +80,7 @@ class Execution:
         self.command, self.stored, self.settings, self.began = command, stored, settings, began
         self._contact_n = contact_n
         self.executor = Executor(stored.model, settings)
-        self.executor.begin(effector.position_m, effector.velocity_m_s, frames)
+        self.executor.begin(*effector.controlled, frames)
         self.phase = Phase.APPROACHING
         self.component = -1
         self.elapsed_s = 0.0
@@ -91,9 +91,9 @@ class Execution:
         """One control period.
 
         Returns:
-            The acceleration to apply. Shape (D,) [m/s^2].
+            The acceleration to apply. Shape (T,) [m/s^2, rad/s^2].
         """
-        control = self.executor.step(effector.position_m, effector.velocity_m_s, frames)
+        control = self.executor.step(*effector.controlled, frames)
         self.component = int(control.component)
         self.elapsed_s += dt_s
         if control.arrived and self.arrived_after_s is None:

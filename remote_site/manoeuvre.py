@@ -48,7 +48,7 @@ class Manoeuvre:
 
     def step(self, plant: Plant, effector: EffectorState, dt_s: float) -> bool:
         """Move for one control period [s]. True when the manoeuvre has ended, at its goal or in time."""
-        plant.follow(self._goal, self.pace * self._speed, dt_s)
+        plant.follow(effector.shifted_to(self._goal), self.pace * self._speed, dt_s)
         self._left_s -= self.pace * dt_s
         near = float(np.linalg.norm(effector.position_m - self._goal)) <= _REACHED_M
         self.reached = near and float(np.linalg.norm(effector.velocity_m_s)) <= _STANDING_M_S

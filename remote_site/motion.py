@@ -84,8 +84,7 @@ class Motion:
             wait: An execution must not go on now, for want of sight.
         """
         mover, effector = self.mover, self._sensing.effector
-        measured = (effector.position_m, effector.velocity_m_s, effector.force_n)
-        if not all(np.isfinite(vector).all() for vector in measured if vector is not None):
+        if not effector.is_finite:
             self._plant.brake(dt_s)
             return Outcome.FAILED
         if mover is None or self.paused or (wait and isinstance(mover, Execution)):

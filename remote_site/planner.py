@@ -49,7 +49,7 @@ class PlanRequest:
 
 def plan(request: PlanRequest) -> PlannedPath:
     """Roll the model out from the request's instant to its end."""
-    at, moving, frames = request.effector.position_m, request.effector.velocity_m_s, request.frames
+    (at, moving), frames = request.effector.controlled, request.frames
     if request.state is None:
         executor = Executor(request.stored.model, request.settings)
         executor.begin(at, moving, frames)

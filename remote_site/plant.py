@@ -8,37 +8,81 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from common.manifold import Manifold
+
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class EffectorState:
-    """Where the end effector is.
+    """Where the end effector is: a position in the plane or in space, or a pose (see `common.manifold`).
 
     Args:
-        position_m: Shape (D,) [m], in the world.
-        velocity_m_s: Shape (D,) [m/s].
-        force_n: On the tool, mean over the last 10 ms. Shape (D,) [N]; None where it is not measured.
+        point: In the world. Shape (C,).
+        velocity: A tangent at the point [m/s, rad/s]. Shape (T,).
+        load: Force, and with a pose torque about it, on the tool, mean over the last 10 ms [N, Nm]. Shape
+            (T,); None where it is not measured.
+        setpoint: Point and velocity that accelerations change, where the plant makes its effector follow a
+            virtual one; None where they change the effector itself.
     """
 
-    position_m: Array
-    velocity_m_s: Array
-    force_n: Array | None = None
+    point: Array
+    velocity: Array
+    load: Array | None = None
+    setpoint: tuple[Array, Array] | None = None
+
+    @property
+    def n_dims(self) -> int:
+        """Dimension D of positions."""
+        return Manifold.of(self.point.size, self.velocity.size).n_dims
+
+    @property
+    def position_m(self) -> Array:
+        """Shape (D,) [m]."""
+        return self.point[: self.n_dims]
+
+    @property
+    def velocity_m_s(self) -> Array:
+        """Shape (D,) [m/s]."""
+        return self.velocity[: self.n_dims]
+
+    @property
+    def force_n(self) -> Array | None:
+        """Shape (D,) [N]; None where it is not measured."""
+        return None if self.load is None else self.load[: self.n_dims]
+
+    @property
+    def controlled(self) -> tuple[Array, Array]:
+        """Point and velocity to plan accelerations from. Shapes (C,) and (T,)."""
+        return (self.point, self.velocity) if self.setpoint is None else self.setpoint
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether every number is one."""
+        measured = (self.point, self.velocity, self.load)
+        return all(np.isfinite(vector).all() for vector in measured if vector is not None)
+
+    def shifted_to(self, position_m: Array) -> Array:
+        """The point with another position [m]; a pose keeps its orientation. Shape (C,)."""
+        return np.concatenate([position_m, self.point[self.n_dims :]])
 
 
 class Plant(Protocol):
-    """A robot: one class with these four methods puts an engineer's own arm under Farhand."""
+    """A robot: one class with these four methods puts an engineer's own arm under Farhand.
+
+    What moves is a position or a pose: the plant's points have C coordinates and its tangents T numbers.
+    """
 
     def read(self) -> EffectorState:
         """The effector's state as measured now."""
         ...
 
-    def accelerate(self, acceleration_m_s2: Array, dt_s: float) -> None:
-        """Move under an acceleration for one control period (AUTONOMOUS)."""
+    def accelerate(self, acceleration: Array, dt_s: float) -> None:
+        """Move under an acceleration (T,) [m/s^2, rad/s^2] for one control period (AUTONOMOUS)."""
         ...
 
-    def follow(self, position_m: Array, max_speed_m_s: float, dt_s: float) -> None:
-        """Move towards a position for one control period, never faster than said (DIRECT)."""
+    def follow(self, point: Array, max_speed_m_s: float, dt_s: float) -> None:
+        """Move towards a point (C,) for one control period, never faster than said (DIRECT)."""
         ...
 
     def brake(self, dt_s: float) -> None:
@@ -71,13 +115,13 @@ class PointPlant:
         """See `Plant.read`."""
         return EffectorState(self._position.copy(), self._velocity.copy())
 
-    def accelerate(self, acceleration_m_s2: Array, dt_s: float) -> None:
+    def accelerate(self, acceleration: Array, dt_s: float) -> None:
         """See `Plant.accelerate`."""
-        self._move_with(self._velocity + _clipped(acceleration_m_s2, self._max_acceleration) * dt_s, dt_s)
+        self._move_with(self._velocity + _clipped(acceleration, self._max_acceleration) * dt_s, dt_s)
 
-    def follow(self, position_m: Array, max_speed_m_s: float, dt_s: float) -> None:
+    def follow(self, point: Array, max_speed_m_s: float, dt_s: float) -> None:
         """See `Plant.follow`."""
-        error = np.asarray(position_m, dtype=float) - self._position
+        error = np.asarray(point, dtype=float) - self._position
         distance = float(np.linalg.norm(error))
         # Not faster than what still allows to stop at the goal.
         speed = min(self._FOLLOW_GAIN_1_S * distance, np.sqrt(1.6 * self._max_acceleration * distance))

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.robot.dimensions import Dimensions, Receptacle
-from common.robot.engine import mjcf, mujoco
+from common.robot.engine import mjcf
 from common.robot.lathe import add_lathe
 from common.robot.layers import HIDDEN, LINK, PLUG, UNTOUCHABLE
+from common.robot.poses import rotation
 
 Array = NDArray[np.float64]
 
@@ -129,9 +130,7 @@ def _add_looks(root: Any, body: Any, receptacle: Receptacle) -> None:
 
 def joints_at(pose: Array) -> Array:
     """The joints that put the receptacle at a pose. Shape (6,) [m, rad]."""
-    R = np.empty(9)
-    mujoco.mju_quat2Mat(R, pose[3:])
-    turn = FACING.T @ R.reshape(3, 3)  # = Rx(a) Ry(b) Rz(c)
+    turn = FACING.T @ rotation(pose)  # = Rx(a) Ry(b) Rz(c)
     a = np.arctan2(-turn[1, 2], turn[2, 2])
     b = np.arcsin(np.clip(turn[0, 2], -1.0, 1.0))
     c = np.arctan2(-turn[0, 1], turn[0, 0])

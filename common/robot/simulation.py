@@ -15,8 +15,9 @@ from common.errors import FarhandError, InvalidInput
 from common.robot import arm, receptacle
 from common.robot.dimensions import Dimensions
 from common.robot.engine import MjData, MjModel, mujoco
+from common.robot.poses import compose, inverse
 from common.robot.scene import STEP_S, compile_scene
-from common.robot.surroundings import Surroundings, compose, inverse
+from common.robot.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
@@ -161,7 +162,9 @@ class Simulation:
         self._around = surroundings
 
     def _check(self) -> None:
-        for kind in np.flatnonzero(self._data.warning.number):
+        counts = self._data.warning.number
+        if counts.any():
+            kind = int(np.argmax(counts > 0))
             name = mujoco.mjtWarning(kind).name
             raise PhysicsFailed(f"MuJoCo warned of {name}: what it computes is not physics any more")
 

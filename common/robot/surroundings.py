@@ -9,13 +9,10 @@ from numpy.typing import NDArray
 
 from common.manifold import POSE
 from common.robot.dimensions import Dimensions
-from common.robot.engine import mujoco
+from common.robot.poses import AT_ORIGIN, compose, inverse, rotation
 from common.robot.receptacle import FACING_QUAT
 
 Array = NDArray[np.float64]
-
-AT_REST = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-"""The pose of what stands at the origin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +30,7 @@ class Surroundings:
     """
 
     receptacle: Array
-    vehicle: Array = field(default_factory=AT_REST.copy)
+    vehicle: Array = field(default_factory=AT_ORIGIN.copy)
     current_m_s: Array = field(default_factory=lambda: np.zeros(3))
     push_n: Array = field(default_factory=lambda: np.zeros(3))
 
@@ -56,21 +53,4 @@ class Surroundings:
 
     def to_vehicle(self, vector: Array) -> Array:
         """A vector of the earth in the vehicle's axes. Shape (3,)."""
-        out, back = np.empty(3), np.empty(4)
-        mujoco.mju_negQuat(back, self.vehicle[3:])
-        mujoco.mju_rotVecQuat(out, vector, back)
-        return out
-
-
-def compose(first: Array, second: Array) -> Array:
-    """The pose ``T_a_c`` of ``T_a_b`` and ``T_b_c``. Shape (7,)."""
-    out = np.empty(7)
-    mujoco.mju_mulPose(out[:3], out[3:], first[:3], first[3:], second[:3], second[3:])
-    return out
-
-
-def inverse(pose: Array) -> Array:
-    """The pose ``T_b_a`` of ``T_a_b``. Shape (7,)."""
-    out = np.empty(7)
-    mujoco.mju_negPose(out[:3], out[3:], pose[:3], pose[3:])
-    return out
+        return rotation(self.vehicle).T @ vector

@@ -65,15 +65,15 @@ class FeelingPlant(PointPlant):
         self.told: list[str] = []
 
     def read(self) -> EffectorState:
-        return replace(super().read(), force_n=self.force_n)
+        return replace(super().read(), load=self.force_n)
 
-    def accelerate(self, acceleration_m_s2: np.ndarray, dt_s: float) -> None:
+    def accelerate(self, acceleration: np.ndarray, dt_s: float) -> None:
         self.told.append("accelerate")
-        super().accelerate(acceleration_m_s2, dt_s)
+        super().accelerate(acceleration, dt_s)
 
-    def follow(self, position_m: np.ndarray, max_speed_m_s: float, dt_s: float) -> None:
+    def follow(self, point: np.ndarray, max_speed_m_s: float, dt_s: float) -> None:
         self.told.append("follow")
-        super().follow(position_m, max_speed_m_s, dt_s)
+        super().follow(point, max_speed_m_s, dt_s)
 
     def brake(self, dt_s: float) -> None:
         self.told.append("brake")

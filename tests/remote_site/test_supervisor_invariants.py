@@ -25,7 +25,7 @@ class BrokenSensor(PointPlant):
 
     def read(self) -> EffectorState:
         state = super().read()
-        return replace(state, position_m=np.full(2, np.nan)) if self.broken else state
+        return replace(state, point=np.full(2, np.nan)) if self.broken else state
 
 
 @pytest.mark.parametrize("mode", NOT_STOPPED)

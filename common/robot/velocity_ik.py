@@ -1,0 +1,98 @@
+"""Differential inverse kinematics: the joint velocities that come closest to a twist within all limits."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.robot import arm
+from common.robot.engine import mink
+from common.robot.kinematics import BOARD, Kinematics
+from common.robot.poses import moved
+
+Array = NDArray[np.float64]
+
+# mink seeks a displacement, here that of so long a time: joints approach their limits with this time constant.
+_AHEAD_S = 0.1
+# A radian is worth 0.3 m.
+_POSITION_COST, _ORIENTATION_COST = 1.0, 0.3
+_DAMPING = 1e-4
+# Links approach each other and the panel at most with (distance - minimum) * gain / _AHEAD_S^2.
+_CLEARANCE_M, _NEAR_M, _COLLISION_GAIN = 0.005, 0.08, 0.05
+_TOLERANCE = 1e-8
+
+_HAND = "jaco_arm/jaco_hand/palm"
+_FOREARM = ("jaco_arm/link_3", "jaco_arm/link_4", "jaco_arm/link_5")
+_TRUNK = ("jaco_arm/base", "jaco_arm/link_1", "jaco_arm/link_2")
+JOINT_SPEEDS = np.radians([36.0, 36.0, 36.0, 48.0, 48.0, 48.0])
+"""What Kinova's firmware allows [rad/s]."""
+
+
+class Solution(NamedTuple):
+    """What the inverse kinematics found.
+
+    Args:
+        joint_velocities: Shape (6,) [rad/s].
+        missing_m_s: How much of the twist's velocity the limits, or a singularity, took away [m/s].
+        missing_rad_s: The same of its rotation [rad/s].
+    """
+
+    joint_velocities: Array
+    missing_m_s: float
+    missing_rad_s: float
+
+
+class VelocityIk:
+    """Solves one quadratic program per control period.
+
+    Args:
+        kinematics: Of the arm, up to date.
+    """
+
+    def __init__(self, kinematics: Kinematics):
+        self._kinematics = kinematics
+        model = kinematics.model
+        self._task = mink.FrameTask(arm.TIP, "site", _POSITION_COST, _ORIENTATION_COST)
+        speeds = dict(zip(arm.JOINTS, JOINT_SPEEDS[:, None], strict=True))
+        self._limits = [
+            mink.VelocityLimit(model, speeds),
+            mink.ConfigurationLimit(model),
+            mink.CollisionAvoidanceLimit(
+                model,
+                [((_HAND, *_FOREARM), (BOARD,)), ((_HAND, _FOREARM[-1]), _TRUNK)],
+                gain=_COLLISION_GAIN,
+                minimum_distance_from_collisions=_CLEARANCE_M,
+                collision_detection_distance=_NEAR_M,
+            ),
+        ]
+
+    def solve(self, twist: Array, fastest_m_s: float = np.inf) -> Solution:
+        """Joint velocities for a twist of the tip; none when the limits leave no way.
+
+        Args:
+            twist: Shape (6,) [m/s, rad/s].
+            fastest_m_s: Of the tip; where the twist cannot be had, the next best one may be faster [m/s].
+        """
+        kinematics = self._kinematics
+        target = moved(kinematics.tip, _AHEAD_S * twist)
+        self._task.set_target(mink.SE3(np.concatenate([target[3:], target[:3]])))
+        try:
+            velocities = mink.solve_ik(
+                kinematics.configuration,
+                [self._task],
+                _AHEAD_S,
+                "daqp",
+                damping=_DAMPING,
+                limits=self._limits,
+                primal_tol=_TOLERANCE,
+            )
+        except mink.NoSolutionFound:
+            velocities = np.zeros(len(JOINT_SPEEDS))
+        achieved = kinematics.jacobian() @ velocities
+        speed = float(np.linalg.norm(achieved[:3]))
+        if speed > fastest_m_s:
+            velocities, achieved = (vector * (fastest_m_s / speed) for vector in (velocities, achieved))
+        missing = achieved - twist
+        return Solution(velocities, float(np.linalg.norm(missing[:3])), float(np.linalg.norm(missing[3:])))

@@ -1,0 +1,60 @@
+"""Joint velocities for a twist, within the limits of joints, speeds and distances."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from common.robot.dimensions import Dimensions
+from common.robot.kinematics import Kinematics
+from common.robot.velocity_ik import JOINT_SPEEDS, VelocityIk
+
+DIMENSIONS = Dimensions()
+HOME = np.array(DIMENSIONS.home_rad)
+
+
+@pytest.fixture
+def kinematics() -> Kinematics:
+    return Kinematics(DIMENSIONS)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_slow_twist_is_achieved(kinematics: Kinematics, seed: int):
+    twist = np.random.default_rng(seed).uniform(-0.04, 0.04, 6)
+    solution = VelocityIk(kinematics).solve(twist)
+    achieved = kinematics.jacobian() @ solution.joint_velocities
+    assert np.linalg.norm(achieved - twist) < 0.05 * np.linalg.norm(twist)
+    assert solution.missing_m_s == pytest.approx(np.linalg.norm((achieved - twist)[:3]))
+
+
+def test_a_fast_twist_is_cut_at_the_joint_speeds_and_the_loss_is_told(kinematics: Kinematics):
+    solution = VelocityIk(kinematics).solve(np.array([0.0, 2.0, 0.0, 0.0, 0.0, 0.0]))
+    assert (np.abs(solution.joint_velocities) <= JOINT_SPEEDS + 1e-6).all()
+    assert solution.missing_m_s > 0.5
+
+
+@pytest.mark.parametrize(("joint", "limit"), [(1, 5.462881), (2, 5.951573)])
+def test_a_joint_comes_to_rest_before_its_end(kinematics: Kinematics, joint: int, limit: float):
+    ik, joints = VelocityIk(kinematics), HOME.copy()
+    joints[joint] = limit - 0.05
+    for _ in range(100):
+        kinematics.update(joints)
+        outwards = kinematics.jacobian()[:, joint]  # the twist of this joint alone
+        joints = joints + 0.01 * ik.solve(outwards).joint_velocities
+    assert limit - 0.05 < joints[joint] <= limit
+
+
+def test_the_hand_does_not_enter_the_panel(kinematics: Kinematics):
+    """The panel is put where the tip is, so that hand and plug would have to pass through it."""
+    ik, tip = VelocityIk(kinematics), kinematics.tip
+    into = np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert ik.solve(into).missing_m_s < 0.01
+    receptacle = tip.copy()
+    receptacle[0] -= 0.145  # 5 cm between palm and panel
+    kinematics.place_panel(receptacle)
+    joints = HOME.copy()
+    for _ in range(300):
+        joints = joints + 0.01 * ik.solve(into).joint_velocities
+        kinematics.update(joints)
+    assert kinematics.tip[0] - tip[0] < 0.06
+    assert ik.solve(into).missing_m_s > 0.05
