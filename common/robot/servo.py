@@ -12,7 +12,7 @@ from common.robot.dimensions import Dimensions
 from common.robot.kinematics import Kinematics
 from common.robot.poses import difference, shortened
 from common.robot.setpoint import MotionLimits, Setpoint
-from common.robot.velocity_ik import Solution, VelocityIk
+from common.robot.velocity_ik import Solution, VelocityIk, ramped
 from common.robot.wrist import Wrist
 
 Array = NDArray[np.float64]
@@ -58,6 +58,7 @@ class Servo:
         self._settings = settings
         self._ik = VelocityIk(self.kinematics)
         self._seen: SeenReceptacle | None = None
+        self._velocities = np.zeros(6)
         self.tip = self.kinematics.tip
         self.solution = Solution(np.zeros(6), 0.0, 0.0)
         """The newest, with what the limits took away from it."""
@@ -146,7 +147,8 @@ class Servo:
         setpoint.follow(self.tip)
         fastest_m_s = limits.speed_m_s + float(np.linalg.norm(carried[:3]))
         self.solution = self._ik.solve(twist, fastest_m_s)
-        return self.solution.joint_velocities
+        self._velocities = ramped(self._velocities, self.solution.joint_velocities, dt_s)
+        return self._velocities
 
     def _govern(self, twist: Array, lead_m: float, carried: Array, holds: bool) -> None:
         """Bound a twist along the bore; a setpoint that would run away is pulled back."""

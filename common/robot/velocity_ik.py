@@ -27,7 +27,9 @@ _HAND = "jaco_arm/jaco_hand/palm"
 _FOREARM = ("jaco_arm/link_3", "jaco_arm/link_4", "jaco_arm/link_5")
 _TRUNK = ("jaco_arm/base", "jaco_arm/link_1", "jaco_arm/link_2")
 JOINT_SPEEDS = np.radians([36.0, 36.0, 36.0, 48.0, 48.0, 48.0])
-"""What Kinova's firmware allows [rad/s]."""
+"""What Kinova's firmware allows [rad/s]. Shape (6,)."""
+JOINT_ACCELERATIONS = np.array([6.0, 6.0, 6.0, 2.5, 2.5, 2.5])
+"""What the drives' torques can do with some load on them [rad/s^2]. Shape (6,)."""
 
 
 class Solution(NamedTuple):
@@ -96,3 +98,13 @@ class VelocityIk:
             velocities, achieved = (vector * (fastest_m_s / speed) for vector in (velocities, achieved))
         missing = achieved - twist
         return Solution(velocities, float(np.linalg.norm(missing[:3])), float(np.linalg.norm(missing[3:])))
+
+
+def ramped(before: Array, wanted: Array, dt_s: float) -> Array:
+    """Joint velocities on the way from one to another that the drives can reach in a period. Shape (6,).
+
+    All joints go the same share of the way, so that the tool changes its velocity along a straight line.
+    """
+    change = wanted - before
+    share = float(np.max(np.abs(change) / (JOINT_ACCELERATIONS * dt_s)))
+    return wanted if share <= 1.0 else before + change / share

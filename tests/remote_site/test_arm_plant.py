@@ -184,8 +184,8 @@ def test_limits_of_speed_joints_and_workspace_hold_whatever_is_asked(seed: int):
         for _ in range(150):
             plant.accelerate(acceleration, TICK_S)
             state, physics = plant.read(), plant.simulation
-            # The drives of the joints lag unlike each other when all of them are told to jump.
-            assert np.linalg.norm(state.velocity_m_s) < 1.3 * limits.speed_m_s
+            # The drives of the joints lag a little, and unlike each other.
+            assert np.linalg.norm(state.velocity_m_s) < 1.1 * limits.speed_m_s
             assert (np.abs(plant.servo.solution.joint_velocities) <= JOINT_SPEEDS + 1e-6).all()
             assert (physics.joints_rad[1:3] > span[:, 0]).all() and (
                 physics.joints_rad[1:3] < span[:, 1]

@@ -7,7 +7,7 @@ import pytest
 
 from common.robot.dimensions import Dimensions
 from common.robot.kinematics import Kinematics
-from common.robot.velocity_ik import JOINT_SPEEDS, VelocityIk
+from common.robot.velocity_ik import JOINT_ACCELERATIONS, JOINT_SPEEDS, VelocityIk, ramped
 
 DIMENSIONS = Dimensions()
 HOME = np.array(DIMENSIONS.home_rad)
@@ -58,3 +58,12 @@ def test_the_hand_does_not_enter_the_panel(kinematics: Kinematics):
         kinematics.update(joints)
     assert kinematics.tip[0] - tip[0] < 0.06
     assert ik.solve(into).missing_m_s > 0.05
+
+
+def test_no_joint_is_told_to_accelerate_more_than_its_drive_can():
+    before, wanted = np.zeros(6), np.array([0.1, 0.0, 0.0, 0.0, -0.4, 0.2])
+    told = ramped(before, wanted, 0.01)
+    assert told[4] == pytest.approx(-0.025)
+    assert told == pytest.approx(wanted * told[4] / wanted[4])
+    assert (np.abs(told) <= 0.01 * JOINT_ACCELERATIONS).all()
+    assert (ramped(before, 0.02 * wanted, 0.01) == 0.02 * wanted).all()
