@@ -39,6 +39,7 @@ ARRAY_FIELDS: dict[str, tuple[str, type]] = {
     "start_means": ("PKC", np.float64),
     "start_covariances": ("PKTT", np.float64),
     "start_gains": ("PKTT", np.float64),
+    "elapsed_gains": ("PKT", np.float64),
 }
 _POINTS = ("means", "start_means")
 _COVARIANCES = ("covariances", "residual_covariances", "start_covariances")
@@ -64,11 +65,13 @@ class TPHSMM:
         counts: Datapoints n_i of the component. Shape (K,).
         phase: Mean fraction of the demonstration's time at which it is visited. Shape (K,).
         elapsed_mean_s: Mean time since the component was entered, over its datapoints [s]. Shape (K,).
-        slopes: Regression of the point on that time, the ramp reference [m/s, rad/s]. Shape (P, K, T).
+        slopes: Regression of the point on that time among motions of one start, the ramp reference [m/s, rad/s].
+            Shape (P, K, T).
         residual_covariances: Covariance left by that regression [m^2, rad^2]. Shape (P, K, T, T).
         start_means: Mean start of the demonstrations seen by the component [m]. Shape (P, K, C).
         start_covariances: Covariance of these starts, with its prior [m^2, rad^2]. Shape (P, K, T, T).
         start_gains: Regression of the point on the start. Shape (P, K, T, T).
+        elapsed_gains: Regression of the elapsed time on the start [s/m, s/rad]. Shape (P, K, T).
 
     Raises:
         InvalidModel: Naming the field whose shape, range or normalisation is wrong.
@@ -93,6 +96,7 @@ class TPHSMM:
     start_means: Array
     start_covariances: Array
     start_gains: Array
+    elapsed_gains: Array
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "frame_names", tuple(self.frame_names))

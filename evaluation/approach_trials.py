@@ -62,4 +62,5 @@ def stepping(model: TPHSMM) -> TPHSMM:
 
 def without_start(model: TPHSMM) -> TPHSMM:
     """The same model without the start regression: components stay where they were learned."""
-    return replace(model, start_gains=np.zeros_like(model.start_gains))
+    still = np.zeros_like(model.start_gains)
+    return replace(model, start_gains=still, elapsed_gains=np.zeros_like(model.elapsed_gains))

@@ -18,8 +18,9 @@ _DURATION_FLOOR = 0.15
 _DURATION_FLOOR_S = 0.02
 # Elapsed times closer together than this carry no slope.
 _ELAPSED_FLOOR_S = 0.01
-# Prior of the start regression: how far starts spread [lambda, rad], and how many demonstrations it outweighs.
-_START_SPREAD = 0.2
+# Priors of the start regressions of place and of time: how far starts spread [lambda, rad], and how many
+# demonstrations they outweigh.
+_START_SPREAD, _TIMING_SPREAD = 0.2, 1.0
 _START_WEIGHT = 3.0
 
 
@@ -31,21 +32,18 @@ def parameters(
     counts, terminal = clusters.counts[:size], clusters.terminal[:size]
     means = clusters.means[:size].swapaxes(0, 1)  # (P, K, Y)
     scatter = clusters.scatters[:size].swapaxes(0, 1) / counts[:, None, None]
-    x, elapsed, s = slice(0, T), 2 * T + 1, slice(2 * T + 2, None)
+    x, s = slice(0, T), slice(2 * T + 2, None)
 
     min_covariance = np.diag(_per_part(space, settings.min_std, settings.min_std_rad) ** 2)
-    slopes = scatter[..., x, elapsed] / (scatter[..., elapsed, elapsed] + _ELAPSED_FLOOR_S**2)[..., None]
-    explained = slopes[..., :, None] * scatter[..., None, x, elapsed]
     phase = dwell.phase_sum[:size] / np.maximum(dwell.phase_count[:size], 1)
     n_demonstrations = int(dwell.ends.sum())
-    prior = (
-        _START_WEIGHT
-        / max(n_demonstrations, 1)
-        * np.diag(_per_part(space, _START_SPREAD * settings.max_distance_m, _START_SPREAD) ** 2)
-    )
+    units = np.diag(_per_part(space, settings.max_distance_m, 1.0) ** 2)  # a lambda, a radian
+    weight = _START_WEIGHT / max(n_demonstrations, 1)
+    prior, timing_prior = weight * _START_SPREAD**2 * units, weight * _TIMING_SPREAD**2 * units
     gains, start_covariances = _start_regression(
         scatter[..., x, s], scatter[..., s, s], prior, phase, terminal, space.parts
     )
+    slopes, elapsed_gains, residuals = _ramps(scatter, T, timing_prior)
     transition, exit_probability = transition_probabilities(dwell, size)
     return TPHSMM(
         frame_names=frame_names,
@@ -63,11 +61,27 @@ def parameters(
         phase=phase,
         elapsed_mean_s=means[0, :, C + T + 1],
         slopes=slopes,
-        residual_covariances=_symmetric(scatter[..., x, x] - explained) + min_covariance,
+        residual_covariances=_symmetric(residuals) + min_covariance,
         start_means=means[..., C + T + 2 :],
         start_covariances=start_covariances,
         start_gains=gains,
+        elapsed_gains=elapsed_gains,
     )
+
+
+def _ramps(scatter: Array, T: int, prior: Array) -> tuple[Array, Array, Array]:
+    """Regression of the point on the elapsed time, of this on the start, and the covariance that is left.
+
+    Demonstrations from elsewhere enter a component at another place and stay for another time. Therefore
+    the ramp is the slope among motions of one start: that of the regression on elapsed time and start.
+    """
+    y, s = [*range(T), 2 * T + 1], slice(2 * T + 2, None)  # point and elapsed time, start
+    C_sy = scatter[..., s, y]
+    by_start = np.linalg.solve(scatter[..., s, s] + prior, C_sy)
+    own = scatter[..., y, :][..., y] - np.swapaxes(C_sy, -1, -2) @ by_start
+    slopes = own[..., :T, T] / (own[..., T, T] + _ELAPSED_FLOOR_S**2)[..., None]
+    left = own[..., :T, :T] - slopes[..., :, None] * own[..., None, :T, T]
+    return slopes, np.array(by_start[..., T], dtype=np.float64), left
 
 
 def _start_regression(

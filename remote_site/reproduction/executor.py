@@ -26,9 +26,13 @@ from remote_site.reproduction.frame_motion import FrameMotion
 from remote_site.reproduction.mpc import solve
 from remote_site.reproduction.progress import Progress, ProgressTracker
 from remote_site.reproduction.reference import reference, seen_from
-from remote_site.reproduction.world_components import LocalComponents, WorldComponents, start_shift
+from remote_site.reproduction.start_regression import given_start
+from remote_site.reproduction.world_components import LocalComponents, WorldComponents
 
 Array = NDArray[np.float64]
+
+# The closed loop turns by so much in the median duration of the components, or corners would be cut [rad].
+_LEAST_BANDWIDTH_RAD = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +66,7 @@ class Executor:
         self._tracker = ProgressTracker(model)
         self._control_cost = _control_cost(model, settings.bandwidth_rad_s)
         self._state: ExecutorState | None = None
-        self._local = LocalComponents.of(model, start_shift(model, None))
+        self._local = LocalComponents.of(model)
         self._world: WorldComponents | None = None
 
     @classmethod
@@ -94,7 +98,7 @@ class Executor:
             InvalidInput: When shapes are not the model's or a number is not finite.
         """
         point, _ = self._checked(point, velocity, frames)
-        world = LocalComponents.of(self.model, start_shift(self.model, None)).seen(frames)
+        world = LocalComponents.of(self.model).seen(frames)
         progress = self._tracker.start(point, world.gaussians)
         start = np.stack([frame.to_local(point) for frame in frames]) if progress.from_start else None
         self._continue(ExecutorState(progress, FrameMotion.still(world.frame_arrays), start))
@@ -110,8 +114,9 @@ class Executor:
 
     def _continue(self, state: ExecutorState) -> None:
         self._state, self._world = state, None
-        self._tracker = ProgressTracker(self.model, state.start)
-        self._local = LocalComponents.of(self.model, start_shift(self.model, state.start))
+        model = given_start(self.model, state.start)
+        self._tracker = ProgressTracker(model, state.start)
+        self._local = LocalComponents.of(model)
 
     def step(self, point: Array, velocity: Array, frames: Sequence[TaskFrame]) -> Control:
         """One control period.
@@ -212,8 +217,11 @@ class Executor:
 
 
 def _control_cost(model: TPHSMM, bandwidth_rad_s: float) -> tuple[float, ...]:
-    """Diagonal of R from a bandwidth: per part, the components' median precision over bandwidth^4. Length T."""
-    space = model.manifold
+    """Diagonal of R: per part, the components' median precision over bandwidth^4. Length T."""
+    space, moving = model.manifold, ~model.terminal
+    duration_s = float(np.median(model.duration_mean_s[moving])) if moving.any() else 0.0
+    if duration_s > 0.0:
+        bandwidth_rad_s = max(bandwidth_rad_s, _LEAST_BANDWIDTH_RAD / duration_s)
     cost = np.empty(space.n_tangent)
     for part in space.parts:
         variances = np.median(np.linalg.eigvalsh(model.residual_covariances[..., part, part]), axis=-1)

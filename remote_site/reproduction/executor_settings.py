@@ -19,7 +19,7 @@ class ExecutorSettings:
     Args:
         dt_s: Control period [s].
         horizon_s: Prediction horizon, N_p control periods [s].
-        bandwidth_rad_s: Of the closed loop; sets the control cost R [rad/s].
+        bandwidth_rad_s: Of the closed loop; sets the control cost R; more where components are short [rad/s].
         control_horizon_s: N_c control periods [s]; the prediction horizon when not given.
         max_acceleration_m_s2: Limit of the acceleration [m/s^2]; none when not given.
         max_speed_m_s: Limit of the speed [m/s]; none when not given.

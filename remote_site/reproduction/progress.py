@@ -22,9 +22,8 @@ Array = NDArray[np.float64]
 
 # Mahalanobis distances: inside a component, beyond which the robot is lost, close enough to go on.
 _INSIDE, _LOST, _CLOSE = 3.0, 5.0, 1.0
-# An execution that waits for its next component goes on after this time, or after the shorter one when it is
-# where the demonstrations left the component [s].
-_TIME_OUT_S, _AT_EXIT_S = 2.0, 0.5
+# An execution that waits for its next component goes on after this time [s].
+_TIME_OUT_S = 2.0
 # Starts within this many lambda of a component in which a demonstration began start there.
 _START_REACH = 1.5
 # So often a robot is sent back on its way to a component, which bounds any circle.
@@ -108,8 +107,8 @@ class ProgressTracker:
         n, due = int(self.successors[q]), elapsed >= self.durations_s[q]
         if self._lost(now, here, point, gaussians):
             found = gaussians.most_likely(point, self._joinable(point, gaussians))
-            # To find the same one again is no progress: its time-out must not begin anew.
-            since = elapsed if found == q else 0.0
+            # To find the same one on the way to it is no progress: its time-out must not begin anew.
+            since = elapsed if found == q and now.free else 0.0
             setbacks = now.setbacks + now.free
             return replace(
                 now,
@@ -143,13 +142,12 @@ class ProgressTracker:
     def _may_advance(
         self, q: int, n: int, here: float, due: bool, elapsed: float, point: Array, gaussians: Gaussians
     ) -> bool:
-        overdue_s = elapsed - self.durations_s[q]
-        if overdue_s > _TIME_OUT_S or (due and here < _CLOSE):
-            return True
-        if overdue_s > _AT_EXIT_S and gaussians.distance_to_exit(q, point) < _CLOSE:
+        if elapsed > self.durations_s[q] + _TIME_OUT_S:
             return True
         inside = gaussians.lateral_distance(n, q, point) < _INSIDE
-        return bool(inside and (due or gaussians.distance(n, point) < here))
+        if not due:
+            return bool(inside and gaussians.distance(n, point) < here)
+        return bool(inside or here < _CLOSE or gaussians.distance_to_exit(q, point) < _INSIDE)
 
     def _joinable(self, point: Array, gaussians: Gaussians) -> NDArray[np.bool_]:
         """Components whose entry is nearer than the way that remains from there; at least one. Shape (K,).

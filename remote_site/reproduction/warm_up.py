@@ -47,4 +47,5 @@ def _two_components(space: Manifold) -> TPHSMM:
         start_means=means,
         start_covariances=eye,
         start_gains=np.zeros((1, K, T, T)),
+        elapsed_gains=zeros,
     )

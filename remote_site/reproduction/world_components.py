@@ -18,9 +18,6 @@ from remote_site.reproduction.gaussians import Gaussians
 
 Array = NDArray[np.float64]
 
-# The start regression goes no further than so many standard deviations from the demonstrated starts.
-_FARTHEST_START = 3.0
-
 
 @dataclass(frozen=True, eq=False)
 class LocalComponents:
@@ -43,15 +40,9 @@ class LocalComponents:
     residual_precisions: Array
 
     @classmethod
-    def of(cls, model: TPHSMM, shift: Array) -> LocalComponents:
-        """The components of a model.
-
-        Args:
-            model: The learned task.
-            shift: Moves the means, from the start of the motion [m, rad]. Shape (P, K, T).
-        """
-        space = model.manifold
-        means = space.exp(model.means, shift)
+    def of(cls, model: TPHSMM) -> LocalComponents:
+        """The components of a model."""
+        space, means = model.manifold, model.means
         before = model.slopes * model.elapsed_mean_s[:, None]
         after = model.slopes * (model.duration_mean_s - model.elapsed_mean_s)[:, None]
         return cls(
@@ -109,23 +100,6 @@ class WorldComponents:
             return np.eye(precisions.shape[-1])[None]
         factors = np.stack([f.covariance_to_world(p) for f, p in zip(self.frames, precisions, strict=True)])
         return np.linalg.solve(factors.sum(axis=0), factors)
-
-
-def start_shift(model: TPHSMM, start: Array | None) -> Array:
-    """How a start moves the means of the components (start regression) [m, rad]. Shape (P, K, T).
-
-    Args:
-        model: The learned task.
-        start: Where the motion began in each frame; None when not where demonstrations began. Shape (P, C).
-    """
-    if start is None:
-        return np.zeros_like(model.slopes)
-    e = model.manifold.log(model.start_means, start[:, None])
-    for part in model.manifold.parts:  # far from the demonstrated starts the robot joins the learned way
-        C = model.start_covariances[..., part, part]
-        away = np.sqrt(np.einsum("pkd,pkd->pk", e[..., part], np.linalg.solve(C, e[..., part, None])[..., 0]))
-        e[..., part] *= np.minimum(1.0, _FARTHEST_START / np.maximum(away, _FARTHEST_START))[..., None]
-    return np.einsum("pkde,pke->pkd", model.start_gains, e)
 
 
 @kernel
