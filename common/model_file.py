@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ from numpy.typing import NDArray
 
 from common.errors import InvalidModel
 from common.tphsmm import ARRAY_FIELDS, TPHSMM
+from common.whole_file import write_whole
 
 KIND = "farhand/tphsmm"
 SCHEMA_VERSION = 1
@@ -74,17 +73,8 @@ def decode(data: bytes, source: str = "model") -> TPHSMM:
 
 def save(model: TPHSMM, path: Path | str) -> str:
     """Write the model, whole or not at all, and return its content hash."""
-    path, data = Path(path), encode(model)
-    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    data = encode(model)
+    write_whole(path, data)
     return content_hash(data)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from common.control_mode import Action, mode_after, modes_allowing
 from local_site import intents
 from local_site.picture import Picture
-from local_site.task_library import NotNow
+from local_site.taught import NotNow
 
 
 def check(intent: intents.Command, picture: Picture) -> None:

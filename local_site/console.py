@@ -48,7 +48,8 @@ from local_site.parts import Parts
 from local_site.picture import Picture
 from local_site.reports import Reports
 from local_site.stop_sender import StopSender
-from local_site.task_library import NotNow, TaskLibrary
+from local_site.task_library import TaskLibrary
+from local_site.taught import NotNow
 from local_site.teaching import Teaching
 from local_site.teleoperation import Teleoperation
 

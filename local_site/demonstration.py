@@ -10,6 +10,7 @@ from __future__ import annotations
 import zipfile
 import zlib
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from common.errors import InvalidDemonstration, InvalidInput
 from common.manifold import Manifold
 from common.task_frame import TaskFrame
+from common.whole_file import write_whole
 
 Array = NDArray[np.float64]
 
@@ -145,7 +147,11 @@ class Demonstration:
         )
 
     def save(self, path: Path | str) -> None:
-        """Write the file, without pickle."""
+        """Write the file, whole or not at all."""
+        write_whole(path, self.encode())
+
+    def encode(self) -> bytes:
+        """The bytes of the file, without pickle."""
         arrays: dict[str, ArrayLike] = {
             "schema": np.int64(SCHEMA_VERSION),
             "time_s": self.time_s,
@@ -158,8 +164,9 @@ class Demonstration:
             arrays["quat_wxyz"] = self.quat_wxyz
         if self.source:
             arrays["source"] = np.array(self.source, dtype=np.str_)
-        with Path(path).open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **arrays)
+        stream = BytesIO()
+        np.savez_compressed(stream, allow_pickle=False, **arrays)
+        return stream.getvalue()
 
     @classmethod
     def load(cls, path: Path | str) -> Demonstration:

@@ -11,7 +11,7 @@ from common.messages import ModelReply, ModelTransfer
 from local_site.commanding import Notify
 from local_site.inquiries import Inquiries
 from local_site.notices import Notice
-from local_site.task_library import LearnedModel
+from local_site.taught import LearnedModel
 
 _GIVE_UP_S = 600.0
 

@@ -13,7 +13,7 @@ from common.messages import PlannedPath, Telemetry, Wish
 from common.tphsmm import TPHSMM
 from local_site.notices import Notice
 from local_site.stop_sender import StopStatus
-from local_site.task_library import LearnedModel
+from local_site.taught import LearnedModel
 
 
 @dataclass(frozen=True)

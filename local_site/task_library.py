@@ -1,67 +1,32 @@
-"""What the operator has taught: demonstrations as they are made, the model they make, one step back."""
+"""Teaching one task: demonstrations as they are made, one after the other, and back again."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from common.errors import FarhandError, InvalidDemonstration
-from common.model_file import content_hash, encode
-from common.model_file import save as save_model
+from common.errors import InvalidDemonstration
 from common.task import Task
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from local_site.demonstration import Demonstration
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner, Snapshot
-from local_site.raw_recording import RawRecording
+from local_site.recording import Recording
+from local_site.revisions import Revision
 from local_site.samples import Stroke
+from local_site.task_archive import Kept
+from local_site.taught import LearnedModel, NotNow, Taught
 
 Array = NDArray[np.float64]
 
-LEARNING_PERIOD_S = 0.02
-"""Strokes are resampled to this period, whatever the rate of the hand's events [s]."""
-_NEWEST = "newest.farhand"
-_RAW = "under-way.jsonl"
 _MIN_SAMPLES = 5
-_MAX_PAUSE_S = 600.0
-"""The hand reports nothing while it rests; after longer than this its clock is wrong [s]."""
-
-
-class NotSaved(FarhandError):
-    """What was learned or undone counts, but could not be written to disk."""
-
-
-class NotNow(FarhandError):
-    """The operator asked for something that is not possible at this moment; says why."""
-
-
-@dataclass(frozen=True)
-class LearnedModel:
-    """A model with its bytes.
-
-    Args:
-        model: What was learned.
-        content: As it travels.
-        sha256: Of the content.
-        version: Counts the models that were learned here.
-        parent_sha256: The model that it was refined from, empty for the first.
-    """
-
-    model: TPHSMM
-    content: bytes
-    sha256: str
-    version: int = 1
-    parent_sha256: str = ""
 
 
 class TaskLibrary:
-    """Teaches one task: record, end, undo.
+    """Record, end, undo, go back, start anew. It begins with what was taught before.
 
     Args:
         task: The task; its target stands still on the operator's side.
@@ -70,33 +35,63 @@ class TaskLibrary:
 
     def __init__(self, task: Task, data_dir: Path):
         self._task = task
-        self._folder = data_dir / task.name
-        lambda_m = task.learning.max_distance_m or 0.25 * float(max(task.workspace_m))
-        settings = LearnerSettings(max_distance_m=lambda_m, min_std_m=task.learning.min_std_m)
-        self._learner = OnlineLearner(settings, task.n_dims, task.frame_names)
         self.frames = [TaskFrame(np.eye(task.n_dims), np.array(task.target.origin_m))] * len(task.frame_names)
-        self._undo: list[tuple[Snapshot, tuple[Array, ...]]] = []
-        self.strokes: tuple[Array, ...] = ()
-        self.current: list[Array] = []
-        self._times: list[float] = []
-        self._last_hand: tuple[Array, float] = (np.zeros(task.n_dims), 0.0)
+        folder = data_dir / task.name
+        self._recording, self._taught = Recording(folder, task.n_dims), Taught(task, folder)
         self._forming: tuple[int, TPHSMM] | None = None
-        self.learned: LearnedModel | None = None
-        self._version = 0
-        self._raw = RawRecording(self._folder / _RAW, task.n_dims)
-        self.left_over = self._raw.left_over()
-        """What was recorded and neither ended nor undone before it was rolled back, or its process ended; None
-        when there is nothing."""
+
+    # What there is ------------------------------------------------------------------------------
 
     @property
     def recording(self) -> bool:
         """Whether a demonstration is being made."""
-        return self._learner.demonstrating
+        return self._taught.learner.demonstrating
+
+    @property
+    def current(self) -> list[Array]:
+        """The points of the demonstration under way. Each of shape (D,) [m]."""
+        return self._recording.points
+
+    @property
+    def left_over(self) -> Stroke | None:
+        """A demonstration that was rolled back, or whose process ended; None when there is none."""
+        return self._recording.left_over
 
     @property
     def can_undo(self) -> bool:
         """Whether there is something to forget."""
-        return bool(self._undo)
+        return self.recording or bool(self._taught.demonstrations)
+
+    @property
+    def strokes(self) -> tuple[Array, ...]:
+        """The demonstrations that count. Each of shape (T, D) [m]."""
+        return tuple(each.demonstration.position_m for each in self._taught.demonstrations)
+
+    @property
+    def learned(self) -> LearnedModel | None:
+        """The model of them all; None without any."""
+        return self._taught.learned
+
+    @property
+    def revisions(self) -> tuple[Revision, ...]:
+        """The newest ones, the newest last."""
+        return self._taught.revisions
+
+    @property
+    def revision(self) -> int:
+        """The one that counts, 0 before the first."""
+        return self._taught.revision
+
+    def forming(self) -> TPHSMM | None:
+        """The model as it is in the middle of a demonstration; None without one, or before its first point."""
+        n = len(self.current)
+        if n == 0:
+            return None
+        if self._forming is None or self._forming[0] != n:
+            self._forming = (n, self._taught.learner.model())
+        return self._forming[1]
+
+    # One demonstration --------------------------------------------------------------------------
 
     def record(self) -> None:
         """Begin a demonstration.
@@ -104,30 +99,23 @@ class TaskLibrary:
         Raises:
             NotNow: When one is being made already.
         """
-        if self.recording:
-            raise NotNow("a demonstration is being recorded already: end or undo it first")
-        self.left_over = None  # its file is written over from now on
-        self._undo.append((self._learner.snapshot(), self.strokes))
-        self._learner.start()
-        self.current, self._times, self._forming = [], [], None
+        self._not_while_recording()
+        self._recording.begin()
+        self._forming = None
+        self._taught.learner.start()
 
     def hand(self, position_m: Array, time_s: float) -> None:
         """Learn from where the hand is now, at the learning rate; between two events it moved straight.
 
         Raises:
-            InvalidDemonstration: When the position has another dimension, a number is not finite, or time
-                runs backwards or jumps; nothing is learned.
+            InvalidDemonstration: When none is being made, or this is no motion, see `Recording.hand`; nothing
+                is learned.
         """
-        position = np.array(position_m, dtype=float)
-        self._check_hand(position, time_s)
-        if not self.current:
-            self._observe(position[None], np.array([time_s]))
-        elif (n := int(np.floor((time_s - self._times[-1]) / LEARNING_PERIOD_S + 1e-9))) >= 1:
-            from_position, from_s = self._last_hand
-            times_s: Array = self._times[-1] + LEARNING_PERIOD_S * np.arange(1.0, n + 1.0)
-            part = np.minimum((times_s - from_s) / (time_s - from_s), 1.0)[:, None]
-            self._observe(from_position + part * (position - from_position), times_s)
-        self._last_hand = position, time_s
+        if not self.recording:
+            raise InvalidDemonstration("demonstration", "", "start the demonstration first")
+        points, times_s = self._recording.hand(position_m, time_s)
+        if len(points):
+            self._taught.learner.observe_many(points, self.frames, times_s)
 
     def end(self) -> LearnedModel:
         """Keep the demonstration and make the model.
@@ -141,21 +129,16 @@ class TaskLibrary:
         if len(self.current) < _MIN_SAMPLES:
             self.undo()
             raise NotNow("the demonstration was too short and was not kept: draw the whole motion")
-        self._learner.end()
-        self._raw.forget()
-        demonstration = self._demonstration()
-        self.strokes = (*self.strokes, demonstration.position_m)
-        self.current, self._times, self._forming = [], [], None
-        learned = self._update_model()
-        assert learned is not None
-        name = f"demonstration-{time.strftime('%Y%m%dT%H%M%S')}-{len(self.strokes):02d}.npz"
-        with self._on_disk() as folder:
-            demonstration.save(folder / name)
-            save_model(learned.model, folder / _NEWEST)
-        return learned
+        self._taught.learner.end()
+        name = f"demonstration-{time.strftime('%Y%m%dT%H%M%S')}-{time.time_ns() % 10**9 // 1000:06d}.npz"
+        made = Kept(name, self._demonstration())
+        self._recording.forget()
+        self._taught.add(made)
+        assert self.learned is not None
+        return self.learned
 
     def recover(self) -> None:
-        """Learn what an earlier process had recorded.
+        """Learn what was left over.
 
         Raises:
             NotNow: When there is nothing, or a demonstration is being recorded.
@@ -181,6 +164,13 @@ class TaskLibrary:
                 raise
             self.end()
 
+    def set_aside(self) -> None:
+        """Put everything back to before the demonstration under way, and offer its samples again."""
+        self._recording.set_aside()
+        self._discard()
+
+    # Back and forth -----------------------------------------------------------------------------
+
     def undo(self) -> None:
         """Put everything back to before the last demonstration, bit for bit.
 
@@ -188,86 +178,53 @@ class TaskLibrary:
             NotNow: When there is none.
             NotSaved: When it was undone, but not on disk.
         """
-        if not self._undo:
-            raise NotNow("there is no demonstration to undo")
         if self.recording:
-            self._raw.forget()
-        self._put_back()
+            self._recording.forget()
+            self._discard()
+        elif self.can_undo:
+            self._taught.become(self._taught.demonstrations[:-1])
+        else:
+            raise NotNow("there is no demonstration to undo")
 
-    def set_aside(self) -> None:
-        """Put everything back to before the demonstration under way, and offer its samples again.
+    def go_to(self, number: int) -> None:
+        """Have another revision count, see `Taught.go_to`.
 
         Raises:
-            NotSaved: When it was put back, but not on disk.
+            NotNow: When there is no such revision, or a demonstration is being recorded.
         """
-        self.left_over = self._raw.set_aside(self.current, self._times)
-        self._put_back()
+        self._not_while_recording()
+        self._taught.go_to(number)
 
-    def _put_back(self) -> None:
-        snapshot, self.strokes = self._undo.pop()
-        self._learner.restore(snapshot)
-        self.current, self._times, self._forming = [], [], None
-        learned = self._update_model()
-        with self._on_disk() as folder:
-            if learned is None:
-                (folder / _NEWEST).unlink(missing_ok=True)
-            else:
-                save_model(learned.model, folder / _NEWEST)
+    def start_anew(self) -> None:
+        """Begin without a demonstration; what was taught can be gone back to.
 
-    def forming(self) -> TPHSMM | None:
-        """The model as it is in the middle of a demonstration; None without one, or before its first point."""
-        if not self.current:
-            return None
-        if self._forming is None or self._forming[0] != len(self.current):
-            self._forming = (len(self.current), self._learner.model())
-        return self._forming[1]
+        Raises:
+            NotNow: When a demonstration is being recorded.
+            NotSaved: When it was done, but not on disk.
+        """
+        self._not_while_recording()
+        self._taught.become(())
 
-    def _check_hand(self, position_m: Array, time_s: float) -> None:
-        if not self.recording:
-            raise InvalidDemonstration("demonstration", "", "start the demonstration first")
-        if position_m.shape != (self._task.n_dims,) or not np.isfinite(position_m).all():
-            expected = f"{self._task.n_dims} finite numbers, got {position_m.tolist()}"
-            raise InvalidDemonstration("demonstration", "position_m", expected)
-        if not np.isfinite(time_s):
-            raise InvalidDemonstration("demonstration", "time_s", f"a finite number, got {time_s}")
-        if self.current and not 0.0 <= time_s - self._last_hand[1] <= _MAX_PAUSE_S:
-            expected = f"from 0 to {_MAX_PAUSE_S:g} s after {self._last_hand[1]:g} s, got {time_s:g} s"
-            raise InvalidDemonstration("demonstration", "time_s", expected)
+    def delete(self, number: int) -> None:
+        """Give up a revision that does not count, see `Taught.delete`."""
+        self._taught.delete(number)
 
-    def _observe(self, points: Array, times_s: Array) -> None:
-        self._learner.observe_many(points, self.frames, times_s.tolist())
-        self.current.extend(points)
-        self._times.extend(times_s)
-        self._raw.follow(self.current, self._times)
+    # How it is done -----------------------------------------------------------------------------
 
-    def _update_model(self) -> LearnedModel | None:
-        """Make the model of all ended demonstrations; None without any."""
-        parent, self.learned = self.learned, None
-        if self._learner.n_demonstrations:
-            model = self._learner.model()
-            content = encode(model)
-            self._version += 1
-            parent_sha256 = parent.sha256 if parent is not None else ""
-            self.learned = LearnedModel(model, content, content_hash(content), self._version, parent_sha256)
-        return self.learned
+    def _not_while_recording(self) -> None:
+        if self.recording:
+            raise NotNow("a demonstration is being recorded already: end or undo it first")
+
+    def _discard(self) -> None:
+        self._taught.learner.discard()
+        self._forming = None
 
     def _demonstration(self) -> Demonstration:
-        """The one that is being recorded, as it goes into its file."""
+        """The one that was just recorded, as it goes into its file."""
         return Demonstration(
-            time_s=np.array(self._times) - self._times[0],
+            time_s=np.array(self._recording.times_s),
             position_m=np.array(self.current),
             frame_origin_m=np.array([frame.b for frame in self.frames]),
             frame_rotation=np.array([frame.A for frame in self.frames]),
             frame_names=self._task.frame_names,
         )
-
-    @contextmanager
-    def _on_disk(self) -> Iterator[Path]:
-        """The task's folder, to write into."""
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            yield self._folder
-        except OSError as error:
-            raise NotSaved(
-                f"kept in memory only: {self._folder} cannot be written ({error.strerror})"
-            ) from error

@@ -9,7 +9,8 @@ from local_site import intents
 from local_site.model_sender import ModelSender
 from local_site.picture import Picture
 from local_site.samples import Stroke, sample_strokes
-from local_site.task_library import NotNow, TaskLibrary
+from local_site.task_library import TaskLibrary
+from local_site.taught import NotNow
 
 Tell = Callable[[str, str], None]
 

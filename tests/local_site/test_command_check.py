@@ -12,7 +12,7 @@ from local_site import intents
 from local_site.command_check import check
 from local_site.picture import Pending, Picture
 from local_site.stop_sender import StopStatus
-from local_site.task_library import NotNow
+from local_site.taught import NotNow
 from tests.local_site.robot_end import TASK, desk
 
 SHA = "a" * 64

@@ -12,7 +12,7 @@ from common.model_file import encode as encode_model
 from local_site.inquiries import Inquiries
 from local_site.model_sender import ModelSender
 from local_site.notices import Notice
-from local_site.task_library import LearnedModel
+from local_site.taught import LearnedModel
 from tests.loopback import Loopback
 from tests.strategies import learned
 

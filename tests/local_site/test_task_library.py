@@ -8,8 +8,11 @@ import pytest
 from common.errors import InvalidDemonstration
 from common.model_file import content_hash, load
 from local_site.demonstration import Demonstration
+from local_site.recording import PERIOD_S as LEARNING_PERIOD_S
 from local_site.samples import sample_strokes
-from local_site.task_library import LEARNING_PERIOD_S, NotNow, NotSaved, TaskLibrary
+from local_site.task_archive import NotSaved
+from local_site.task_library import TaskLibrary
+from local_site.taught import NotNow
 from tests.local_site.robot_end import TASK, stroke
 
 

@@ -11,7 +11,8 @@ from common.control_mode import Action
 from common.errors import InvalidDemonstration
 from common.messages import ModelTransfer
 from local_site import intents
-from local_site.task_library import NotNow, TaskLibrary
+from local_site.task_library import TaskLibrary
+from local_site.taught import NotNow
 from tests.local_site.robot_end import TASK, Desk, desk, stroke
 
 
