@@ -49,6 +49,33 @@ class Recover:
 
 
 @dataclass(frozen=True)
+class GoTo:
+    """Have another revision of the task count.
+
+    Args:
+        revision: Its number.
+    """
+
+    revision: int
+
+
+@dataclass(frozen=True)
+class StartAnew:
+    """Begin the task without a demonstration; what was taught can be gone back to."""
+
+
+@dataclass(frozen=True)
+class Delete:
+    """Give up a revision that does not count.
+
+    Args:
+        revision: Its number.
+    """
+
+    revision: int
+
+
+@dataclass(frozen=True)
 class AutoSend:
     """Send the model whenever it changes, or only when asked to.
 
@@ -101,5 +128,5 @@ class MoveTarget:
     position_m: tuple[float, ...]
 
 
-Teach = Record | End | Undo | LoadSamples | Recover | SendModel | AutoSend
+Teach = Record | End | Undo | LoadSamples | Recover | GoTo | StartAnew | Delete | SendModel | AutoSend
 Intent = Command | Control | Hand | MoveTarget | Teach

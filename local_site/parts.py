@@ -67,6 +67,8 @@ class Parts:
             confirmed_sha256=self.models.confirmed_sha256,
             sending_model=self.models.sending,
             auto_send=self.teaching.auto_send,
+            revisions=library.revisions,
+            revision=library.revision,
             strokes=(*library.strokes, *current),
             path=reports.path,
             path_received_s=reports.path_received_s,

@@ -12,6 +12,7 @@ from common.link_monitor import LinkView
 from common.messages import PlannedPath, Telemetry, Wish
 from common.tphsmm import TPHSMM
 from local_site.notices import Notice
+from local_site.revisions import Revision
 from local_site.stop_sender import StopStatus
 from local_site.taught import LearnedModel
 
@@ -56,6 +57,8 @@ class Picture:
         confirmed_sha256: The model that the robot has confirmed last.
         sending_model: Whether one is on its way.
         auto_send: Whether a model is sent whenever it changes.
+        revisions: The newest ones of the task, the newest last.
+        revision: The one that counts, 0 before the first.
         strokes: What was demonstrated, each of shape (T, D) [m], the one under way last.
         path: The newest path.
         path_received_s: When it came, on the console's clock [s].
@@ -85,6 +88,8 @@ class Picture:
     confirmed_sha256: str
     sending_model: bool
     auto_send: bool
+    revisions: tuple[Revision, ...]
+    revision: int
     strokes: tuple[NDArray[np.float64], ...]
     path: PlannedPath | None
     path_received_s: float

@@ -86,6 +86,7 @@ class ScriptedOperator:
     # Steps --------------------------------------------------------------------------------------
 
     def _demonstrate(self) -> None:
+        self._console.submit(intents.StartAnew())
         for number, stroke in enumerate(sample_strokes(self._task, self._seed), start=1):
             self._console.submit(intents.Record())
             for position, time_s in zip(stroke.position_m, stroke.time_s, strict=True):

@@ -57,6 +57,8 @@ class Teaching:
             case intents.Recover():
                 self._library.recover()
                 self._tell("recover", "the demonstration that was left over was learned")
+            case intents.GoTo() | intents.StartAnew() | intents.Delete():
+                self._go_back(intent)
             case intents.SendModel():
                 self._send()
             case intents.AutoSend(on):
@@ -85,6 +87,18 @@ class Teaching:
             raise NotNow("coupled: your hand drives the robot now; clutch first")
         self._library.record()
         self._tell("record", "recording a demonstration")
+
+    def _go_back(self, intent: intents.GoTo | intents.StartAnew | intents.Delete) -> None:
+        match intent:
+            case intents.GoTo(number):
+                self._library.go_to(number)
+                self._tell("library", f"revision {number} counts now")
+            case intents.StartAnew():
+                self._library.start_anew()
+                self._tell("library", "begun anew; what was taught before can be gone back to")
+            case intents.Delete(number):
+                self._library.delete(number)
+                self._tell("library", f"revision {number} was deleted")
 
     def _send(self) -> None:
         if self._library.learned is None:

@@ -20,6 +20,7 @@ from local_site.view.auto_send import AutoSend
 from local_site.view.buttons import Buttons, ButtonSpec
 from local_site.view.guidance import Guidance
 from local_site.view.html import Html, element
+from local_site.view.library_panel import LibraryPanel
 from local_site.view.link_history import LinkHistory
 from local_site.view.link_panel import LinkPanel
 from local_site.view.link_worker import LinkWorker
@@ -97,6 +98,8 @@ class Page:
         with gui.add_folder("Teach"):
             self._buttons.append(Buttons(gui, buttons.TEACH, self._on_press))
             self._auto_send = AutoSend(gui, self._console.submit, self._act)
+        with gui.add_folder("Library", expand_by_default=False):
+            self._library = LibraryPanel(gui, self._console.submit, self._act)
         with gui.add_folder("Robot"):
             self._buttons.append(Buttons(gui, buttons.ROBOT, self._on_press))
             self._pace = PaceSlider(gui, self._console.submit, self._act)
@@ -153,6 +156,7 @@ class Page:
         for group in self._buttons:
             group.draw(picture)
         self._auto_send.draw(picture)
+        self._library.draw(picture)
         self._pace.draw(picture, now_s)
         self._guidance.draw(picture)
         self._strip.draw(picture, ghost, now_s)
