@@ -130,8 +130,10 @@ def _older_boot(world: World, operator: Operator) -> bool:
 def _again(world: World, operator: Operator) -> bool | None:
     if operator.last is None:
         return None
-    world.robot.on_command(operator.last)
-    return None
+    mode, n_said = world.robot.mode, len(world.said)
+    reply = world.robot.on_command(operator.last)
+    ran = world.robot.mode is not mode or len(world.said) > n_said
+    return (reply.accepted and ran) or None
 
 
 def _lease(world: World, operator: Operator, wish: Wish) -> None:

@@ -40,27 +40,27 @@ class Exploration:
 
 
 def state_of(world: World) -> Hashable:
-    """What is told apart."""
+    """What is told apart. Which of two operators is which is not: they may do the same."""
     robot, lease = world.robot, world.robot.contact.lease
     motion = robot.motion
     execution, coupling, manoeuvre = motion.execution, motion.coupling, motion.manoeuvre
     now_s = world.clock.now_s()
-    operators = tuple(
+    operators = sorted(
         (
             bool(operator.lease_id) and operator.lease_id == lease.lease_id,
             operator.present,
             coupling is not None and operator.coupling_id == coupling.coupling_id,
             operator.last is not None,
             operator.plan_id > 0,
+            operator.name == lease.holder,
+            operator.name == lease.asked_by,
         )
         for operator in world.operators
     )
     return (
         robot.mode,
         robot.phase,
-        lease.holder,
-        lease.asked_by,
-        operators,
+        tuple(operators),
         coupling is not None and (coupling.waiting(now_s), coupling.lease_id == lease.lease_id),
         execution is not None and execution.arrived_after_s is not None,
         execution is not None,

@@ -73,7 +73,7 @@ class Freshness:
         """Somebody else is heard from now on: nothing is usual yet."""
         self._accepted.clear()
         self._late.clear()
-        self._last_echo_ns = -1
+        self._last_echo_ns, self._last_renewal_s = -1, -np.inf
 
     def judge(self, echo: Stamp | None, ttl_max_s: float | None = None) -> Verdict:
         """Whether a message with this echo is fresh.

@@ -90,7 +90,10 @@ TEACH = (
     ButtonSpec("Undo", lambda _: intents.Undo(), lambda p: p.can_undo, colour="gray"),
     ButtonSpec("Load samples", lambda _: intents.LoadSamples(), lambda p: not p.recording, colour="gray"),
     ButtonSpec("Send model", lambda _: intents.SendModel(), _can_send, lambda p: p.sending_model),
-    ButtonSpec("Recover", lambda _: intents.Recover(), lambda p: p.can_recover, colour="gray"),
+)
+LIBRARY = (
+    ButtonSpec("Start anew", lambda _: intents.StartAnew(), lambda p: p.can_undo and not p.recording),
+    ButtonSpec("Recover", lambda _: intents.Recover(), lambda p: p.can_recover),
 )
 ROBOT = (
     _command(Action.ARM, "Arm"),

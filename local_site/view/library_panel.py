@@ -35,11 +35,9 @@ class LibraryPanel:
         self._buttons = {
             "Go to": gui.add_button("Go to", color="blue", disabled=True),
             "Delete": gui.add_button("Delete", color="gray", disabled=True),
-            "Start anew": gui.add_button("Start anew", color="gray", disabled=True),
         }
         self._on("Go to", lambda: intents.GoTo(self._chosen()))
         self._on("Delete", lambda: intents.Delete(self._chosen()))
-        self._on("Start anew", intents.StartAnew)
 
     def draw(self, picture: Picture) -> None:
         """Show what is kept; the choice stays on the revision that counts until another one is chosen."""
@@ -56,7 +54,6 @@ class LibraryPanel:
         another = self._chosen() not in (0, picture.revision) and not picture.recording
         self._enable("Go to", another)
         self._enable("Delete", another)
-        self._enable("Start anew", bool(picture.n_demonstrations) and not picture.recording)
 
     def _chosen(self) -> int:
         value = self._choice.value

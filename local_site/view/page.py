@@ -100,6 +100,7 @@ class Page:
             self._auto_send = AutoSend(gui, self._console.submit, self._act)
         with gui.add_folder("Library", expand_by_default=False):
             self._library = LibraryPanel(gui, self._console.submit, self._act)
+            self._buttons.append(Buttons(gui, buttons.LIBRARY, self._on_press))
         with gui.add_folder("Robot"):
             self._buttons.append(Buttons(gui, buttons.ROBOT, self._on_press))
             self._pace = PaceSlider(gui, self._console.submit, self._act)

@@ -123,6 +123,21 @@ def test_a_site_that_was_restarted_reclaims_its_own_at_once_and_must_couple_anew
     assert bench.command(Action.COUPLE, session="ann, started again", lease_id=reply.lease_id).accepted
 
 
+def test_a_command_that_an_outage_held_up_does_not_count_for_who_took_over_this_very_moment():
+    bench = Two()
+    bench.armed()
+    bench.run(12.0)
+    sent = bench.echo()
+    bench.run(3.0)
+    bench.ask_lease(wish=Wish.WATCH)
+    assert bench.bob() == ""
+    refusal = bench.command(
+        Action.COUPLE, session="session of bob", lease_id=bench.bobs_lease, echo=sent
+    )  # fmt: skip
+    assert not refusal.accepted and "came too late" in refusal.reason
+    assert bench.bob_commands(Action.COUPLE)
+
+
 def test_an_old_holder_gets_the_control_back_unasked_if_nobody_took_it():
     bench = Two()
     bench.coupled()
