@@ -49,17 +49,12 @@ class AdaptiveFilter:
         self._std = np.zeros(space.n_tangent)
         self._agile_until_s = -math.inf
         self._suspect: Array | None = None
-        self.jumps = 0
-        """How often the target was found elsewhere."""
+        self._jumps = 0
 
     @property
     def time_s(self) -> float | None:
         """When the newest measurement that counted was taken [s]; None before the first."""
         return self._agile.time_s
-
-    def is_quiet(self, now_s: float) -> bool:
-        """Whether the target has been standing still, as far as the noise lets one see."""
-        return now_s >= self._agile_until_s
 
     def update(self, measured: Array, taken_s: float) -> None:
         """Take a measurement into account; one that cannot be waits for a second that agrees. Shape (C,)."""
@@ -85,12 +80,13 @@ class AdaptiveFilter:
 
     def estimate(self, now_s: float) -> Estimate:
         """Where the target is by now. `update` must have been called."""
-        if not self.is_quiet(now_s):
-            return self._agile.estimate(now_s)
+        if now_s < self._agile_until_s:
+            return replace(self._agile.estimate(now_s), jumps=self._jumps)
         # A lag that may be there is not known to the filter itself.
         estimate = self._quiet.estimate(now_s)
         lag = np.maximum(self._lag**2 - _NOISE, 0.0) * self._std**2
-        return replace(estimate, covariance=estimate.covariance + np.diag(lag))
+        covariance = estimate.covariance + np.diag(lag)
+        return replace(estimate, covariance=covariance, quiet=True, jumps=self._jumps)
 
     def _beyond(self, difference: Array, std: Array) -> bool:
         return bool((np.abs(difference) > _JUMP_STDS * std + self._least).any())
@@ -101,4 +97,4 @@ class AdaptiveFilter:
         self._lag[:] = 0.0
         self._suspect = None
         self._agile_until_s = taken_s + _AGILE_FOR_S
-        self.jumps += 1
+        self._jumps += 1

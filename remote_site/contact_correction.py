@@ -31,8 +31,7 @@ class ContactCorrection:
     """The correction, from none at first; never more than 20 mm and 0.12 rad."""
 
     def __init__(self) -> None:
-        self._shift_m = np.zeros(3)
-        self._turn = np.zeros(3)
+        self.clear()
 
     @property
     def shift_m(self) -> Array:
@@ -47,6 +46,7 @@ class ContactCorrection:
     def clear(self) -> None:
         """Forget what was felt: the receptacle is elsewhere."""
         self._shift_m, self._turn = np.zeros(3), np.zeros(3)
+        self._pose: Array | None = None  # of the corrected frame in the one seen, if they differ
 
     def feel(self, force_n: Array, torque_nm: Array, quiet: bool, dt_s: float) -> None:
         """Take one control period in contact into account.
@@ -78,14 +78,17 @@ class ContactCorrection:
 
     def corrected(self, frame: TaskFrame) -> TaskFrame:
         """Where the receptacle is, as seen and felt."""
-        turn = Rotation.from_rotvec(self._turn).as_matrix()
-        return TaskFrame(frame.A @ turn, frame.b + frame.A @ self._shift_m)
+        return frame if self._pose is None else TaskFrame.at(frame.to_world(self._pose))
 
     def _add(self, shift_m: Array, turn_rad: Array) -> None:
         """Move on, by a way in the axes of the corrected frame."""
+        if not (shift_m.any() or turn_rad.any()):
+            return
         turn = Rotation.from_rotvec(self._turn)
         self._shift_m = _shortened(self._shift_m + turn.apply(shift_m), _MOST_M)
         self._turn = _shortened((turn * Rotation.from_rotvec(turn_rad)).as_rotvec(), _MOST_RAD)
+        quat = Rotation.from_rotvec(self._turn).as_quat(scalar_first=True)
+        self._pose = np.concatenate([self._shift_m, quat])
 
 
 def _beyond(vector: Array, least: float) -> Array:

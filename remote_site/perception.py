@@ -85,6 +85,8 @@ class SimulatedPerception:
         self._truth, self._tracker, self._filter = truth, tracker, target_filter
         self.in_sight = True
         """Whether the tracker sees the target at all."""
+        self.newest: Estimate | None = None
+        """Where the target was at the last look, how it moved and how well that is known; None while unseen."""
 
     @classmethod
     def of_oscillating(cls, target: OscillatingTarget, noise_std_m: float, seed: int) -> SimulatedPerception:
@@ -101,17 +103,14 @@ class SimulatedPerception:
 
     def observe(self, now_s: float) -> list[TaskFrame] | None:
         """See `Perception.observe`."""
-        estimate = self.estimate(now_s)
-        return None if estimate is None else [TaskFrame.at(estimate.point)]
-
-    def estimate(self, now_s: float) -> Estimate | None:
-        """Where the target is now, how it moves and how well that is known; None while unseen."""
         for measurement in self._tracker.look(self._truth(now_s) if self.in_sight else None, now_s):
             self._filter.update(*measurement)
         newest_s = self._filter.time_s
         if newest_s is None or now_s - newest_s > self._tracker.usual_age_s + _MISSING_S:
+            self.newest = None
             return None
-        return self._filter.estimate(now_s)
+        self.newest = self._filter.estimate(now_s)
+        return [TaskFrame.at(self.newest.point)]
 
     def true_origin_m(self, now_s: float) -> Array:
         """See `Perception.true_origin_m`."""

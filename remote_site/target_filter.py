@@ -41,11 +41,15 @@ class Estimate:
         point: Position or pose in the world. Shape (C,).
         velocity: Of the target [m/s, rad/s]. Shape (T,).
         covariance: Of the point [m^2, rad^2]. Shape (T, T).
+        quiet: Whether it has been standing still, as far as that can be told.
+        jumps: How often it was found elsewhere.
     """
 
     point: Array
     velocity: Array
     covariance: Array
+    quiet: bool = False
+    jumps: int = 0
 
 
 class TargetFilter:
