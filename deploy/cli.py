@@ -266,9 +266,28 @@ class Import:
         return import_recording(self.kind, self.file, self.out)
 
 
+@dataclass(frozen=True)
+class Samples:
+    """Have the scripted operator demonstrate hot-stabbing on its simulated arm; files like those that come along."""
+
+    out: Path
+    """Folder for the demonstration files."""
+    n: int = 5
+    """How many."""
+    seed: int = 0
+    """Of the first one."""
+
+    def run(self) -> int:
+        """Do it."""
+        from deploy.offline import make_samples
+
+        return make_samples(self.out, self.n, self.seed)
+
+
 COMMANDS = {
     "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": Link, "learn": Learn, "rollout": Rollout,
     "model": Model, "evaluate": Evaluate, "import": Import,
+    "samples": Samples,
 }  # fmt: skip
 
 

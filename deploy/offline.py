@@ -1,4 +1,4 @@
-"""`farhand learn`, `rollout`, `model`, `import`, `evaluate`: work on files, without robot or link."""
+"""`farhand learn`, `rollout`, `model`, `import`, `samples`, `evaluate`: work on files, without robot or link."""
 
 from __future__ import annotations
 
@@ -74,6 +74,22 @@ def import_recording(kind: str, file: Path, out: Path) -> int:
 
     written = import_recordings(kind, file, out)
     _say(f"{len(written)} demonstrations: {written[0]} to {written[-1].name}")
+    return 0
+
+
+def make_samples(out: Path, n: int, seed: int) -> int:
+    """Have the scripted operator demonstrate."""
+    from local_site.operator_arm import demonstrate
+
+    if n < 1 or seed < 0:
+        raise InvalidConfiguration(
+            "command line", "n, seed", f"one or more, and zero or more, got {n}, {seed}"
+        )
+    out.mkdir(parents=True, exist_ok=True)
+    for number in range(n):
+        file = out / f"hot-stab-{number}.npz"
+        demonstrate(seed + number).save(file)
+        _say(f"written: {file}")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Where things are: tasks that come with Farhand, the user's data folder."""
+"""Where things are: tasks and demonstrations that come with Farhand, the user's data folder."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from common.errors import InvalidConfiguration
 from common.task import Task, load_task
 
 _TASKS = Path(__file__).with_name("tasks")
+_SAMPLES = Path(__file__).with_name("samples")
 
 
 def find_task(name_or_file: str) -> Task:
@@ -24,6 +25,11 @@ def find_task(name_or_file: str) -> Task:
             known = ", ".join(sorted(file.stem for file in _TASKS.glob("*.toml")))
             raise InvalidConfiguration("task", "", f"{known}, or a .toml file; got {name_or_file!r}")
     return load_task(path)
+
+
+def sample_files(task_name: str) -> list[Path]:
+    """The demonstration files that come with a task, made by `farhand samples`; none for some tasks."""
+    return sorted(_SAMPLES.glob(f"{task_name}-*.npz"))
 
 
 def check_writable(field: str, file: Path) -> None:

@@ -1,0 +1,93 @@
+"""The operator's own arm: simulated, with its own receptacle and contact, it follows the operator's hand."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.errors import FarhandError
+from common.robot.compliance import SeenReceptacle
+from common.robot.dimensions import Dimensions
+from common.robot.placement import ACCEPTANCE, Placement
+from common.robot.servo import Servo, ServoSettings
+from common.robot.simulation import TICK_S, Insertion, Simulation
+from common.robot.surroundings import Surroundings
+from common.task_frame import TaskFrame
+from local_site.demonstration import Demonstration
+from local_site.scripted_hand import ScriptedHand
+
+Array = NDArray[np.float64]
+
+FRAME_NAME = "receptacle"
+_SPEED_M_S = 0.25
+_SEATED_M, _LATERAL_M = 0.075, 0.004
+
+
+class OperatorArm:
+    """An arm in calm water before a receptacle that stands still and is known exactly.
+
+    Args:
+        placement: Where both are at first.
+        dimensions: Of both.
+    """
+
+    def __init__(self, placement: Placement, dimensions: Dimensions | None = None):
+        receptacle, joints_rad = placement
+        self._simulation = Simulation(dimensions)
+        self._around = Surroundings.still(self._simulation.dimensions).with_receptacle(receptacle)
+        self._simulation.reset(joints_rad, self._around)
+        self._servo = Servo(self._simulation.dimensions, ServoSettings(), self._simulation.joints_rad)
+        self._servo.see(SeenReceptacle(receptacle, np.zeros(6)))
+        self.frame = TaskFrame.at(receptacle)
+
+    def follow(self, pose: Array) -> None:
+        """Follow the hand for one control period. A pose from the arm's base. Shape (7,)."""
+        self._simulation.step(self._servo.follow(pose, _SPEED_M_S, TICK_S), self._around)
+        self._servo.measure(self._simulation.joints_rad, self._simulation.wrench)
+
+    @property
+    def tip(self) -> Array:
+        """Pose of the plug's tip from the arm's base. Shape (7,)."""
+        return self._servo.tip
+
+    @property
+    def insertion(self) -> Insertion:
+        """Where the plug is in the receptacle."""
+        return self._simulation.insertion
+
+
+class NotInserted(FarhandError):
+    """The scripted operator did not get the plug in."""
+
+
+def demonstrate(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
+    """One insertion by the scripted operator, recorded at 100 Hz.
+
+    Args:
+        seed: Of where it begins and of the hand.
+        dimensions: Of arm and receptacle.
+
+    Raises:
+        NotInserted: When the plug is not seated at the end.
+    """
+    random, dimensions = np.random.default_rng(seed), dimensions or Dimensions()
+    arm = OperatorArm(Placement.sample(random, ACCEPTANCE, dimensions), dimensions)
+    hand = ScriptedHand(arm.frame.to_local(arm.tip), dimensions.receptacle.depth_m, random)
+    time_s = TICK_S * np.arange(round(hand.duration_s / TICK_S) + 1, dtype=np.float64)
+    poses = [arm.tip]
+    for t in time_s[:-1]:
+        arm.follow(arm.frame.to_world(hand.target(float(t))))
+        poses.append(arm.tip)
+    end = arm.insertion
+    if end.depth_m < _SEATED_M or end.lateral_m > _LATERAL_M:
+        raise NotInserted(f"seed {seed}: the plug ends {end.depth_m * 1e3:.0f} mm deep: try another seed")
+    points = np.stack(poses)
+    return Demonstration(
+        time_s=time_s,
+        position_m=points[:, :3],
+        quat_wxyz=points[:, 3:],
+        frame_origin_m=arm.frame.b[None],
+        frame_rotation=arm.frame.A[None],
+        frame_names=(FRAME_NAME,),
+        source=f"scripted operator, seed {seed}",
+    )

@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from common.robot.dimensions import Dimensions
+from common.robot.placement import ACCEPTANCE, WIDE, Box, Placement
+from common.task_frame import TaskFrame
+
+
+@pytest.mark.parametrize("box", [ACCEPTANCE, WIDE])
+def test_receptacles_fill_their_box_and_face_the_arm(box: Box):
+    random = np.random.default_rng(0)
+    poses = np.array([box.sample(random) for _ in range(2000)])
+    np.testing.assert_allclose(poses[:, :3].min(axis=0), box.low_m, atol=0.002)
+    np.testing.assert_allclose(poses[:, :3].max(axis=0), box.high_m, atol=0.002)
+    inwards = np.array(
+        [TaskFrame.at(pose).A[0, 2] for pose in poses]
+    )  # of the bore's axis, along the base's x
+    tilts = np.degrees(np.arccos(inwards))
+    assert 14.5 < tilts.max() <= 15.0 and tilts.min() < 1.0
+
+
+def test_one_seed_is_one_placement():
+    dimensions = Dimensions()
+    one, same = (Placement.sample(np.random.default_rng(4), ACCEPTANCE, dimensions) for _ in range(2))
+    np.testing.assert_array_equal(one.receptacle, same.receptacle)
+    np.testing.assert_array_equal(one.joints_rad, same.joints_rad)
+    assert np.abs(one.joints_rad - dimensions.home_rad).max() < 0.6
