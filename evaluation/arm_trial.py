@@ -1,0 +1,211 @@
+"""One hot-stab by the arm: a learned model, the robot's own sight, touch and guards, the servo, the physics."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.disturbances import CALM, Disturbances, DisturbanceSettings
+from common.errors import InvalidInput
+from common.manifold import POSE
+from common.robot.compliance import ComplianceSettings
+from common.robot.placement import ACCEPTANCE, Box, Placement
+from common.robot.poses import AT_ORIGIN, compose, inverse, moved
+from common.robot.servo import ServoSettings
+from common.robot.simulation import TICK_S, PhysicsFailed, Simulation
+from common.robot.surroundings import Surroundings
+from common.task import Limits
+from common.tphsmm import TPHSMM
+from remote_site.adaptive_filter import AdaptiveFilter
+from remote_site.arm_plant import ArmPlant
+from remote_site.insertion import Insertion
+from remote_site.marker_tracker import CLEAN, MarkerTracker, TrackerNoise
+from remote_site.perception import SimulatedPerception
+from remote_site.recovery import MAX_ATTEMPTS, Recovery
+from remote_site.reproduction.executor_settings import ExecutorSettings
+
+Array = NDArray[np.float64]
+
+SETTINGS = ExecutorSettings(dt_s=TICK_S, horizon_s=0.6)
+DEPTH_M, LATERAL_M = (0.075, 0.095), 0.004
+HELD_S = 1.0
+_ENOUGH_S = 2.0
+_NEVER_S = 1e6
+_LOST_FROM_M = -0.040
+_SINGULAR_EVERY = 10
+_TARED_TICKS = 50
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a trial has to cope with.
+
+    Args:
+        noise: Of the tracker.
+        disturbances: What moves.
+        box: Where the receptacle may be.
+        jump_within_m: The step of the receptacle begins when the tip is so far before the mouth [m]; at its
+            own time when not given.
+        lost_s: From 40 mm before the mouth on the receptacle is out of sight for so long [s].
+        correcting: Whether contact corrects the frame.
+        admittance: Whether the arm gives way sideways.
+        attempts: How often it may go back from a jam.
+    """
+
+    noise: TrackerNoise = CLEAN
+    disturbances: DisturbanceSettings = CALM
+    box: Box = ACCEPTANCE
+    jump_within_m: float | None = None
+    lost_s: float = 0.0
+    correcting: bool = True
+    admittance: bool = True
+    attempts: int = MAX_ATTEMPTS
+
+
+@dataclass
+class Record:
+    """What happened; lists have one entry for each control period.
+
+    Args:
+        local: The tip in the true frame of the receptacle. Poses.
+        force_n: On the tool, tared.
+        least_singular_value: Of the arm's Jacobian, ten times a second.
+        cause: Why it ended without success.
+        inserted_s: When the plug was in for the first time.
+        tick_s: Time of the processor for each control period, all included [s].
+    """
+
+    local: list[Array] = field(default_factory=list)
+    force_n: list[float] = field(default_factory=list)
+    least_singular_value: list[float] = field(default_factory=list)
+    cause: str = ""
+    inserted_s: float = math.nan
+    tick_s: float = math.nan
+
+    @property
+    def success(self) -> bool:
+        """Whether the plug was held in."""
+        return not self.cause
+
+    @property
+    def peak_n(self) -> float:
+        """Largest force once the sensor was tared [N]."""
+        return max(self.force_n[_TARED_TICKS:], default=math.nan)
+
+    @property
+    def hold_n(self) -> float:
+        """Median force of the last second [N]."""
+        return float(np.median(self.force_n[-round(HELD_S / TICK_S) :]))
+
+
+class Sea:
+    """What surrounds the arm in a trial, at any time.
+
+    Args:
+        conditions: What there is to cope with.
+        rest: Where the receptacle rests. A pose. Shape (7,).
+        seed: Of the disturbances.
+    """
+
+    def __init__(self, conditions: Conditions, rest: Array, seed: int):
+        self._rest, self._seed = rest, seed
+        settings = conditions.disturbances
+        if conditions.jump_within_m is not None:
+            settings = replace(settings, step_at_s=_NEVER_S)  # until it is triggered
+        self._happening = Disturbances(settings, seed)
+
+    def jump(self, now_s: float) -> None:
+        """Let the step of the receptacle begin now."""
+        self._happening = Disturbances(replace(self._happening.settings, step_at_s=now_s), self._seed)
+
+    def __call__(self, time_s: float) -> Surroundings:
+        """All that acts on the arm at a time [s]."""
+        happening = self._happening
+        return Surroundings(
+            moved(self._rest, happening.receptacle(time_s)),
+            moved(AT_ORIGIN, happening.vehicle(time_s)),
+            happening.current_m_s(time_s),
+            happening.push_n(time_s),
+        )
+
+
+class Trial:
+    """One trial, ready to run.
+
+    Args:
+        model: The learned task.
+        conditions: What it has to cope with.
+        seed: Of everything random.
+        placement: Where everything is at first; random when not given.
+        limit_s: It has failed after this time [s].
+    """
+
+    def __init__(
+        self,
+        model: TPHSMM,
+        conditions: Conditions,
+        seed: int,
+        placement: Placement | None = None,
+        limit_s: float = 18.0,
+    ):
+        self._limit_s = limit_s
+        simulation = Simulation()
+        random = np.random.default_rng([seed, 1])
+        placed = placement or Placement.sample(random, conditions.box, simulation.dimensions)
+        self._conditions = conditions
+        self._sea = Sea(conditions, placed.receptacle, seed)
+        gains = ComplianceSettings() if conditions.admittance else _STIFF
+        self.arm = ArmPlant(simulation, self._sea, ServoSettings(compliance=gains), placed.joints_rad)
+        noise = conditions.noise
+        self.perception = SimulatedPerception(
+            lambda _: simulation.mouth,
+            MarkerTracker(POSE, noise, seed),
+            AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
+        )
+        recovery = Recovery(conditions.correcting, conditions.attempts)
+        self.insertion = Insertion(self.arm, self.perception, model, SETTINGS, Limits(), recovery)
+        self.record = Record()
+        self._held_s, self._lost_until_s, self._jumped = 0.0, math.nan, conditions.jump_within_m is None
+
+    def run(self) -> Record:
+        """Until the plug was held in, a guard acts, or its time is over."""
+        record, began_s = self.record, time.process_time()
+        while self._held_s < _ENOUGH_S:
+            if self.arm.time_s >= self._limit_s:
+                record.cause = "" if self._held_s >= HELD_S else "time"
+                break
+            try:
+                record.cause = self.insertion.tick(self.arm.time_s)
+            except (PhysicsFailed, InvalidInput) as error:
+                record.cause = str(error)
+            self._look()
+            if record.cause:
+                break
+        record.tick_s = (time.process_time() - began_s) / max(len(record.local), 1)
+        return record
+
+    def _look(self) -> None:
+        """Write down what happened, and let happen what depends on where the plug is."""
+        arm, record = self.arm, self.record
+        simulation, inside, now_s = arm.simulation, arm.simulation.insertion, arm.time_s
+        record.local.append(compose(inverse(simulation.mouth), simulation.tip))
+        record.force_n.append(float(np.linalg.norm(arm.servo.wrist.force)))
+        if len(record.local) % _SINGULAR_EVERY == 0:
+            record.least_singular_value.append(arm.servo.kinematics.least_singular_value())
+        good = DEPTH_M[0] <= inside.depth_m <= DEPTH_M[1] and inside.lateral_m < LATERAL_M
+        self._held_s = self._held_s + TICK_S if good else 0.0
+        if good and math.isnan(record.inserted_s):
+            record.inserted_s = now_s
+        if not self._jumped and inside.depth_m > -(self._conditions.jump_within_m or 0.0):
+            self._jumped = True
+            self._sea.jump(now_s)
+        if self._conditions.lost_s and math.isnan(self._lost_until_s) and inside.depth_m > _LOST_FROM_M:
+            self._lost_until_s = now_s + self._conditions.lost_s
+        self.perception.in_sight = not now_s < self._lost_until_s
+
+
+_STIFF = ComplianceSettings(lateral_m_s_n=0.0, tilt_rad_s_nm=0.0)

@@ -1,0 +1,125 @@
+"""An insertion, executed: the model says how to move, sight and touch say where to, the guards when not to.
+
+What it needs of an arm is more than a `Plant` has: the torque on the tool, and that it is told where the
+receptacle is. The first task frame is that of the receptacle: its origin in the mouth, z into the bore.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.robot.compliance import SeenReceptacle
+from common.task import Limits
+from common.task_frame import TaskFrame
+from common.tphsmm import TPHSMM
+from remote_site.guards import ForceGuard, SightGuard
+from remote_site.perception import SimulatedPerception
+from remote_site.plant import EffectorState, Plant
+from remote_site.recovery import Felt, Recovery
+from remote_site.reproduction.executor import Executor, ExecutorSettings
+from remote_site.sensing import Sensing
+
+Array = NDArray[np.float64]
+
+_LOOK_S = 0.5
+"""Before it begins the receptacle is looked at, and the wrist's sensor tared, for so long [s]."""
+_BACK_M_S = 0.08
+
+
+class Arm(Plant, Protocol):
+    """A plant whose points are poses of a plug's tip, and that knows of its receptacle."""
+
+    def see(self, receptacle: SeenReceptacle | None) -> None:
+        """Where the receptacle is believed to be, None when it is not known; valid until said anew."""
+        ...
+
+
+class Insertion:
+    """One execution of a learned insertion; call `tick` every control period, until it says why it ends.
+
+    Args:
+        arm: The machine.
+        perception: Sight of the receptacle.
+        model: The learned task.
+        settings: How to execute it.
+        limits: Of the task.
+        recovery: Its way out of jams.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        perception: SimulatedPerception,
+        model: TPHSMM,
+        settings: ExecutorSettings,
+        limits: Limits,
+        recovery: Recovery,
+    ):
+        self._arm, self._perception, self._dt_s = arm, perception, settings.dt_s
+        self._sensing = Sensing(arm, perception, model.n_frames, 1.0 / settings.dt_s, 0.0)
+        self._sight, self._force = SightGuard(self._sensing), ForceGuard(limits)
+        self.recovery = recovery
+        self.executor = Executor(model, settings)
+        self._begun = self._interrupted = False
+        self.jumps = 0
+        """How often the receptacle was found elsewhere."""
+
+    def tick(self, now_s: float) -> str:
+        """Move for one control period; why it must not go on, empty while it may.
+
+        Raises:
+            InvalidInput: When a measured or computed number is not finite.
+        """
+        sensing, dt_s = self._sensing, self._dt_s
+        sensing.update(now_s)
+        reason = self._reason()
+        if reason:
+            self._arm.brake(dt_s)
+            return reason
+        newest = self._perception.newest
+        quiet = newest is not None and newest.quiet
+        if newest is not None and newest.jumps > self.jumps:
+            self.jumps = newest.jumps
+            self.recovery.jumped()
+        felt = _felt(sensing.effector)
+        back = self.recovery.update(felt, sensing.frames[0], quiet, now_s, dt_s) if self._begun else None
+        frames = self.recovery.corrected(sensing.frames)
+        if math.isfinite(sensing.unseen_s):
+            velocity = np.zeros(6) if newest is None else newest.velocity
+            self._arm.see(SeenReceptacle(np.concatenate([frames[0].b, frames[0].quat_wxyz]), velocity))
+        if self._sight.must_wait or now_s < _LOOK_S:
+            self._interrupted = True
+            self._arm.brake(dt_s)
+        elif back is not None:
+            self._interrupted = True
+            self._arm.follow(back, _BACK_M_S, dt_s)
+        else:
+            self._arm.accelerate(self._acceleration(frames), dt_s)
+        return ""
+
+    def _reason(self) -> str:
+        reason, _ = self._force.reason(self._sensing.effector, self._dt_s)
+        if not reason and self._begun:
+            reason, _ = self._sight.reason()
+        if not reason and self.recovery.given_up:
+            reason = "jammed too often"
+        return reason
+
+    def _acceleration(self, frames: list[TaskFrame]) -> Array:
+        point, velocity = self._sensing.effector.controlled
+        if not self._begun:
+            self.executor.begin(point, velocity, frames)
+            self._begun = True
+        elif self._interrupted:
+            self.executor.resume(frames)
+        self._interrupted = False
+        return self.executor.step(point, velocity, frames).acceleration
+
+
+def _felt(effector: EffectorState) -> Felt:
+    load = np.zeros(6) if effector.load is None else effector.load
+    return Felt(effector.point, load[:3], TaskFrame.at(effector.point).A @ load[3:])

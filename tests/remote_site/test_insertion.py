@@ -1,0 +1,47 @@
+"""The real arm, physics, perception and model; what is wrong is made wrong for real."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from common.disturbances import DisturbanceSettings, Sway
+from evaluation.arm_trial import Conditions, Trial
+from evaluation.hot_stab import taught
+from remote_site.marker_tracker import TYPICAL
+
+
+def test_a_learned_insertion_succeeds_with_typical_noise_and_holds_gently():
+    record = Trial(taught(), Conditions(noise=TYPICAL), 1).run()
+    assert record.success
+    assert record.local[-1][2] > 0.080
+    assert record.peak_n < 200.0 and record.hold_n < 40.0
+
+
+def test_one_seed_gives_the_same_bits():
+    conditions = Conditions(noise=TYPICAL, disturbances=DisturbanceSettings(receptacle=Sway(0.02, 0.1)))
+    one, same = (Trial(taught(), conditions, 2, limit_s=3.0).run() for _ in range(2))
+    np.testing.assert_array_equal(np.stack(one.local), np.stack(same.local))
+    assert one.force_n == same.force_n
+
+
+def test_a_receptacle_that_is_lost_for_good_ends_it_with_the_reason():
+    record = Trial(taught(), Conditions(lost_s=60.0), 3).run()
+    assert record.cause.startswith("perception lost")
+    deepest = max(point[2] for point in record.local)
+    assert deepest < 0.03  # it did not go on blindly
+
+
+def test_a_receptacle_that_is_lost_for_two_seconds_is_waited_for():
+    record = Trial(taught(), Conditions(noise=TYPICAL, lost_s=2.0), 4).run()
+    assert record.success
+
+
+@pytest.mark.parametrize("seed", [5])
+def test_an_error_that_the_arm_cannot_give_way_to_fails(seed: int):
+    """Contact is real: far off the bore, without compliance, correction or retry, the plug does not go in."""
+    noise = replace(TYPICAL, bias_m=0.04, bias_rad=0.15)
+    conditions = Conditions(noise=noise, admittance=False, correcting=False, attempts=0)
+    assert not Trial(taught(), conditions, seed).run().success
