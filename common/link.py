@@ -23,8 +23,8 @@ from common.outbox import Outbox
 
 _log = loop_logger(__name__)
 
-OVERHEAD_BYTES = 30
-"""What the transport adds to a message, for its budget [B]."""
+OVERHEAD_BYTES = 70
+"""What Zenoh (about 30), TCP and IP (40) add to a message, for its budget [B]."""
 
 Deliver = Callable[[bytes], None]
 Answered = Callable[[bytes | None], None]

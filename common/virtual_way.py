@@ -9,12 +9,10 @@ from functools import partial
 
 from common.impairment import DirectionSettings
 from common.keys import Channel, Urgency
+from common.link import OVERHEAD_BYTES
 from common.message_line import MessageLine
 from common.send_queue import SendQueue
 from common.virtual_time import VirtualTime
-
-OVERHEAD_BYTES = 100
-"""What key, Zenoh, TCP and IP add to a message, assumed [B]."""
 
 
 class Kind(Enum):
@@ -73,7 +71,7 @@ class Way:
         """Have a packet sent as soon as there is room; nothing gets in while the way is cut."""
         if self.up:
             newest_only = None if packet.channel.must_arrive else packet.channel.key
-            self._queues[packet.channel.urgency].put(packet, newest_only, len(packet.data))
+            self._queues[packet.channel.urgency].put(packet, newest_only, len(packet.data) + OVERHEAD_BYTES)
             self._flush()
 
     def limit(self, channel: Channel, bytes_per_s: float) -> None:

@@ -86,14 +86,25 @@ class RealSites:
     """Robot, link and console, until the end of the block.
 
     Args:
-        delay_s: One-way delay at first [s].
+        delay_s: One-way delay at first [s]; None: the profile's.
         with_console: Whether there is one; otherwise `run_demo` brings an operator of its own.
         task: What the robot does.
         seed: Of the robot's noise and target, and of the hand.
+        profile: Of the link.
+        rate_bps: What the sites are told that it carries [bit/s]; 0: more than enough.
     """
 
-    def __init__(self, delay_s: float, with_console: bool = True, task: str = "planar", seed: int = 0):
+    def __init__(
+        self,
+        delay_s: float | None,
+        with_console: bool = True,
+        task: str = "planar",
+        seed: int = 0,
+        profile: str = "lan",
+        rate_bps: float = 0.0,
+    ):
         self._task, self._delay_s, self._with_console, self._seed = task, delay_s, with_console, seed
+        self._profile, self._rate_bps = profile, rate_bps
         self._folder = tempfile.TemporaryDirectory(prefix="farhand-")
         self._robot_port = free_port()
         self.heard: list[Heard] = []
@@ -104,11 +115,12 @@ class RealSites:
         self.robot = self._start_robot()
         self._link = Process(
             "link", f"--listen={_HOST}:0", f"--target={_HOST}:{self._robot_port}", f"--control={_HOST}:0",
-            "--profile=lan",
+            f"--profile={self._profile}",
         )  # fmt: skip
         self.control = RelayControl(_HOST, self._link.ready["control_port"])
-        settings = {"delay_ms": 1000.0 * self._delay_s}
-        self.control.set(uplink=settings, downlink=settings)
+        if self._delay_s is not None:
+            settings = {"delay_ms": 1000.0 * self._delay_s}
+            self.control.set(uplink=settings, downlink=settings)
         if self._with_console:
             self.open_console()
         return self
@@ -133,7 +145,7 @@ class RealSites:
         arguments = [
             "local", "--demo", f"--connect=tcp/{_HOST}:{self._link.ready['port']}", f"--task={self._task}",
             f"--data-dir={self._folder.name}", f"--json={result}", f"--link-control={_HOST}:{self._link.ready['control_port']}",
-            f"--outage={outage}", f"--seed={self._seed}",
+            f"--outage={outage}", f"--seed={self._seed}", f"--link-rate-bps={self._rate_bps:g}",
         ]  # fmt: skip
         done = subprocess.run(
             [sys.executable, "-m", "deploy.cli", *arguments], capture_output=True, text=True, check=False
@@ -145,10 +157,11 @@ class RealSites:
     def open_console(self) -> float:
         """The operator's site begins; when its transport was open, on this process's clock [s]."""
         endpoint = f"tcp/{_HOST}:{self._link.ready['port']}"
-        self.link = ZenohLink(EndpointSettings(connect=endpoint))
+        self.link = ZenohLink(EndpointSettings(connect=endpoint, rate_bps=self._rate_bps))
         opened_s = time.monotonic()
         task = find_task(self._task)
-        self.console = Console(task, TaskLibrary(task, Path(self._folder.name)), self.link, "operator")
+        library = TaskLibrary(task, Path(self._folder.name))
+        self.console = Console(task, library, self.link, "operator", rate_bps=self._rate_bps)
         self.link.subscribe(keys.TELEMETRY, self._hear)
         self.console.start()
         return opened_s

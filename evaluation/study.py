@@ -46,6 +46,7 @@ STUDIES = {
     "link-chaos": "evaluation.link_chaos",
     "link-delay": "evaluation.link_delay",
     "link-recovery": "evaluation.link_recovery",
+    "link-profiles": "evaluation.link_profiles",
     "cuts": "evaluation.cuts",
     "modes": "evaluation.modes",
     "freshness": "evaluation.freshness",

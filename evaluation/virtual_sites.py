@@ -91,7 +91,7 @@ class VirtualSites:
         """Kill the operator's process and start it again after so long [s]."""
         if self._console_lives:
             self.console.close()
-            self._console_end.close()
+            self.console_end.close()
         self._console_lives += 1
         if down_s:
             self.time.call_later(down_s, partial(self._start_console, self._console_lives))
@@ -132,9 +132,10 @@ class VirtualSites:
     # The console --------------------------------------------------------------------------------
 
     def _start_console(self, life: int) -> None:
-        self._console_end = self.link.local_end()
+        self.console_end = self.link.local_end()
         self.console = Console(
-            self.task, self._library, self._console_end, "operator", now_s=self.time.now_s
+            self.task, self._library, self.console_end, "operator", now_s=self.time.now_s,
+            rate_bps=self.config.link.rate_bps,
         )  # fmt: skip
         self.console.listen()
         self._console_tick(life)

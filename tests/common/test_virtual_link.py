@@ -6,10 +6,9 @@ import pytest
 
 from common import keys
 from common.impairment import DirectionSettings, LinkSettings
-from common.link import Request
+from common.link import OVERHEAD_BYTES, Request
 from common.virtual_link import VirtualEnd, VirtualLink
 from common.virtual_time import VirtualTime
-from common.virtual_way import OVERHEAD_BYTES
 
 FAR = LinkSettings(uplink=DirectionSettings(delay_ms=300), downlink=DirectionSettings(delay_ms=500))
 
@@ -126,7 +125,7 @@ def test_a_byte_budget_holds():
         bench.at(0.1 * number).send(keys.TELEMETRY, bytes(50))
     bench.at(60.0)
     gaps = [later[0] - earlier[0] for earlier, later in zip(bench.heard, bench.heard[1:], strict=False)]
-    assert min(gaps) == pytest.approx(0.5, abs=0.11)
+    assert min(gaps) == pytest.approx((50 + OVERHEAD_BYTES) / 100.0, abs=0.11)
 
 
 def test_messages_are_lost_and_doubled_by_the_settings():

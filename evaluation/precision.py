@@ -1,0 +1,84 @@
+"""Executions with a model as it was learned, and with one whose numbers were rounded to single precision."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.model_file import encode
+from common.task_frame import TaskFrame
+from common.tphsmm import ARRAY_FIELDS, TPHSMM
+from deploy.places import find_task
+from evaluation.approach_trials import scene, taught
+from evaluation.closed_loop import execute
+from evaluation.motion_metrics import rms
+from evaluation.planar import OscillatingU
+from local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from local_site.samples import sample_strokes
+
+Array = NDArray[np.float64]
+Case = dict[str, Any]
+
+KINDS = ("planar", "poses")
+_AFTER_S = 10.0
+_FLOATS = tuple(name for name, (_, kind) in ARRAY_FIELDS.items() if kind is np.float64)
+
+
+def rounded(model: TPHSMM) -> TPHSMM:
+    """The model after a journey in single precision; what must sum to one or have unit length does again."""
+    arrays = {name: getattr(model, name).astype(np.float32).astype(np.float64) for name in _FLOATS}
+    rows = arrays["transition"].sum(axis=1) + arrays["exit"]
+    arrays["transition"] /= rows[:, None]
+    arrays["exit"] /= rows
+    arrays["initial"] /= arrays["initial"].sum()
+    if model.manifold.oriented:
+        for name in ("means", "start_means"):
+            quats = arrays[name][..., model.n_dims :]
+            quats /= np.linalg.norm(quats, axis=-1, keepdims=True)
+    return replace(model, **arrays)
+
+
+def compare(kind: str, seed: int) -> Case:
+    """Errors of both, and what each takes as bytes."""
+    model, measure = _planar(seed) if kind == "planar" else _poses(seed)
+    size = len(encode(model))
+    n_floats = sum(getattr(model, name).size for name in _FLOATS)
+    return {
+        "double": measure(model),
+        "single": measure(rounded(model)),
+        "double_bytes": size,
+        "single_bytes": size - 4 * n_floats,
+    }
+
+
+def _planar(seed: int):
+    task = find_task("planar")
+    strokes = sample_strokes(task, seed)
+    settings = LearnerSettings(task.learning.max_distance_m or 0.22, task.learning.min_std_m)
+    learner = OnlineLearner(settings, 2, task.frame_names)
+    at = [TaskFrame(np.eye(2), np.array(task.target.origin_m))]
+    for stroke in strokes:
+        learner.start()
+        learner.observe_many(stroke.position_m, at, stroke.time_s.tolist())
+        learner.end()
+
+    def measure(model: TPHSMM) -> dict[str, float]:
+        event = OscillatingU(task, seed)
+        done = execute(model, strokes[seed % len(strokes)].position_m[0], event, rest_s=_AFTER_S)
+        after = done.time_s > done.time_s[-1] - _AFTER_S
+        return {"after the arrival [mm]": 1e3 * rms(done.world[after] - event.truth(done.time_s[after]))}
+
+    return learner.model(), measure
+
+
+def _poses(seed: int):
+    def measure(model: TPHSMM) -> dict[str, float]:
+        event, _, start = scene(seed, "static", oriented=True)
+        done = execute(model, start, event, rest_s=1.0)
+        end_mm = 1e3 * float(np.linalg.norm(done.local[-1]))
+        return {"at the mouth [mm]": end_mm, "turn [deg]": float(done.turn_deg[-1])}
+
+    return taught(seed, oriented=True)[1], measure

@@ -1,0 +1,65 @@
+"""The narrowest profile and one execution of each kind of the study of link profiles, and its parts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from common.model_file import decode, encode
+from evaluation import link_profiles, precision, profile_jobs
+from evaluation.approach_trials import taught
+
+
+@pytest.fixture(scope="module")
+def acoustic() -> dict:
+    return link_profiles.trial({"what": "virtual", "profile": "acoustic"})
+
+
+def test_the_narrowest_link_carries_telemetry_models_and_a_stop(acoustic):
+    for phase in acoustic["telemetry"].values():
+        assert phase["rate_hz"] >= 0.5
+        assert 0.67 < phase["age_p50_s"] <= phase["age_p95_s"] <= 2 * 0.67 + 3.0
+    assert acoustic["stop_s"] < 2.0  # it does not wait behind the model
+    for model in acoustic["models"].values():
+        assert model["parts"] > 1 and model["wire_bytes"] > model["bytes"]
+        # Nothing is faster than the rate, or than a round trip for each part.
+        assert model["took_s"] > max(8 * model["wire_bytes"] / 9600, 2 * 0.67 * model["parts"])
+
+
+def test_a_profile_that_is_too_slow_is_told(acoustic):
+    executions = [link_profiles.trial({"what": kind, "seed": 1_000_000}) for kind in precision.KINDS]
+    assert link_profiles.summarise([acoustic, *executions])[0]["passed"]
+    slow = {**acoustic, "telemetry": {"at rest": {"rate_hz": 0.4, "age_p50_s": 1.0, "age_p95_s": 2.0}}}
+    summary, text = link_profiles.summarise([slow, *executions])
+    assert not summary["passed"] and "NOT on every profile" in text
+    for kind in precision.KINDS:
+        assert all(difference < 0.01 for difference in summary["precision"][kind].values())  # mm, degrees
+
+
+def test_all_profiles_run_virtual_and_real_and_a_few_trials_leave_the_real_ones_out():
+    every, few = link_profiles.cases(None, 0), link_profiles.cases(1, 0)
+    assert [c["profile"] for c in every if c["what"] == "real"] == ["lan", "geo", "leo", "acoustic"]
+    assert sum(c["what"] == "poses" for c in every) == 50
+    assert not any(c["what"] == "real" for c in few) and sum(c["what"] == "virtual" for c in few) == 4
+
+
+def test_the_age_is_that_of_the_newest_report_at_each_moment():
+    # Sent at 0, 1, 2 ... and 0.5 s under way: the age rises from 0.5 to 1.5 s again and again.
+    regular = [(n + 0.5, float(n)) for n in range(20)]
+    phase = profile_jobs.seen(regular, 2.5, 12.5)
+    assert phase["rate_hz"] == pytest.approx(1.0)
+    assert phase["age_p50_s"] == pytest.approx(1.0, abs=0.03)
+    assert phase["age_p95_s"] == pytest.approx(1.45, abs=0.03)
+    # One that was overtaken makes nothing older.
+    late = [*regular[:6], (5.6, 1.5), *regular[6:]]
+    assert profile_jobs.seen(late, 2.5, 12.5)["age_p95_s"] == phase["age_p95_s"]
+
+
+def test_a_model_rounded_to_single_precision_is_a_model_of_half_the_size():
+    _, model = taught(3, oriented=True)
+    rounded = precision.rounded(model)
+    assert decode(encode(rounded)).n_demonstrations == model.n_demonstrations
+    np.testing.assert_allclose(rounded.means, model.means, rtol=1e-6, atol=1e-7)
+    assert np.abs(rounded.means - model.means).max() > 0.0
+    found = precision.compare("poses", 3)
+    assert 0.45 < found["single_bytes"] / found["double_bytes"] < 0.6
