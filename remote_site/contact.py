@@ -34,7 +34,7 @@ class OperatorContact:
     """
 
     def __init__(self, config: RemoteConfig, clock: BootClock):
-        self._clock = clock
+        self._clock, self._max_age_s = clock, config.max_age_s
         self.lease = Lease(config.lease_s)
         telemetry_s = period_s(
             keys.TELEMETRY, config.telemetry_hz, MAX_TELEMETRY_BYTES, config.link.rate_bps
@@ -76,7 +76,7 @@ class OperatorContact:
         # What is usual is learned from the holder alone: another site may be nearer or further away.
         verdict = (self._freshness.renew if is_renewal else self._freshness.judge)(request.echo)
         self.delay_changed = self.delay_changed or verdict.delay_changed
-        if is_renewal and verdict.reason and not verdict.delay_changed:
+        if is_renewal and verdict.reason and not verdict.delay_changed and not self._awaits_report(request):
             self.stale_refused += 1
             return f"this renewal came too late: {verdict.reason}", verdict.age_s
         fresh = not verdict.reason
@@ -89,6 +89,11 @@ class OperatorContact:
                 self._freshness.renew(request.echo)
             self._heard(request.echo)
         return reason, verdict.age_s
+
+    def _awaits_report(self, request: LeaseRequest) -> bool:
+        """Whether the holder may still wait for its first report: it cannot echo one before."""
+        unheard = request.echo is None and self._freshness.reference_s is None
+        return unheard and self._clock.now_s() - self.lease.since_s <= self._max_age_s
 
     def command_refusal(self, command: Command) -> tuple[str, float | None]:
         """Why a command may not count, with the measured value; an empty reason when it may."""

@@ -21,7 +21,9 @@ class Lease:
         self._duration_s = duration_s
         self.session = ""
         """Of the process that holds it, empty when free."""
-        self._since_s = self._renewed_s = 0.0
+        self._renewed_s = 0.0
+        self.since_s = 0.0
+        """When the holder took it [s]."""
         self._asking: tuple[str, str, float] = ("", "", 0.0)  # session, name, when
         self._replaced: deque[str] = deque(maxlen=_REMEMBERED)
         self._sessions: deque[str] = deque(maxlen=_REMEMBERED)  # in the order in which they were heard of
@@ -70,7 +72,7 @@ class Lease:
         elif self.lease_id:
             if wish is Wish.ASK:
                 self._asking, self.asked_by = (session, site_name, now_s), site_name
-            return f"held by {self.holder} for {now_s - self._since_s:.0f} s"
+            return f"held by {self.holder} for {now_s - self.since_s:.0f} s"
         self._grant(session, site_name, now_s)
         return ""
 
@@ -95,7 +97,7 @@ class Lease:
 
     def _grant(self, session: str, site_name: str, now_s: float) -> None:
         self.session, self.holder = session, site_name
-        self._since_s = self._renewed_s = now_s
+        self.since_s = self._renewed_s = now_s
         self.lease_id = secrets.token_hex(8)
         self._forget_asking()
 

@@ -45,6 +45,20 @@ def test_the_lease_is_granted_without_an_echo_and_says_what_the_robot_is():
     assert reply.stamp.boot == "boot"
 
 
+def test_who_cannot_have_heard_the_robot_yet_keeps_the_lease_for_the_largest_round_trip():
+    operators = Operators()
+    lease_id = operators.ask("ann", age_s=None).lease_id
+    assert all(operators.ask("ann", age_s=None).lease_id == lease_id for _ in range(15))
+    assert "came too late" in operators.ask("ann", age_s=None).reason
+
+
+def test_who_has_heard_the_robot_must_echo_it_to_keep_the_lease():
+    operators = Operators()
+    operators.ask("ann", age_s=None)
+    assert operators.ask("ann").granted
+    assert "no report" in operators.ask("ann", age_s=None).reason
+
+
 def test_another_site_is_refused_and_learns_the_holder_but_not_the_lease():
     operators = Operators()
     operators.ask("ann")
