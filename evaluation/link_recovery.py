@@ -7,6 +7,7 @@ has opened its transport.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from common.link_control import RelayControl
+from evaluation.link_delay import scheduling
 from evaluation.real_sites import RealSites
 
 Case = dict[str, Any]
@@ -41,7 +43,7 @@ def trial(case: Case) -> Case:
             for name, recover in RECOVERIES.items():
                 took_s = [recover(sites) for _ in range(case["repeats"])]
                 results.append({"delay_s": delay_s, "what": name, "took_s": took_s})
-    return {"recoveries": results}
+    return {"recoveries": results, "scheduling": scheduling(), "load": os.getloadavg()[0]}
 
 
 def _after_stall(sites: RealSites) -> float:
@@ -124,5 +126,9 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     lines += [
         f"| {r['what']} | {r['delay_s']:g} | {r['p50_s']:.3f} | {r['worst_s']:.3f} | {r['limit_s']:.2f} | {r['n']} |"
         for r in rows
+    ]
+    lines += [
+        "",
+        f"Scheduled with {results[0]['scheduling']}; load of the machine {results[0]['load']:.1f}, on {os.cpu_count()} cores.",
     ]
     return {"passed": passed, "recoveries": rows}, "\n".join(lines)

@@ -13,7 +13,13 @@ def test_the_limits_are_those_that_were_promised():
 
 def test_the_worst_is_held_against_the_limit():
     def result(*took_s: float) -> list[link_recovery.Case]:
-        return [{"recoveries": [{"delay_s": 0.0, "what": "stall", "took_s": list(took_s)}]}]
+        return [
+            {
+                "recoveries": [{"delay_s": 0.0, "what": "stall", "took_s": list(took_s)}],
+                "scheduling": "niceness 0",
+                "load": 1.5,
+            }
+        ]
 
     assert link_recovery.summarise(result(0.01, 0.25))[0]["passed"]
     summary, markdown = link_recovery.summarise(result(0.01, 0.02, 0.26))
