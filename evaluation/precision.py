@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -21,6 +22,7 @@ from local_site.samples import sample_strokes
 
 Array = NDArray[np.float64]
 Case = dict[str, Any]
+Measure = Callable[[TPHSMM], dict[str, float]]
 
 KINDS = ("planar", "poses")
 _AFTER_S = 10.0
@@ -54,7 +56,8 @@ def compare(kind: str, seed: int) -> Case:
     }
 
 
-def _planar(seed: int):
+def _planar(seed: int) -> tuple[TPHSMM, Measure]:
+    """A model of the task's strokes, and how far from the U an execution of it stays."""
     task = find_task("planar")
     strokes = sample_strokes(task, seed)
     settings = LearnerSettings(task.learning.max_distance_m or 0.22, task.learning.min_std_m)
@@ -74,7 +77,9 @@ def _planar(seed: int):
     return learner.model(), measure
 
 
-def _poses(seed: int):
+def _poses(seed: int) -> tuple[TPHSMM, Measure]:
+    """A model of the synthetic approach, and where an execution of it ends."""
+
     def measure(model: TPHSMM) -> dict[str, float]:
         event, _, start = scene(seed, "static", oriented=True)
         done = execute(model, start, event, rest_s=1.0)
