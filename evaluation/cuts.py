@@ -15,7 +15,6 @@ from __future__ import annotations
 import logging
 import tempfile
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from random import Random
 from typing import Any, get_args
@@ -26,7 +25,6 @@ from msgspec import structs
 from common.errors import FarhandError
 from common.impairment import DirectionSettings, LinkSettings
 from deploy.places import find_task
-from evaluation.real_sites import RealSites
 from evaluation.statistics import wilson_interval
 from evaluation.study import reporting_seeds
 from evaluation.tables import rate, table
@@ -40,18 +38,14 @@ Case = dict[str, Any]
 
 KINDS: tuple[OutageKind, ...] = get_args(OutageKind)
 LOST_OF_200 = 4
-_TRIALS, _ONE_REAL_IN = 200, 10
-_AT_ONCE = 5
-"""Real jobs beside each other: they wait most of the time."""
+_TRIALS = 200
 _START_STD_M = 0.05
 _MARGIN_M = 0.05
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """All real jobs together, and each virtual one."""
-    drawn = [_draw(each, number) for number, each in enumerate(reporting_seeds(seed, trials or _TRIALS))]
-    real = drawn[: len(drawn) // _ONE_REAL_IN]
-    return [*([{"real": real}] if real else []), *drawn]
+    """One cut for each seed."""
+    return [_draw(each, number) for number, each in enumerate(reporting_seeds(seed, trials or _TRIALS))]
 
 
 def _draw(seed: int, number: int) -> Case:
@@ -66,10 +60,7 @@ def _draw(seed: int, number: int) -> Case:
 
 
 def trial(case: Case) -> Case:
-    """One seed without and with its cut, or all the real jobs."""
-    if "real" in case:
-        with ThreadPoolExecutor(_AT_ONCE) as pool:
-            return {"real": list(pool.map(_really, case["real"]))}
+    """One seed without and with its cut."""
     logging.disable(logging.WARNING)
     try:
         uncut, cut = _virtually(case, None), _virtually(case, _outage(case))
@@ -93,72 +84,56 @@ def _virtually(case: Case, outage: PlannedOutage | None) -> Case:
     with tempfile.TemporaryDirectory(prefix="farhand-cuts-") as folder:
         sites = VirtualSites(task, TaskLibrary(task, Path(folder)), settings, RemoteConfig(seed=seed))
         try:
-            return _told(do_job(sites, settings, outage, seed))
+            return told(do_job(sites, settings, outage, seed))
         except FarhandError as error:
             return {"success": False, "why": str(error)}
 
 
-def _really(case: Case) -> Case:
-    outage = f"{case['kind']}:{case['duration_s']:.2f}@{case['at']:.3f}"
-    try:
-        with RealSites(case["delay_s"], with_console=False, seed=case["seed"]) as sites:
-            return {**case, "cut": _told(sites.run_demo(outage))}
-    except FarhandError as error:
-        return {**case, "cut": {"success": False, "why": str(error)}}
-
-
-def _told(result: Case) -> Case:
-    """What is kept of a job's result."""
+def told(result: Case) -> Case:
+    """What is kept of the result of a job."""
     rms_m = result["execution"]["rms_error_m"]
-    told = {"success": result["success"], "rms_error_m": rms_m, "ended_s": result["events"][-1]["time_s"]}
-    told |= {"cut_in": result["cut_in"]} if "cut_in" in result else {}
-    return told if result["success"] else {**told, "why": f"the RMS error was {rms_m} m"}
+    return {
+        "success": result["success"],
+        "why": "" if result["success"] else f"the RMS error was {rms_m} m",
+        "rms_error_m": rms_m,
+        "ended_s": result["events"][-1]["time_s"],
+        "cut_in": result.get("cut_in", ""),
+    }
+
+
+def described(case: Case) -> str:
+    """The cut in words."""
+    return f"{case['kind']} for {case['duration_s']:.1f} s after {case['at']:.0%} of the motion"
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """What was lost, by kind of cut, and the real jobs beside it."""
-    real = [each for result in results for each in result.get("real", [])]
-    virtual = [result for result in results if "real" not in result]
-    begun = [result for result in virtual if result["uncut"]["success"]]
+    """What was lost, by kind of cut."""
+    begun = [result for result in results if result["uncut"]["success"]]
     lost = [result for result in begun if result["lost"]]
-    failed = [each for each in real if not each["cut"]["success"]]
+    cut_in = Counter(result["cut"].get("cut_in", "") for result in results)
     summary = {
-        "trials": len(virtual),
+        "trials": len(results),
         "succeed_uncut": len(begun),
         "lost": len(lost),
         "lost_seeds": [result["seed"] for result in lost],
         "lost_rate_interval": wilson_interval(len(lost), len(begun)),
-        "cut_in": Counter(result["cut"].get("cut_in", "") for result in virtual),
-        "real": len(real),
-        "real_failed": len(failed),
-        "passed": len(lost) <= LOST_OF_200 * len(virtual) / _TRIALS and not failed,
+        "cut_in": cut_in,
+        "passed": len(lost) <= LOST_OF_200 * len(results) / _TRIALS,
     }
-    rows = [
-        (kind, _kept([r for r in begun if r["kind"] == kind]), _real([r for r in real if r["kind"] == kind]))
-        for kind in KINDS
-    ]
-    rows.append(("all", _kept(begun), _real(real)))
-    lines = ["# The job while the link is cut", "", _TEXT, ""]
-    lines += [
-        f"{len(begun)} of {len(virtual)} jobs succeed without a cut; {len(lost)} of those are lost by it "
-        f"(at most {LOST_OF_200} of {_TRIALS} may be). {len(failed)} of {len(real)} real jobs failed.", "",
-        table(("cut", "kept of those that succeed uncut", "real jobs done"), rows), "",
+    groups = [(kind, [result for result in begun if result["kind"] == kind]) for kind in KINDS]
+    rows = [(kind, rate([not each["lost"] for each in part])) for kind, part in [*groups, ("all", begun)]]
+    lines = [
+        "# The job while the link is cut", "", _TEXT, "",
+        f"{len(begun)} of {len(results)} jobs succeed without a cut; {len(lost)} of those are lost by it "
+        f"(at most {LOST_OF_200} of {_TRIALS} may be).", "",
+        table(("cut", "kept of those that succeed uncut"), rows), "",
         "What the robot was doing when the link was cut: "
-        + ", ".join(f"{phase.lower()} {n}" for phase, n in sorted(summary["cut_in"].items())) + ".",
+        + ", ".join(f"{phase.lower()} {n}" for phase, n in sorted(cut_in.items())) + ".",
     ]  # fmt: skip
-    for each in [*lost, *failed]:
-        lines.append(
-            f"- lost: seed {each['seed']}, {each['kind']} for {each['duration_s']:.1f} s: {each['cut']['why']}"
-        )
+    failed = [("lost", result, result["cut"]) for result in lost]
+    failed += [("fails uncut", each, each["uncut"]) for each in results if not each["uncut"]["success"]]
+    lines += [f"- {what}: seed {case['seed']}, {described(case)}: {job['why']}" for what, case, job in failed]
     return summary, "\n".join(lines)
-
-
-def _kept(results: list[Case]) -> str:
-    return rate([not result["lost"] for result in results])
-
-
-def _real(results: list[Case]) -> str:
-    return rate([result["cut"]["success"] for result in results])
 
 
 _TEXT = (__doc__ or "").split("\n", 1)[1].strip()

@@ -48,6 +48,7 @@ STUDIES = {
     "link-recovery": "evaluation.link_recovery",
     "link-profiles": "evaluation.link_profiles",
     "cuts": "evaluation.cuts",
+    "cuts-real": "evaluation.real_cuts",
     "modes": "evaluation.modes",
     "freshness": "evaluation.freshness",
 }

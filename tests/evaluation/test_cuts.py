@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from evaluation import cuts
+from evaluation import cuts, real_cuts
 from evaluation.cuts import KINDS
 
 
@@ -13,13 +13,12 @@ def results() -> list[dict]:
     return [cuts.trial(case) for case in cuts.cases(2, 7)]
 
 
-def test_cuts_are_of_every_kind_at_any_moment_and_one_in_ten_is_real():
-    real, *virtual = cuts.cases(None, 0)
-    assert len(virtual) == 200 and real["real"] == virtual[:20]
-    assert {case["kind"] for case in virtual} == set(KINDS)
-    assert min(case["at"] for case in virtual) < 0.05 and max(case["at"] for case in virtual) > 0.95
-    assert all(1.0 <= case["duration_s"] <= 60.0 for case in virtual)
-    assert len({case["seed"] for case in virtual}) == 200
+def test_cuts_are_of_every_kind_at_any_moment():
+    every = cuts.cases(None, 0)
+    assert len({case["seed"] for case in every}) == len(every) == 200
+    assert {case["kind"] for case in every} == set(KINDS)
+    assert min(case["at"] for case in every) < 0.05 and max(case["at"] for case in every) > 0.95
+    assert all(1.0 <= case["duration_s"] <= 60.0 for case in every)
 
 
 def test_a_job_that_succeeds_uncut_succeeds_with_the_cut(results):
@@ -35,12 +34,14 @@ def test_only_what_succeeds_uncut_can_be_lost(results):
     lost = {**results[0], "lost": True, "cut": {"success": False, "why": "it stands still"}}
     summary, text = cuts.summarise([*results, unlucky, lost])
     assert (summary["trials"], summary["succeed_uncut"], summary["lost"]) == (4, 3, 1)
-    assert "it stands still" in text and "| all | 2 of 3 = 66.7 %" in text
+    assert "it stands still" in text and "| all | 2 of 3 = 66.7 %" in text and "fails uncut" in text
 
 
 def test_a_real_job_that_fails_is_a_failure():
-    done = {"seed": 1, "kind": "stall", "duration_s": 1.0, "cut": {"success": True}}
+    assert real_cuts.cases(None, 0)[0]["jobs"] == cuts.cases(24, 0)
+    done = {**cuts.cases(1, 0)[0], "cut": {"success": True, "why": ""}}
     failed = {**done, "cut": {"success": False, "why": "no arrival"}}
-    assert cuts.summarise([{"real": [done]}])[0]["passed"]
-    summary, text = cuts.summarise([{"real": [done, failed]}])
-    assert not summary["passed"] and summary["real_failed"] == 1 and "no arrival" in text
+    machine = {"scheduling": "niceness 0", "load": 1.0}
+    assert real_cuts.summarise([{"jobs": [done], **machine}])[0]["passed"]
+    summary, text = real_cuts.summarise([{"jobs": [done, failed], **machine}])
+    assert not summary["passed"] and summary["failed_seeds"] == [done["seed"]] and "no arrival" in text
