@@ -4,8 +4,8 @@ Both sites' own code in virtual time over each profile of `deploy/link_profiles.
 70 bytes for transport and network on top of its own: telemetry for a minute at rest and for a minute of
 driving; the planar model, sent from the console; and a model of poses (five demonstrations of the synthetic
 approach), which the planar robot answers, and refuses, when all of it is there. While that one is under way
-somebody presses Stop. Age is that of what the operator sees, at every moment. Beside it stand real processes
-over the real relay, with the whole job by script.
+somebody presses Stop. Age is that of what the operator sees, at every moment. (`link-profiles-real`: real
+processes over the real relay.)
 
 Single precision: the same executions with a model whose numbers were rounded to 32 bits. Errors after the
 arrival: RMS over 10 s to the centre of the oscillating U on the board; at the mouth, and of the turn, for poses.
@@ -30,20 +30,16 @@ _TRIALS = 50
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Each profile with real processes, if all is run; each in virtual time; the executions."""
-    profiles = list(load_profiles(PROFILES_FILE))
-    real = [{"what": "real", "profile": name} for name in profiles] if trials is None else []
-    virtual = [{"what": "virtual", "profile": name} for name in profiles]
+    """Each profile, and the executions."""
+    profiles = [{"what": "profile", "profile": name} for name in load_profiles(PROFILES_FILE)]
     seeds = reporting_seeds(seed, trials or _TRIALS)
-    return [*real, *virtual, *({"what": kind, "seed": s} for kind in precision.KINDS for s in seeds)]
+    return [*profiles, *({"what": kind, "seed": s} for kind in precision.KINDS for s in seeds)]
 
 
 def trial(case: Case) -> Case:
     """One of them."""
-    if case["what"] == "real":
-        return {**case, **profile_jobs.really(case["profile"])}
-    if case["what"] == "virtual":
-        return {**case, **profile_jobs.virtually(case["profile"])}
+    if case["what"] == "profile":
+        return {**case, **profile_jobs.measure(case["profile"])}
     return {**case, **precision.compare(case["what"], case["seed"])}
 
 
@@ -54,42 +50,45 @@ def age_limit_s(one_way_s: float) -> float:
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
     """A row for each profile, and one for each kind of model."""
-    virtual = [r for r in results if r["what"] == "virtual"]
-    real = [r for r in results if r["what"] == "real"]
+    profiles = [r for r in results if r["what"] == "profile"]
     told = {kind: [r for r in results if r["what"] == kind] for kind in precision.KINDS}
     summary: Case = {
-        "profiles": {r["profile"]: _holds(r) for r in virtual},
-        "real": {r["profile"]: _holds(r) and r["demo"]["success"] for r in real},
+        "profiles": {r["profile"]: holds(r) for r in profiles},
         "precision": {kind: _cost(part) for kind, part in told.items()},
     }
-    summary["passed"] = all(summary["profiles"].values()) and all(summary["real"].values())
+    summary["passed"] = all(summary["profiles"].values())
     lines = [
-        "# Link profiles", "", _TEXT, "",
-        f"Telemetry at least {LEAST_HZ:g} Hz and its age p95 at most {ONE_WAYS:g} x one way + {SLACK_S:g} s "
-        f"{'on every profile' if summary['passed'] else 'NOT on every profile'}.",
-        "", "## In virtual time", "", _telemetry(virtual), "", _models(virtual),
+        "# Link profiles", "", _TEXT, "", verdict(summary["passed"]), "", _telemetry(profiles), "",
+        _models(profiles), "", "## Single precision on the wire", "", _precision(told),
     ]  # fmt: skip
-    if real:
-        lines += ["", "## Real processes", "", _real(real)]
-    lines += ["", "## Single precision on the wire", "", _precision(told)]
     return summary, "\n".join(lines)
 
 
-def _holds(result: Case) -> bool:
+def holds(result: Case) -> bool:
+    """Whether telemetry is as often and as young as it must be, whatever else goes on."""
     return all(
         phase["rate_hz"] >= LEAST_HZ and phase["age_p95_s"] <= age_limit_s(result["one_way_s"])
         for phase in result["telemetry"].values()
     )
 
 
-def _seen(phase: Case) -> str:
+def verdict(passed: bool) -> str:
+    """The limits, and whether every profile keeps to them."""
+    return (
+        f"Telemetry at least {LEAST_HZ:g} Hz and its age p95 at most {ONE_WAYS:g} x one way + {SLACK_S:g} s "
+        f"{'on every profile' if passed else 'NOT on every profile'}."
+    )
+
+
+def seen(phase: Case) -> str:
+    """Rate and ages in words."""
     return f"{phase['rate_hz']:.2f} Hz, {phase['age_p50_s']:.2f} / {phase['age_p95_s']:.2f}"
 
 
 def _telemetry(results: list[Case]) -> str:
     phases = list(results[0]["telemetry"])
     rows = [
-        (r["profile"], f"{r['one_way_s']:.3g}", *(_seen(r["telemetry"][phase]) for phase in phases))
+        (r["profile"], f"{r['one_way_s']:.3g}", *(seen(r["telemetry"][phase]) for phase in phases))
         for r in results
     ]
     header = ("", "one way [s]", *(f"{phase}: rate, age p50 / p95 [s]" for phase in phases))
@@ -113,24 +112,6 @@ def _models(results: list[Case]) -> str:
     return table(
         ("", *(f"{name}, on the wire, until answered" for name in names), "stop there after [s]"), rows
     )
-
-
-def _real(results: list[Case]) -> str:
-    rows = [
-        (
-            r["profile"],
-            *(_seen(phase) for phase in r["telemetry"].values()),
-            f"{r['up_bytes_s']:.0f} / {r['down_bytes_s']:.0f}",
-            f"{r['model_s']:.2f}",
-            "done" if r["demo"]["success"] else f"FAILED: {r['demo']['why']}",
-        )
-        for r in results
-    ]
-    header = (
-        "", "at rest: rate, age p50 / p95 [s]", "there / back at rest [B/s]",
-        "planar model until confirmed [s]", "planar job",
-    )  # fmt: skip
-    return table(header, rows)
 
 
 def _cost(results: list[Case]) -> Case:

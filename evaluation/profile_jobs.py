@@ -1,4 +1,4 @@
-"""One link profile: telemetry at rest and while driving, models on their way, a stop; virtual and real."""
+"""One link profile in virtual time: telemetry at rest and while driving, models on their way, a stop."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import functools
 import logging
 import math
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ import numpy as np
 from common import keys
 from common.control_mode import Action, ControlMode
 from common.endpoint import EndpointSettings
-from common.errors import FarhandError, ProcessFailed
+from common.errors import FarhandError
 from common.link import OVERHEAD_BYTES
 from common.link_profile import LinkProfile, find_profile, load_profiles
 from common.model_file import content_hash, encode
@@ -25,7 +24,6 @@ from common.virtual_way import Packet
 from deploy.link_process import PROFILES_FILE
 from deploy.places import find_task
 from evaluation.approach_trials import taught
-from evaluation.real_sites import RealSites
 from evaluation.virtual_job import VirtualPlace
 from evaluation.virtual_sites import VirtualSites
 from local_site import intents
@@ -39,7 +37,6 @@ from remote_site.config import RemoteConfig
 Case = dict[str, Any]
 
 _PHASE_S, _SAMPLE_S, _PATIENCE_S = 60.0, 0.02, 1200.0
-_REAL_S = 30.0
 _HAND_S = 1.0 / 30.0
 _STOP_AFTER_S = 2.0
 
@@ -54,8 +51,8 @@ def rate_bps(profile: LinkProfile) -> float:
     return min((way.rate_bps for way in (profile.uplink, profile.downlink) if way.rate_bps), default=0.0)
 
 
-def virtually(name: str) -> Case:
-    """The profile with both sites in virtual time."""
+def measure(name: str) -> Case:
+    """All of it over the profile of that name."""
     logging.disable(logging.WARNING)
     try:
         with tempfile.TemporaryDirectory(prefix="farhand-profile-") as folder:
@@ -108,7 +105,7 @@ class _VirtualProfile:
     def _watch(self) -> Case:
         from_s = self._place.now_s()
         self._place.pause(_PHASE_S)
-        return seen(self._sent_s, from_s, self._place.now_s())
+        return age_and_rate(self._sent_s, from_s, self._place.now_s())
 
     def _send_planar(self) -> Case:
         learned, from_s = self._library.learned, self._begin_model()
@@ -127,7 +124,7 @@ class _VirtualProfile:
             self._place.pause(_SAMPLE_S)
         until_s = max(self._place.now_s(), from_s + 20.0)
         self._place.pause(until_s - self._place.now_s())
-        phase = seen(self._sent_s, from_s, until_s)
+        phase = age_and_rate(self._sent_s, from_s, until_s)
         return stopped_s, self._model(learned, from_s, self._answers[0]), phase
 
     def _stop(self) -> float:
@@ -180,7 +177,7 @@ class _VirtualProfile:
             self._sent_s.append((self._place.now_s(), packet.sent_s))
 
 
-def seen(arrivals: list[tuple[float, float]], from_s: float, until_s: float) -> Case:
+def age_and_rate(arrivals: list[tuple[float, float]], from_s: float, until_s: float) -> Case:
     """Rate of the reports in a time, and the age of the newest one at each moment of it.
 
     Args:
@@ -203,42 +200,3 @@ def _play(sites: VirtualSites, timeline: Timeline, began_s: float, elapsed_s: fl
     sites.link.change(timeline.at(elapsed_s))
     if (next_s := timeline.next_change_s(elapsed_s)) is not None:
         sites.time.call_at(began_s + next_s, functools.partial(_play, sites, timeline, began_s, next_s))
-
-
-def really(name: str) -> Case:
-    """The profile with real processes and the real relay."""
-    profile = find_profile(load_profiles(PROFILES_FILE), name)
-    rate = rate_bps(profile)
-    with RealSites(None, profile=name, rate_bps=rate) as sites:
-        sites.wait_for("control of the robot", lambda picture: picture.in_control)
-        before, from_s = sites.control.status(), time.monotonic()
-        sites.wait_until_heard("reports", lambda heard: heard.arrived_s > from_s + _REAL_S)
-        after, until_s = sites.control.status(), time.monotonic()
-        up, down = (
-            (after[way]["delivered_bytes"] - before[way]["delivered_bytes"]) / (until_s - from_s)
-            for way in ("uplink", "downlink")
-        )
-        # Both processes read the one monotonic clock of this machine.
-        arrivals = [(heard.arrived_s, heard.sent_s) for heard in sites.heard]
-        sites.console.submit(intents.LoadSamples())
-        sites.wait_for("the model", lambda picture: picture.n_demonstrations > 0 and not picture.recording)
-        from_model_s = time.monotonic()
-        sites.console.submit(intents.SendModel())
-        sites.wait_for("its confirmation", lambda picture: bool(picture.confirmed_sha256))
-        model_s = time.monotonic() - from_model_s
-    return {
-        "one_way_s": one_way_s(profile),
-        "telemetry": {"at rest": seen(arrivals, from_s, until_s)},
-        "up_bytes_s": up,
-        "down_bytes_s": down,
-        "model_s": model_s,
-        "demo": _demo(name, rate),
-    }
-
-
-def _demo(name: str, rate: float) -> Case:
-    try:
-        with RealSites(None, with_console=False, profile=name, rate_bps=rate) as sites:
-            return {"success": sites.run_demo()["success"], "why": "the error was too large"}
-    except ProcessFailed as error:
-        return {"success": False, "why": str(error)}

@@ -47,6 +47,7 @@ STUDIES = {
     "link-delay": "evaluation.link_delay",
     "link-recovery": "evaluation.link_recovery",
     "link-profiles": "evaluation.link_profiles",
+    "link-profiles-real": "evaluation.real_profiles",
     "cuts": "evaluation.cuts",
     "cuts-real": "evaluation.real_cuts",
     "modes": "evaluation.modes",
