@@ -13,6 +13,7 @@ from sklearn.mixture import GaussianMixture
 from benchmarks.timing import Row, best_times_us
 from common.manifold import POSE, Manifold
 from common.task_frame import TaskFrame
+from evaluation.approach_task import N_DEMONSTRATIONS, demonstrations
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner, Snapshot
 
 Array = NDArray[np.float64]
@@ -59,7 +60,7 @@ def rows() -> list[Row]:
     for name, space in SPACES.items():
         for K in (5, 15, 50, 200):
             found += _per_point(name, space, K)
-    return [*found, _growth()]
+    return [*found, _task(), _growth()]
 
 
 def _per_point(name: str, space: Manifold, K: int) -> list[Row]:
@@ -80,7 +81,7 @@ def _per_point(name: str, space: Manifold, K: int) -> list[Row]:
     learner.restore(began)
     single = best_times_us({"one": one})["one"]
     per_point = (several["many"] - several["restore"]) / N_POINTS
-    em = _batch_em_us(space.log(points[0], points), K) / N_POINTS
+    em = _batch_em_us(space, [points], K) / N_POINTS
     what = f"learning, {name}, K = {learner.n_components - 1}"
     targets = ("<= 1 us", "<= 12 us") if space.n_tangent == 3 else ("<= 3 us", "<= 12 us")
     return [
@@ -89,23 +90,59 @@ def _per_point(name: str, space: Manifold, K: int) -> list[Row]:
             per_point,
             "batch EM (scikit-learn), a point",
             em,
-            f"{targets[0]}, >= 20x",
+            targets[0],
         ),
         Row(f"{what}: `observe`, checked", single, target=targets[1]),
     ]
 
 
-def _batch_em_us(points: Array, K: int) -> float:
-    """Least time of a Gaussian mixture with K full covariances on the same points, of two fits."""
+def _task() -> Row:
+    """Five demonstrations of the hot-stab approach, beside batch EM on the same."""
+    motions = [d.in_frame() for d in demonstrations(np.random.default_rng(0), N_DEMONSTRATIONS)]
+    space, n_points = Manifold(3), sum(map(len, motions))
+    learner = OnlineLearner(LearnerSettings(LAMBDA_M), space)
+    empty = learner.snapshot()
+
+    def learn() -> None:
+        learner.restore(empty)
+        for points in motions:
+            learner.start()
+            learner.observe_many(points, FRAMES, PERIOD_S * np.arange(float(len(points))))
+            learner.end()
+
+    ours = best_times_us({"learn": learn})["learn"]
+    K = learner.n_components - 1
+    what = f"learning {len(motions)} demonstrations of the hot-stab, K = {K}, {n_points} points, a point"
+    em = _batch_em_us(space, motions, K)
+    return Row(what, ours / n_points, "batch EM (scikit-learn), a point", em / n_points, ">= 20x")
+
+
+def _batch_em_us(space: Manifold, motions: list[Array], K: int) -> float:
+    """Least time of two fits of a Gaussian mixture with K full covariances, to what the learner sees.
+
+    That is the point, the direction of travel and the distance travelled; the learner's start regression,
+    ramps, transitions and durations are not in the peer's work.
+    """
+    seen = np.concatenate([_as_seen(space, motions[0][0], points) for points in motions])
     fits = []
     for seed in range(2):
         mixture = GaussianMixture(K, reg_covar=1e-6, random_state=seed)
-        began = time.perf_counter()
+        began = time.thread_time()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)
-            mixture.fit(points)
-        fits.append(1e6 * (time.perf_counter() - began))
+            mixture.fit(seen)
+        fits.append(1e6 * (time.thread_time() - began))
     return min(fits)
+
+
+def _as_seen(space: Manifold, base: Array, points: Array) -> Array:
+    """Point, direction and distance travelled, weighted as in the assignment."""
+    steps = space.log(points[:-1], points[1:])
+    steps[:, space.n_dims :] *= LAMBDA_M
+    steps = np.concatenate([steps[:1], steps])
+    length = np.linalg.norm(steps, axis=1, keepdims=True)
+    direction = LAMBDA_M * steps / np.maximum(length, 1e-9)
+    return np.hstack([space.log(base, points), direction, 0.5 * np.cumsum(length)[:, None]])
 
 
 def _growth() -> Row:

@@ -4,12 +4,13 @@ A component's mean is the running mean of its datapoints, its covariance the min
 scatter divided by their number. Each datapoint carries more than its point x, and the same update serves
 the whole vector
 
-    y = [ x, w_u lambda u, w_sigma sigma, elapsed, s ]        per frame
+    y = [ x, s, elapsed, w_u lambda u, w_sigma sigma ]        per frame
 
-with u the unit direction of travel, sigma the distance travelled since the start of the demonstration,
-*elapsed* the time since the component was entered and s the start of the demonstration. x and s are points,
-of C coordinates, whose differences are tangents, of T numbers (see `common.manifold`): a mean has
-2 C + T + 2 numbers, a scatter 3 T + 2 rows, in the axes of the mean.
+with s the start of the demonstration, *elapsed* the time since the component was entered, u the unit
+direction of travel and sigma the distance travelled since the start. x and s are points, of C coordinates,
+whose differences are tangents, of T numbers (see `common.manifold`): a mean has 2 C + T + 2 numbers. The
+scatter is that of x, s and elapsed, 2 T + 1 rows in the axes of the mean; u and sigma serve the assignment
+alone.
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ class Clusters(NamedTuple):
     counts: Integers  # n_i, shape (capacity,)
     terminal: NDArray[np.bool_]  # shape (capacity,)
     means: Array  # of y, shape (capacity, P, 2 C + T + 2)
-    scatters: Array  # of y about its mean, shape (capacity, P, 3 T + 2, 3 T + 2)
+    scatters: Array  # of x, s, elapsed about their mean, shape (capacity, P, 2 T + 1, 2 T + 1)
 
     @classmethod
     def empty(cls, capacity: int, n_frames: int, space: Manifold) -> Clusters:
         """No component yet."""
-        rows = 3 * space.n_tangent + 2
+        rows = 2 * space.n_tangent + 1
         return cls(
             np.zeros(1, np.int64),
             np.zeros(capacity, np.int64),
@@ -64,25 +65,24 @@ def update(clusters, q, y, C, T, e):
     if n == 1:
         clusters.means[q] = y
         return
-    share = (n - 1) / n
+    step, share = 1.0 / n, (n - 1) / n
     for p in range(y.shape[0]):
         mean, scatter = clusters.means[q, p], clusters.scatters[q, p]
         log_at(mean[:C], y[p, :C], e[:T])
-        for k in range(C, C + T + 2):
-            e[T + k - C] = y[p, k] - mean[k]
-        log_at(mean[C + T + 2 :], y[p, C + T + 2 :], e[2 * T + 2 :])
+        log_at(mean[C : 2 * C], y[p, C : 2 * C], e[T : 2 * T])
+        e[2 * T] = y[p, 2 * C] - mean[2 * C]
         for k in range(e.size):
             for m in range(e.size):
                 scatter[k, m] += share * (e[k] * e[m])
         for k in range(e.size):
-            e[k] /= n
+            e[k] *= step
         if C > T:
             _turn_axes(scatter, T - 3, e)
-            _turn_axes(scatter, e.size - 3, e)
+            _turn_axes(scatter, 2 * T - 3, e)
         exp_at(mean[:C], e[:T], mean[:C])
-        for k in range(C, C + T + 2):
-            mean[k] += e[T + k - C]
-        exp_at(mean[C + T + 2 :], e[2 * T + 2 :], mean[C + T + 2 :])
+        exp_at(mean[C : 2 * C], e[T : 2 * T], mean[C : 2 * C])
+        for k in range(2 * C, mean.size):
+            mean[k] += step * (y[p, k] - mean[k])
 
 
 @kernel

@@ -34,6 +34,7 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         How many datapoints were taken in.
     """
     C, T = points.shape[2], motion.direction.shape[1]
+    means, terminal = clusters.means, clusters.terminal
     y, e = np.empty(clusters.means.shape[1:]), np.empty(clusters.scatters.shape[2])
     for t in range(points.shape[0]):
         if clusters.size[0] == clusters.counts.size:
@@ -41,13 +42,14 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         previous = motion.component[0]
         travel(motion, points[t], times[t], max_distance, weights[2], e[:T])
         describe(y, motion, max_distance, weights)
-        q = _nearest(clusters, y, C, T, previous, max_distance, weights[2], hysteresis)
+        K = clusters.size[0]
+        q = _nearest(means, terminal, K, y, C, T, previous, max_distance, weights[2], hysteresis)
         if q < 0:
             q = new_component(clusters)
         if q != previous:
             motion.component[0] = q
             motion.clock[1] = motion.clock[0]  # a datapoint owns the interval that it ends
-        y[:, C + T + 1] = times[t] - motion.clock[1]
+        y[:, 2 * C] = times[t] - motion.clock[1]
         _share_direction(clusters.means, q, y, C, T)
         update(clusters, q, y, C, T, e)
         motion.clock[0] = times[t]
@@ -61,13 +63,14 @@ def add_end(clusters, motion, max_distance, weights):
     C, T = motion.point.shape[1], motion.direction.shape[1]
     y, e = np.empty(clusters.means.shape[1:]), np.empty(clusters.scatters.shape[2])
     describe(y, motion, max_distance, weights)
-    y[:, C + T + 1] = 0.0
-    best, best_square = -1, max_distance**2
+    y[:, 2 * C] = 0.0
+    best, least = -1, y.shape[0] * max_distance**2
     for i in range(clusters.size[0]):
         if clusters.terminal[i]:
-            square = _point_square(clusters.means, i, y, C, T, weights[2] * max_distance, np.inf)
-            if square <= best_square:
-                best, best_square = i, square
+            total = _position_squares(clusters.means, i, y, C if C == T else C - 4)
+            total += _rotation_squares(clusters.means, i, y, C, T, weights[2] * max_distance)
+            if total <= least:
+                best, least = i, total
     if best < 0:
         best = new_component(clusters)
         clusters.terminal[best] = True
@@ -76,76 +79,83 @@ def add_end(clusters, motion, max_distance, weights):
 
 
 @kernel
-def _nearest(clusters, y, C, T, previous, max_distance, w_r, hysteresis):
-    """Nearest component that is not terminal, with hysteresis; -1 when all are beyond lambda."""
-    means, terminal, radian = clusters.means, clusters.terminal, w_r * max_distance
-    best, best_square = -1, np.inf
-    stay_square = np.inf
+def _nearest(means, terminal, K, y, C, T, previous, max_distance, w_r, hysteresis):
+    """Nearest component that is not terminal, with hysteresis; -1 when all are beyond lambda.
+
+    A distance is the mean over the frames, so that lambda stays in metres. Most components are out of
+    question by their position alone.
+    """
+    radian, P, n_dims = w_r * max_distance, y.shape[0], C if C == T else C - 4
+    best, least, stay = -1, np.inf, np.inf
     if previous >= 0:
-        stay_square = _assignment_square(means, previous, y, C, T, radian, np.inf)
-        best, best_square = previous, stay_square
-    for i in range(clusters.size[0]):
-        if terminal[i] or i == previous:
-            continue
-        square = _assignment_square(means, i, y, C, T, radian, best_square)
-        if square < best_square:
-            best, best_square = i, square
-    stay, nearest = np.sqrt(stay_square), np.sqrt(best_square)
+        stay = _position_squares(means, previous, y, n_dims) + _other_squares(
+            means, previous, y, C, T, radian
+        )
+        best, least = previous, stay
+    for i in range(K):
+        total = 0.0  # `_position_squares`, written out: a call takes longer than the work
+        for p in range(P):
+            for k in range(n_dims):
+                difference = y[p, k] - means[i, p, k]
+                total += difference * difference
+        if total < least and not terminal[i] and i != previous:
+            total += _other_squares(means, i, y, C, T, radian)
+            if total < least:
+                best, least = i, total
+    stay, nearest = np.sqrt(stay / P), np.sqrt(least / P)
     if stay <= max_distance and stay - nearest < hysteresis * max_distance:
         return previous
     return best if nearest <= max_distance else -1
 
 
 @kernel
-def _assignment_square(means, i, y, C, T, metres_per_radian, enough):
-    """Squared distance in point, direction where both have one, and distance travelled.
-
-    Mean over the frames, so that lambda stays in metres. Gives up when it is `enough` already.
-    """
-    P = y.shape[0]
+def _position_squares(means, i, y, n_dims):
+    """Squared distance of the positions, summed over the frames."""
     total = 0.0
-    for p in range(P):
-        total += (y[p, C + T] - means[i, p, C + T]) ** 2
+    for p in range(y.shape[0]):
+        for k in range(n_dims):
+            total += (y[p, k] - means[i, p, k]) ** 2
+    return total
+
+
+@kernel
+def _rotation_squares(means, i, y, C, T, metres_per_radian):
+    """Squared angle between the orientations, in metres, summed over the frames."""
+    total = 0.0
+    for p in range(y.shape[0] if C > T else 0):
+        cosine = 0.0
+        for k in range(C - 4, C):
+            cosine += y[p, k] * means[i, p, k]
+        total += (metres_per_radian * 2.0 * np.arccos(min(abs(cosine), 1.0))) ** 2
+    return total
+
+
+@kernel
+def _other_squares(means, i, y, C, T, metres_per_radian):
+    """Squared distance in rotation, distance travelled, and direction where both have one, summed likewise."""
+    total, first = _rotation_squares(means, i, y, C, T, metres_per_radian), 2 * C + 1
+    for p in range(y.shape[0]):
+        total += (y[p, first + T] - means[i, p, first + T]) ** 2
         square = mine = theirs = 0.0
-        for k in range(C, C + T):
+        for k in range(first, first + T):
             square += (y[p, k] - means[i, p, k]) ** 2
             mine += abs(y[p, k])
             theirs += abs(means[i, p, k])
         if mine > 0.0 and theirs > 0.0:
             total += square
-    if total >= enough * P:
-        return total / P
-    return total / P + _point_square(means, i, y, C, T, metres_per_radian, enough - total / P)
-
-
-@kernel
-def _point_square(means, i, y, C, T, metres_per_radian, enough):
-    """Squared distance of the points x, mean over the frames; gives up when it is `enough` already."""
-    P = y.shape[0]
-    n_dims = C if C == T else C - 4
-    total = 0.0
-    for p in range(P):
-        for k in range(n_dims):
-            total += (y[p, k] - means[i, p, k]) ** 2
-    if n_dims < C and total < enough * P:
-        for p in range(P):
-            cosine = 0.0
-            for k in range(n_dims, C):
-                cosine += y[p, k] * means[i, p, k]
-            angle = 2.0 * np.arccos(min(abs(cosine), 1.0))
-            total += (metres_per_radian * angle) ** 2
-    return total / P
+    return total
 
 
 @kernel
 def _share_direction(means, q, y, C, T):
     """Let the one that has no direction yet take that of the other."""
+    first = 2 * C + 1
     for p in range(y.shape[0]):
         mine = theirs = 0.0
-        for k in range(C, C + T):
+        for k in range(first, first + T):
             mine += abs(y[p, k])
             theirs += abs(means[q, p, k])
-        for k in range(C, C + T):
+        for k in range(first, first + T):
             if theirs == 0.0:
                 means[q, p, k] = y[p, k]
             elif mine == 0.0:

@@ -75,7 +75,7 @@ def describe(y, motion, max_distance, weights):
         scale = weights[0] * max_distance / np.sqrt(square) if known else 0.0
         for k in range(C):
             y[p, k] = motion.point[p, k]
-            y[p, C + T + 2 + k] = motion.start[p, k]
+            y[p, C + k] = motion.start[p, k]
         for k in range(T):
-            y[p, C + k] = scale * motion.direction[p, k]
-        y[p, C + T] = weights[1] * motion.travelled[p]
+            y[p, 2 * C + 1 + k] = scale * motion.direction[p, k]
+        y[p, 2 * C + 1 + T] = weights[1] * motion.travelled[p]

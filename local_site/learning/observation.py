@@ -29,7 +29,7 @@ class Observer:
     def __init__(self, space: Manifold, n_frames: int):
         self._space, self._n_frames = space, n_frames
         self._last_frames: tuple[TaskFrame, ...] = ()
-        self._last_arrays: FrameArrays | None = None
+        self._last_arrays: tuple[Array, Array, Array] | None = None
 
     def seen(
         self, points: ArrayLike, frames: Frames, times_s: ArrayLike, after: float
@@ -45,11 +45,11 @@ class Observer:
         Raises:
             InvalidDemonstration: When any is malformed or late.
         """
-        points = self._checked(np.array(points, dtype=float, ndmin=2)[:, None], times_s, after)
+        points, times = self._checked(np.array(points, dtype=float, ndmin=2)[:, None], times_s, after)
         A, b, quat = self._arrays(frames, len(points))
         local = np.empty((len(points), self._n_frames, self._space.n_coordinates))
         _to_frames(points, A, b, quat, local)
-        return local, np.asarray(times_s, dtype=float)
+        return local, times
 
     def seen_in_frames(self, points: ArrayLike, times_s: ArrayLike, after: float) -> tuple[Array, Array]:
         """The same for datapoints that were observed in each frame by itself. Shape (T, P, C)."""
@@ -57,10 +57,10 @@ class Observer:
         if points.ndim != 3 or points.shape[1] != self._n_frames:
             expected = f"shape (T, {self._n_frames}, {self._space.n_coordinates})"
             raise _invalid("points", f"{expected}, got {points.shape}")
-        return self._checked(points, times_s, after), np.asarray(times_s, dtype=float)
+        return self._checked(points, times_s, after)
 
-    def _checked(self, points: Array, times_s: ArrayLike, after: float) -> Array:
-        """The datapoints with their quaternions of unit length."""
+    def _checked(self, points: Array, times_s: ArrayLike, after: float) -> tuple[Array, Array]:
+        """The datapoints with their quaternions of unit length, and their times."""
         times, C = np.asarray(times_s, dtype=float), self._space.n_coordinates
         if points.ndim != 3 or points.shape[2] != C or times.shape != points.shape[:1]:
             raise _invalid(
@@ -69,7 +69,7 @@ class Observer:
         fault = _fault(points, times, after, self._space.n_dims)
         if fault:
             raise _invalid(*_FAULTS[fault])
-        return points
+        return points, times
 
     def _arrays(self, frames: Frames, n_points: int) -> tuple[Array, Array, Array]:
         """The frames' arrays, with one axis more: of length one, or one for every datapoint."""
@@ -78,10 +78,10 @@ class Observer:
             known = len(fixed) == len(self._last_frames) and all(map(_is, fixed, self._last_frames))
             if not known or self._last_arrays is None:
                 check_frames(fixed, self._n_frames, self._space.n_dims)
-                self._last_arrays = FrameArrays.of(fixed, self._space.oriented)
+                A, b, quat = FrameArrays.of(fixed, self._space.oriented)
+                self._last_arrays = A[None], b[None], quat[None]
                 self._last_frames = tuple(fixed)
-            A, b, quat = self._last_arrays
-            return A[None], b[None], quat[None]
+            return self._last_arrays
         if len(frames) != n_points:
             raise _invalid("frames", f"{n_points} of them, got {len(frames)}")
         for present in frames:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from common.errors import InvalidDemonstration, InvalidModel
+from common.kernel import kernel
 from common.manifold import Manifold
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
@@ -142,20 +143,21 @@ class OnlineLearner:
     def _learn(self, local: Array, times: Array) -> NDArray[np.int64]:
         assert self._motion is not None
         assert self._segment is not None
-        labels, done, s = np.zeros(len(times), np.int64), 0, self.settings
+        labels, done, s = np.empty(len(times), np.int64), 0, self.settings
         while done < len(times):
-            done += assign_points(
+            done += _learn(
                 self._clusters,
                 self._motion,
-                local[done:],
-                times[done:],
+                self._dwell,
+                self._segment,
+                local[done:] if done else local,
+                times[done:] if done else times,
                 s.max_distance_m,
                 self._weights,
                 s.hysteresis,
-                labels[done:],
+                labels[done:] if done else labels,
             )
             self._make_room()
-        follow(self._dwell, self._segment, labels, times)
         return labels
 
     def end(self) -> int:
@@ -220,6 +222,14 @@ class OnlineLearner:
         self._dwell = _filled(Dwell.empty(2 * capacity), self._dwell)
         if self._segment is not None:
             self._segment = _filled(Segment.begin(2 * capacity), self._segment)
+
+
+@kernel
+def _learn(clusters, motion, dwell, segment, points, times, max_distance, weights, hysteresis, labels):
+    """Assign datapoints and count along their components, until there is no room; returns how many."""
+    done = assign_points(clusters, motion, points, times, max_distance, weights, hysteresis, labels)
+    follow(dwell, segment, labels[:done], times[:done])
+    return done
 
 
 def _filled(larger: Arrays, smaller: Arrays) -> Arrays:

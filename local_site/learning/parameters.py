@@ -32,7 +32,7 @@ def parameters(
     counts, terminal = clusters.counts[:size], clusters.terminal[:size]
     means = clusters.means[:size].swapaxes(0, 1)  # (P, K, Y)
     scatter = clusters.scatters[:size].swapaxes(0, 1) / counts[:, None, None]
-    x, s = slice(0, T), slice(2 * T + 2, None)
+    x, s = slice(0, T), slice(T, 2 * T)
 
     min_covariance = np.diag(_per_part(space, settings.min_std, settings.min_std_rad) ** 2)
     phase = dwell.phase_sum[:size] / np.maximum(dwell.phase_count[:size], 1)
@@ -59,10 +59,10 @@ def parameters(
         terminal=terminal,
         counts=counts,
         phase=phase,
-        elapsed_mean_s=means[0, :, C + T + 1],
+        elapsed_mean_s=means[0, :, 2 * C],
         slopes=slopes,
         residual_covariances=_symmetric(residuals) + min_covariance,
-        start_means=means[..., C + T + 2 :],
+        start_means=means[..., C : 2 * C],
         start_covariances=start_covariances,
         start_gains=gains,
         elapsed_gains=elapsed_gains,
@@ -75,7 +75,7 @@ def _ramps(scatter: Array, T: int, prior: Array) -> tuple[Array, Array, Array]:
     Demonstrations from elsewhere enter a component at another place and stay for another time. Therefore
     the ramp is the slope among motions of one start: that of the regression on elapsed time and start.
     """
-    y, s = [*range(T), 2 * T + 1], slice(2 * T + 2, None)  # point and elapsed time, start
+    y, s = [*range(T), 2 * T], slice(T, 2 * T)  # point and elapsed time, start
     C_sy = scatter[..., s, y]
     by_start = np.linalg.solve(scatter[..., s, s] + prior, C_sy)
     own = scatter[..., y, :][..., y] - np.swapaxes(C_sy, -1, -2) @ by_start
