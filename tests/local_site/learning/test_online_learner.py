@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from common.errors import InvalidConfiguration, InvalidDemonstration, InvalidInput, InvalidModel
+from common.manifold import Manifold
 from common.model_file import encode
 from common.task_frame import TaskFrame
 from common.tphsmm import ARRAY_FIELDS
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner, Snapshot
-from tests.strategies import dims, frame_counts, random_frame, recording, seeds
+from tests.strategies import dims, frame_counts, pose_stroke, random_frame, recording, seeds, spaces
 
 SETTINGS = LearnerSettings(0.2)
 
@@ -150,6 +151,27 @@ def test_frames_that_move_during_a_demonstration_are_used_as_they_were():
     np.testing.assert_allclose(moving.model().means, still.model().means, atol=1e-12)
 
 
+@settings(deadline=None, derandomize=True, max_examples=10)
+@given(seed=seeds, space=spaces, n_frames=frame_counts)
+def test_what_each_frame_observed_by_itself_teaches_the_same_as_the_world(
+    seed: int, space: Manifold, n_frames: int
+):
+    rng = np.random.default_rng(seed)
+    names = [f"frame {j}" for j in range(n_frames)]
+    world, local = OnlineLearner(SETTINGS, space, names), OnlineLearner(SETTINGS, space, names)
+    for _ in range(2):
+        points = pose_stroke(rng, 60) if space.oriented else recording(rng, space.n_dims, 60)[0]
+        frames, times = [random_frame(rng, space.n_dims) for _ in names], 0.02 * np.arange(60.0)
+        demonstrate(world, points, times, frames)
+        local.start()
+        local.observe_in_frames(np.stack([f.to_local(points) for f in frames], axis=1), times.tolist())
+        local.end()
+    one, other = world.model(), local.model()
+    np.testing.assert_allclose(space.log(one.means, other.means), 0.0, atol=1e-12)
+    for name in ("covariances", "transition", "duration_mean_s"):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-12, err_msg=name)
+
+
 FRAMES = [TaskFrame.identity(2)]
 MALFORMED: dict[str, Callable[[OnlineLearner], object]] = {
     "a NaN": lambda x: x.observe(np.array([0.0, np.nan]), FRAMES, 9.0),
@@ -163,6 +185,7 @@ MALFORMED: dict[str, Callable[[OnlineLearner], object]] = {
     "a time that is no number": lambda x: x.observe(np.zeros(2), FRAMES, float("nan")),
     "too many frames": lambda x: x.observe(np.zeros(2), FRAMES * 2, 9.0),
     "a frame of another dimension": lambda x: x.observe(np.zeros(2), [TaskFrame.identity(3)], 9.0),
+    "the observations of a frame too many": lambda x: x.observe_in_frames(np.zeros((1, 2, 2)), [9.0]),
     "a second start": lambda x: x.start(),
 }
 

@@ -24,6 +24,20 @@ def taught(
 
 @settings(deadline=None, derandomize=True, max_examples=15)
 @given(seed=seeds, n_dims=dims)
+def test_means_and_covariances_equal_batch_statistics_to_a_relative_1e_12(seed: int, n_dims: int):
+    learner, motions, labels = taught(np.random.default_rng(seed), n_dims, 4)
+    model, floor = learner.model(), learner.settings.min_std**2 * np.eye(n_dims)
+    points, labels = np.concatenate(motions), np.concatenate(labels)
+    for i in np.flatnonzero(~model.terminal):
+        mine = points[labels == i]
+        mean, covariance = mine.mean(axis=0), np.cov(mine.T, bias=True) + floor
+        assert np.linalg.norm(model.means[0, i] - mean) <= 1e-12 * np.linalg.norm(mean)
+        off = np.linalg.norm(model.covariances[0, i] - covariance)
+        assert off <= 1e-12 * np.linalg.norm(covariance)
+
+
+@settings(deadline=None, derandomize=True, max_examples=15)
+@given(seed=seeds, n_dims=dims)
 def test_the_ramp_is_the_least_squares_line_through_the_assigned_points(seed: int, n_dims: int):
     learner, (motion,), (labels,) = taught(np.random.default_rng(seed), n_dims, 1)
     model = learner.model()

@@ -88,6 +88,19 @@ def test_a_tool_that_was_turned_by_up_to_half_a_turn_is_turned_back(angle: float
     assert POSE.distance(x, END, metres_per_radian=1.0) < 0.05
 
 
+@settings(deadline=None, derandomize=True, max_examples=20)
+@given(seed=seeds)
+def test_a_quaternion_and_its_antipode_are_commanded_alike(seed: int):
+    x, v = random_points(np.random.default_rng(seed), POSE), np.zeros(6)
+    flipped = x * [1, 1, 1, -1, -1, -1, -1]
+    commands = []
+    for point in (x, flipped):
+        executor, frames = Executor(MODEL, ExecutorSettings()), [TaskFrame.identity(3)]
+        executor.begin(point, v, frames)
+        commands.append(executor.step(point, v, frames).acceleration)
+    np.testing.assert_allclose(commands[0], commands[1], rtol=1e-9, atol=1e-9)
+
+
 def test_a_tool_follows_a_frame_that_turns():
     """Sway of 0.1 rad in 6 s: without the frame's own rotation the tool would lag by 0.02 rad and more."""
     executor = Executor(MODEL, ExecutorSettings())
