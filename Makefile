@@ -18,7 +18,7 @@ help: ## print this list
 run: $(READY) ## the planar task with its page: both sites and the delayed link on this machine, until Ctrl-C
 	@$(BIN)/farhand up --task planar $(ARGS)
 
-test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers forbids those to skip)
+test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering forbids those to skip)
 	@$(BIN)/pytest $(ARGS)
 
 check: $(READY) ## lint, format, types and import contracts
@@ -30,7 +30,8 @@ check: $(READY) ## lint, format, types and import contracts
 bench: $(READY) ## one table of times, each beside a peer: docs/performance.md
 	@$(BIN)/python -m benchmarks.performance $(ARGS)
 
-pictures: $(READY) ## the pictures of the operator's guide, taken anew (needs a Chromium)
+pictures: $(READY) ## the pictures of the documentation, taken anew (needs a Chromium, and EGL or OSMesa)
+	@$(BIN)/python -m tests.common.robot.pictures
 	@$(BIN)/python -m tests.browser.pictures
 
 # The first Python that runs and has a supported version: a name on PATH may be a shim of a missing one.

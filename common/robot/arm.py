@@ -116,7 +116,7 @@ def _paint(root: Any) -> None:
     """Materials that take the light: dark composite links with pale rings."""
     for material in root.find_all("material"):
         if material.name == "dark_gray":
-            material.rgba, material.specular, material.shininess = (0.13, 0.14, 0.16, 1.0), 0.6, 0.5
+            material.rgba, material.specular, material.shininess = (0.20, 0.21, 0.23, 1.0), 0.7, 0.5
         elif material.name == "light_gray":
             material.rgba, material.specular, material.shininess = (0.75, 0.77, 0.78, 1.0), 0.8, 0.7
 

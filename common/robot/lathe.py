@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+from common.robot.engine import MjcfElement
 
 _SEGMENTS = 64
+_SMOOTH = np.cos(np.radians(30.0))
+"""Corners of a profile that turn less than this look round."""
 
 
-def add_lathe(root: Any, name: str, profile_m: Sequence[tuple[float, float]]) -> Any:
+def add_lathe(root: MjcfElement, name: str, profile_m: Sequence[tuple[float, float]]) -> MjcfElement:
     """Add the mesh of a profile turned about z to a model's assets.
 
     Args:
@@ -22,23 +25,42 @@ def add_lathe(root: Any, name: str, profile_m: Sequence[tuple[float, float]]) ->
     Returns:
         The MJCF element of the mesh.
     """
-    angle = np.linspace(0.0, 2.0 * np.pi, _SEGMENTS, endpoint=False)
-    rings = [
-        np.stack([r * np.cos(angle), r * np.sin(angle), np.full(_SEGMENTS, z)], axis=1) for r, z in profile_m
-    ]
-    here = np.arange(_SEGMENTS)
-    there = np.roll(here, -1)
-    faces = []
-    for ring, ((r, _), (following, _)) in enumerate(pairwise(profile_m)):
-        a, b = ring * _SEGMENTS, (ring + 1) * _SEGMENTS
-        if following > 0.0:
-            faces.append(np.stack([a + here, b + there, b + here], axis=1))
-        if r > 0.0:
-            faces.append(np.stack([a + here, a + there, b + there], axis=1))
+    corners = np.array(profile_m)
+    along = np.diff(corners, axis=0)
+    outwards = np.stack([along[:, 1], -along[:, 0]], axis=1)
+    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+    vertices, normals, faces = [], [], []
+    for k, normal in enumerate(outwards):
+        for corner, neighbour in ((k, k - 1), (k + 1, k + 1)):
+            smooth = 0 <= neighbour < len(outwards) and normal @ outwards[neighbour] > _SMOOTH
+            vertices.append(_ring(corners[corner]))
+            normals.append(_ring(normal + outwards[neighbour] if smooth else normal))
+        faces.append(2 * k * _SEGMENTS + _band(corners[k, 0] > 0.0, corners[k + 1, 0] > 0.0))
     return root.asset.add(
         "mesh",
         name=name,
-        vertex=np.concatenate(rings).ravel(),
+        vertex=np.concatenate(vertices).ravel(),
+        normal=np.concatenate(normals).ravel(),
         face=np.concatenate(faces).ravel(),
         inertia="shell",
     )
+
+
+def _ring(point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A radius and a height turned about z. Shape (segments, 3)."""
+    angle = np.linspace(0.0, 2.0 * np.pi, _SEGMENTS, endpoint=False)
+    return np.stack(
+        [point[0] * np.cos(angle), point[0] * np.sin(angle), np.full(_SEGMENTS, point[1])], axis=1
+    )
+
+
+def _band(starts_open: bool, ends_open: bool) -> NDArray[np.int64]:
+    """Triangles between two rings, of which one may be a point. Shape (F, 3)."""
+    here = np.arange(_SEGMENTS)
+    there = np.roll(here, -1)
+    faces = []
+    if ends_open:
+        faces.append(np.stack([here, _SEGMENTS + there, _SEGMENTS + here], axis=1))
+    if starts_open:
+        faces.append(np.stack([here, there, _SEGMENTS + there], axis=1))
+    return np.concatenate(faces)

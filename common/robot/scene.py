@@ -28,7 +28,7 @@ def make_scene(dimensions: Dimensions) -> Any:
     option.cone = "elliptic"
     option.impratio = 10
     option.density, option.viscosity = water.density_kg_m3, water.viscosity_pa_s
-    add_scenery(root)
+    add_scenery(root, dimensions)
     return root
 
 

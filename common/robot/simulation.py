@@ -154,6 +154,10 @@ class Simulation:
         cosine = 1.0 - 2.0 * (qx * qx + qy * qy)
         return Insertion(float(z), float(np.hypot(x, y)), float(np.arccos(np.clip(cosine, -1.0, 1.0))))
 
+    def model_and_data(self) -> tuple[MjModel, MjData]:
+        """MuJoCo's own, for `rendering` to read."""
+        return self._model, self._data
+
     def _surround(self, surroundings: Surroundings, vehicle_m_s: Array) -> None:
         option = self._model.opt
         option.gravity[:] = surroundings.to_vehicle(self._gravity)
