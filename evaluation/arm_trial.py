@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from common.robot.simulation import TICK_S, PhysicsFailed, Simulation
 from common.robot.surroundings import Surroundings
 from common.task import Limits
 from common.tphsmm import TPHSMM
+from evaluation.arm_record import HELD_S, Record
 from remote_site.adaptive_filter import AdaptiveFilter
 from remote_site.arm_plant import ArmPlant
 from remote_site.insertion import Insertion
@@ -32,12 +33,10 @@ Array = NDArray[np.float64]
 
 SETTINGS = ExecutorSettings(dt_s=TICK_S, horizon_s=0.6)
 DEPTH_M, LATERAL_M = (0.075, 0.095), 0.004
-HELD_S = 1.0
 _ENOUGH_S = 2.0
 _NEVER_S = 1e6
 _LOST_FROM_M = -0.040
 _SINGULAR_EVERY = 10
-_TARED_TICKS = 50
 
 
 @dataclass(frozen=True)
@@ -64,42 +63,6 @@ class Conditions:
     correcting: bool = True
     admittance: bool = True
     attempts: int = MAX_ATTEMPTS
-
-
-@dataclass
-class Record:
-    """What happened; lists have one entry for each control period.
-
-    Args:
-        local: The tip in the true frame of the receptacle. Poses.
-        force_n: On the tool, tared.
-        least_singular_value: Of the arm's Jacobian, ten times a second.
-        cause: Why it ended without success.
-        inserted_s: When the plug was in for the first time.
-        tick_s: Time of the processor for each control period, all included [s].
-    """
-
-    local: list[Array] = field(default_factory=list)
-    force_n: list[float] = field(default_factory=list)
-    least_singular_value: list[float] = field(default_factory=list)
-    cause: str = ""
-    inserted_s: float = math.nan
-    tick_s: float = math.nan
-
-    @property
-    def success(self) -> bool:
-        """Whether the plug was held in."""
-        return not self.cause
-
-    @property
-    def peak_n(self) -> float:
-        """Largest force once the sensor was tared [N]."""
-        return max(self.force_n[_TARED_TICKS:], default=math.nan)
-
-    @property
-    def hold_n(self) -> float:
-        """Median force of the last second [N]."""
-        return float(np.median(self.force_n[-round(HELD_S / TICK_S) :]))
 
 
 class Sea:

@@ -12,8 +12,6 @@ less than 4 mm beside its axis, held for 1 s. Forces are means over 10 ms of the
 
 from __future__ import annotations
 
-import math
-from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -22,15 +20,17 @@ from matplotlib.figure import Figure
 
 from common.robot.dimensions import Dimensions
 from common.robot.placement import ACCEPTANCE, Placement
+from common.robot.simulation import TICK_S
 from common.tphsmm import TPHSMM
 from deploy.places import sample_files
-from evaluation.arm_trial import TICK_S, Conditions, Record, Trial
+from evaluation.arm_record import Record
+from evaluation.arm_table import HEADER, row_of, summary_of
+from evaluation.arm_trial import Conditions, Trial
 from evaluation.dtw import dtw_rms
 from evaluation.hot_stab_figure import draw_motions
 from evaluation.motion_metrics import time_rms
-from evaluation.statistics import wilson_interval
 from evaluation.study import Case, reporting_seeds
-from evaluation.tables import rate, table
+from evaluation.tables import table
 from local_site.demonstration import Demonstration
 from local_site.learning.online_learner import LearnerSettings
 from local_site.offline_learning import learn
@@ -41,8 +41,6 @@ CONDITIONS = {name: Conditions(noise=noise) for name, noise in PRESETS.items()}
 REQUIRED = {"clean": 1.0, "typical": 0.98}
 
 _TRIALS, _CLEAN = 200, 4  # of typical noise, and so many for each clean one
-_APPROACH_M = 0.05
-_LEAST_SINGULAR_VALUE = 0.02
 
 
 @cache
@@ -69,21 +67,8 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 def trial(case: Case) -> Case:
     """One execution."""
     record = _run(case)
-    end = record.local[-1]
-    row = {
-        **case,
-        "success": record.success,
-        "cause": _cause(record),
-        "peak_n": record.peak_n,
-        "hold_n": record.hold_n,
-        "inserted_s": record.inserted_s,
-        "end_depth_m": float(end[2]),
-        "end_lateral_m": float(np.hypot(end[0], end[1])),
-        "approach_deg": _approach_deg(record),
-        "least_singular_value": min(record.least_singular_value, default=math.nan),
-        "tick_ms": 1e3 * record.tick_s,
-    }
-    if case["scenario"] == "like":
+    row = {**case, **record.row()}
+    if case["scenario"] == "like" and record.success:
         demonstration = shown()[case["like"]]
         local, time_s = np.stack(record.local)[:, :3], TICK_S * np.arange(len(record.local), dtype=np.float64)
         inside = time_s <= record.inserted_s + 0.5  # the demonstration ends there too
@@ -103,30 +88,6 @@ def _run(case: Case) -> Record:
     return Trial(taught(), CONDITIONS["clean"], case["seed"], placement).run()
 
 
-def _cause(record: Record) -> str:
-    """Why it failed, in words that can be counted."""
-    if record.success:
-        return ""
-    if record.cause == "time":
-        singular = min(record.least_singular_value) < _LEAST_SINGULAR_VALUE
-        where = "in the bore" if record.local[-1][2] > 0.0 else "before the mouth"
-        return f"time: {where}{', near a singularity' if singular else ''}"
-    return "force" if record.cause.startswith("the force") else record.cause.split(":")[0]
-
-
-def _approach_deg(record: Record) -> float:
-    """Angle of the last 5 cm before the mouth with the axis; not a number when it never came there."""
-    local = np.stack(record.local)[:, :3]
-    behind = np.flatnonzero(local[:, 2] >= 0.0)
-    if not behind.size:
-        return math.nan
-    before = np.flatnonzero(local[: behind[0], 2] <= -_APPROACH_M)
-    if not before.size:
-        return math.nan
-    way = local[behind[0]] - local[before[-1]]
-    return float(np.degrees(np.arctan2(np.hypot(way[0], way[1]), way[2])))
-
-
 def _inserted_s(demonstration: Demonstration) -> float:
     """When the plug was in for the first time [s]."""
     return float(demonstration.time_s[np.argmax(demonstration.in_frame()[:, 2] >= 0.075)])
@@ -138,74 +99,31 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     rows = []
     for name in REQUIRED:
         part = [r for r in results if r["scenario"] == name]
-        summary[name] = _summary(part, REQUIRED[name])
-        found = summary[name]
-        rows.append(
-            (
-                name,
-                rate([r["success"] for r in part]),
-                f"{100 * REQUIRED[name]:g} %",
-                f"{found['peak_median_n']:.0f} / {found['peak_p95_n']:.0f}",
-                f"{found['hold_median_n']:.0f} / {found['hold_p95_n']:.0f}",
-                f"{found['lateral_median_m'] * 1e3:.1f}",
-                f"{found['approach_median_deg']:.1f}",
-                f"{found['inserted_median_s']:.1f}",
-                f"{found['tick_ms']:.2f}",
-            )
-        )
-    like = [r for r in results if r["scenario"] == "like"]
+        summary[name] = summary_of(part, REQUIRED[name])
+        rows.append(row_of(name, part, summary[name]))
+    like = [r for r in results if "dtw_rms_m" in r]
     for key in ("dtw_rms_m", "time_rms_m", "duration_ratio"):
-        summary[key] = float(np.mean([r[key] for r in like]))
+        summary[key] = float(np.mean([r[key] for r in like])) if like else None
     summary["n_components"] = int((~taught().terminal).sum())
     for key in ("success_rate", "success_interval"):
         summary[key] = summary["typical"][key]
-    text = (
+    text = _likeness(summary)
+    causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in REQUIRED]
+    parts = ["# Hot-stab", "", _TEXT, "", table(HEADER, rows), "", text, "", "Causes of failure:", *causes]
+    return summary, "\n".join(parts)
+
+
+def _likeness(summary: Case) -> str:
+    if summary["dtw_rms_m"] is None:
+        return "No execution from a demonstration's own beginning was a success."
+    return (
         f"Components: {summary['n_components']} (paper: 15). From the demonstrations' own beginnings, clean, with "
         f"contact: {100 * summary['dtw_rms_m']:.2f} cm to them along dynamic time warping, "
         f"{100 * summary['time_rms_m']:.2f} cm at equal fractions of the time (paper: 1.2 ± 0.2 cm, alignment not "
         f"stated), {summary['duration_ratio']:.2f} times their duration."
     )
-    causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in REQUIRED]
-    parts = ["# Hot-stab", "", _TEXT, "", table(_HEADER, rows), "", text, "", "Causes of failure:", *causes]
-    return summary, "\n".join(parts)
 
 
-def _summary(part: list[Case], required: float) -> Case:
-    success = [r["success"] for r in part]
-    good = [r for r in part if r["success"]] or part
-    numbers = {key: np.array([r[key] for r in part]) for key in ("peak_n", "approach_deg", "tick_ms")}
-    hold, lateral, inserted = (
-        np.array([r[key] for r in good]) for key in ("hold_n", "end_lateral_m", "inserted_s")
-    )
-    return {
-        "success_rate": float(np.mean(success)),
-        "success_interval": wilson_interval(sum(success), len(success)),
-        "required": required,
-        "peak_median_n": float(np.median(numbers["peak_n"])),
-        "peak_p95_n": float(np.quantile(numbers["peak_n"], 0.95)),
-        "peak_max_n": float(np.max(numbers["peak_n"])),
-        "hold_median_n": float(np.median(hold)),
-        "hold_p95_n": float(np.quantile(hold, 0.95)),
-        "lateral_median_m": float(np.median(lateral)),
-        "approach_median_deg": float(np.nanmedian(numbers["approach_deg"])),
-        "inserted_median_s": float(np.median(inserted)),
-        "tick_ms": float(np.mean(numbers["tick_ms"])),
-        "causes": dict(Counter(r["cause"] for r in part if r["cause"])),
-        "failed_seeds": [r["seed"] for r in part if not r["success"]],
-    }
-
-
-_HEADER = (
-    "noise",
-    "success",
-    "required",
-    "peak force, median / 95 % [N]",
-    "holding [N]",
-    "beside the axis [mm]",
-    "approach [deg]",
-    "inserted after [s]",
-    "CPU per period [ms]",
-)
 _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 

@@ -33,6 +33,7 @@ from common.errors import InvalidConfiguration
 STUDIES = {
     "planar": "evaluation.planar",
     "hot-stab": "evaluation.hot_stab",
+    "robustness": "evaluation.robustness",
     "hot-stab-point": "evaluation.hot_stab_point",
     "promp": "evaluation.promp",
     "few-shot": "evaluation.few_shot",

@@ -21,14 +21,14 @@ Array = NDArray[np.float64]
 # Per newton beyond the first three, and per newton metre beyond the first 0.3.
 _GAIN_M_S_N, _GAIN_RAD_S_NM = 0.005, 0.5
 _LEAST_N, _LEAST_NM = 3.0, 0.3
-_MOST_M, _MOST_RAD = 0.020, 0.12
+_MOST_M, _MOST_RAD = 0.030, 0.12
 # How much of the way to a jammed plug the frame is moved.
 _BLEND = 0.7
 _SIDEWAYS = np.array([1.0, 1.0, 0.0])
 
 
 class ContactCorrection:
-    """The correction, from none at first; never more than 20 mm and 0.12 rad."""
+    """The correction, from none at first; never more than 30 mm and 0.12 rad."""
 
     def __init__(self) -> None:
         self.clear()
@@ -75,6 +75,10 @@ class ContactCorrection:
         )  # where the plug's axis goes through the mouth's plane
         tilt = np.cross((0.0, 0.0, 1.0), axis)  # the sine of the tilt about it
         self._add(_BLEND * crossing, _BLEND * tilt)
+
+    def push(self, by_m: float) -> None:
+        """Move the frame along its axis: the bottom of the bore was felt elsewhere than it was believed [m]."""
+        self._add(np.array([0.0, 0.0, by_m]), np.zeros(3))
 
     def corrected(self, frame: TaskFrame) -> TaskFrame:
         """Where the receptacle is, as seen and felt."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from common.task_frame import TaskFrame
 from remote_site.beside import BesideRule
 from remote_site.contact_correction import ContactCorrection
-from remote_site.jam import JamDetector
+from remote_site.jam import JamDetector, Stuck
 
 Array = NDArray[np.float64]
 
@@ -46,10 +46,11 @@ class Recovery:
     Args:
         correcting: Whether contact corrects the frame.
         attempts: How often it may go back from a jam.
+        depth_m: Of the bore [m].
     """
 
-    def __init__(self, correcting: bool = True, attempts: int = MAX_ATTEMPTS):
-        self._correcting, self._attempts = correcting, attempts
+    def __init__(self, correcting: bool = True, attempts: int = MAX_ATTEMPTS, depth_m: float = 0.085):
+        self._correcting, self._attempts, self._depth_m = correcting, attempts, depth_m
         self.correction = ContactCorrection()
         self._jam, self._beside = JamDetector(), BesideRule()
         self._goal: Array | None = None  # in the frame of the receptacle
@@ -93,7 +94,7 @@ class Recovery:
             if near or now_s > self._until_s:
                 self._goal = None
         if self._goal is None:
-            back = self._back(local, float(np.linalg.norm(felt.force_n)), now_s)
+            back = self._back(local, frame.A.T @ felt.force_n, frame.A.T @ felt.torque_nm, now_s)
             if back is not None:
                 back = frame.to_world(back)
                 frame = self.correction.corrected(seen)  # it may have been moved
@@ -104,13 +105,16 @@ class Recovery:
             self.correction.feel(frame.A.T @ felt.force_n, frame.A.T @ felt.torque_nm, quiet, dt_s)
         return None
 
-    def _back(self, local: Array, force_n: float, now_s: float) -> Array | None:
+    def _back(self, local: Array, force_n: Array, torque_nm: Array, now_s: float) -> Array | None:
         """Where to go back to from a pose, if that begins now; in the frame of the receptacle until now."""
         if self._beside.beside(local[:3]):
             self.retreats += 1
             self.correction.clear()
             return np.concatenate([local[:2], [_BESIDE_TO_M], local[3:]])
-        if not self._jam.jammed(local[2], force_n, now_s):
+        stuck = self._jam.stuck(local[2], force_n, torque_nm, now_s)
+        if stuck is Stuck.AT_BOTTOM and self._correcting:
+            self.correction.push(local[2] - self._depth_m)
+        if stuck is not Stuck.JAMMED:
             return None
         self.jams += 1
         if self.given_up:

@@ -40,7 +40,7 @@ def test_nothing_is_learned_from_a_receptacle_that_moves():
 
 def test_it_is_bounded_and_can_be_cleared():
     correction = felt((0.0, 300.0, 0.0), (5.0, 0.0, 0.0), for_s=20.0)
-    np.testing.assert_allclose(np.linalg.norm(correction.shift_m), 0.020)
+    np.testing.assert_allclose(np.linalg.norm(correction.shift_m), 0.030)
     np.testing.assert_allclose(correction.turn_rad, [0.12, 0.0, 0.0])
     correction.clear()
     assert not correction.shift_m.any() and not correction.turn_rad.any()
@@ -69,6 +69,13 @@ def test_one_anchoring_goes_seven_tenths_of_the_way():
     correction = ContactCorrection()
     correction.anchor(np.array([0.01, 0.0, 0.03, 1.0, 0.0, 0.0, 0.0]))
     np.testing.assert_allclose(correction.shift_m, [0.007, 0.0, 0.0])
+
+
+def test_a_bottom_that_is_felt_moves_the_frame_along_its_axis():
+    correction = ContactCorrection()
+    correction.push(-0.02)
+    frame = TaskFrame.at(np.array([0.8, 0.0, 0.4, 0.5, -0.5, 0.5, -0.5]))
+    np.testing.assert_allclose(correction.corrected(frame).b, [0.78, 0.0, 0.4], atol=1e-12)
 
 
 def test_without_contact_the_frame_is_as_seen():

@@ -57,6 +57,15 @@ def test_a_jammed_plug_goes_back_three_centimetres_and_the_frame_to_where_it_was
     assert len(trial.goals) == n  # it has gone on meanwhile
 
 
+def test_a_plug_at_the_bottom_stays_there_and_the_frame_comes_nearer():
+    trial = Trial(Recovery())
+    trial.local[:3], trial.force_n = (0.0, 0.0, 0.06), np.array([0.0, 0.0, -40.0])
+    trial.run(1.05)
+    assert not trial.goals and trial.recovery.jams == 0
+    corrected = trial.recovery.corrected([SEEN])[0]
+    assert corrected.to_local(SEEN.to_world(trial.local))[2] == pytest.approx(0.085)
+
+
 def test_without_the_correction_the_frame_stays_as_seen():
     trial = jammed(Recovery(correcting=False))
     assert trial.goals
