@@ -84,14 +84,15 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 def trial(case: Case) -> Case:
     """One execution, and its repetition with an exact tracker when it failed."""
-    conditions = _conditions(case)
+    conditions = conditions_of(case)
     row = {**case, **Trial(taught(), conditions, case["seed"]).run().row()}
     if case["scenario"] != "grid" and not row["success"]:
         row["exact_success"] = Trial(taught(), replace(conditions, noise=CLEAN), case["seed"]).run().success
     return row
 
 
-def _conditions(case: Case) -> Conditions:
+def conditions_of(case: Case) -> Conditions:
+    """What a case has to cope with."""
     if case["scenario"] == "grid":
         return replace(_biased(case["bias_mm"], case["bias_deg"]), **ROBOTS[case["robot"]])
     conditions, _ = (SCENARIOS | BIASES)[case["scenario"]]
