@@ -25,6 +25,7 @@ _MAX_COMPONENTS = 4096
 ARRAY_FIELDS: dict[str, tuple[str, type]] = {
     "initial": ("K", np.float64),
     "transition": ("KK", np.float64),
+    "time_share": ("KK", np.float64),
     "exit": ("K", np.float64),
     "means": ("PKC", np.float64),
     "covariances": ("PKTT", np.float64),
@@ -43,7 +44,16 @@ ARRAY_FIELDS: dict[str, tuple[str, type]] = {
 }
 _POINTS = ("means", "start_means")
 _COVARIANCES = ("covariances", "residual_covariances", "start_covariances")
-_NOT_NEGATIVE = ("initial", "transition", "exit", "duration_mean_s", "counts", "phase", "elapsed_mean_s")
+_NOT_NEGATIVE = (
+    "initial",
+    "transition",
+    "time_share",
+    "exit",
+    "duration_mean_s",
+    "counts",
+    "phase",
+    "elapsed_mean_s",
+)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -56,6 +66,7 @@ class TPHSMM:
         n_demonstrations: Demonstrations learned.
         initial: Probability pi_i that a demonstration begins in component i. Shape (K,).
         transition: Probability a_il of going from i to l, zero diagonal. Shape (K, K).
+        time_share: Of the time spent in i, the share before going on to l. Shape (K, K).
         exit: Probability that the motion ends after component i. Shape (K,).
         means: Means mu_i^(j) [m]. Shape (P, K, C).
         covariances: Covariances Sigma_i^(j) [m^2, rad^2]. Shape (P, K, T, T).
@@ -82,6 +93,7 @@ class TPHSMM:
     n_demonstrations: int
     initial: Array
     transition: Array
+    time_share: Array
     exit: Array
     means: Array
     covariances: Array

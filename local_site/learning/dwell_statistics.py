@@ -23,6 +23,7 @@ class Dwell(NamedTuple):
     starts: Integers  # c0_i, demonstrations that began in i, shape (capacity,)
     ends: Integers  # cE_i, demonstrations that ended after i, shape (capacity,)
     transitions: Integers  # c_il, shape (capacity, capacity)
+    stayed_s: Array  # time spent in i before each transition to l [s], shape (capacity, capacity)
     visits: Integers  # N_i^D, closed segments, shape (capacity,)
     mean: Array  # running mean of the duration [s], shape (capacity,)
     m2: Array  # running squared deviation of the duration [s^2], shape (capacity,)
@@ -34,8 +35,8 @@ class Dwell(NamedTuple):
         """Nothing counted yet."""
         starts, ends, visits, phase_count = np.zeros((4, capacity), np.int64)
         mean, m2, phase_sum = np.zeros((3, capacity))
-        transitions = np.zeros((capacity, capacity), np.int64)
-        return cls(starts, ends, transitions, visits, mean, m2, phase_sum, phase_count)
+        transitions, stayed_s = np.zeros((capacity, capacity), np.int64), np.zeros((capacity, capacity))
+        return cls(starts, ends, transitions, stayed_s, visits, mean, m2, phase_sum, phase_count)
 
 
 class Segment(NamedTuple):
@@ -61,8 +62,7 @@ def follow(dwell, segment, labels, times):
             dwell.starts[q] += 1
             segment.clock[:] = times[t]
         elif q != previous:
-            _close(dwell, segment)
-            dwell.transitions[previous, q] += 1
+            _close(dwell, segment, q)
             segment.clock[2] = segment.clock[1]
         segment.component[0] = q
         segment.clock[1] = times[t]
@@ -73,8 +73,7 @@ def follow(dwell, segment, labels, times):
 @kernel
 def finish(dwell, segment, terminal):
     """Close the last segment into the terminal component, and commit the phases."""
-    _close(dwell, segment)
-    dwell.transitions[segment.component[0], terminal] += 1
+    _close(dwell, segment, terminal)
     dwell.ends[terminal] += 1
     total = segment.clock[1] - segment.clock[0]
     for i in range(segment.time_count.size):
@@ -86,9 +85,11 @@ def finish(dwell, segment, terminal):
 
 
 @kernel
-def _close(dwell, segment):
-    """Running mean and variance of the duration (Welford)."""
+def _close(dwell, segment, following):
+    """Count the transition; running mean and variance of the duration (Welford)."""
     i, d = segment.component[0], segment.clock[1] - segment.clock[2]
+    dwell.transitions[i, following] += 1
+    dwell.stayed_s[i, following] += d
     dwell.visits[i] += 1
     deviation = d - dwell.mean[i]
     dwell.mean[i] += deviation / dwell.visits[i]
@@ -109,3 +110,10 @@ def transition_probabilities(dwell: Dwell, size: int) -> tuple[Array, Array]:
     ends[counts.sum(axis=1) + ends == 0] = 1.0
     total = counts.sum(axis=1) + ends
     return counts / total[:, None], ends / total
+
+
+def time_shares(dwell: Dwell, size: int) -> Array:
+    """Of the time spent in each component, the share before each transition; zeros for none. Shape (K, K)."""
+    stayed_s = dwell.stayed_s[:size, :size]
+    total_s = stayed_s.sum(axis=1, keepdims=True)
+    return stayed_s / np.where(total_s > 0.0, total_s, 1.0)

@@ -8,7 +8,12 @@ from numpy.typing import NDArray
 from common.manifold import Manifold
 from common.tphsmm import TPHSMM
 from local_site.learning.clusters import Clusters
-from local_site.learning.dwell_statistics import Dwell, duration_variance, transition_probabilities
+from local_site.learning.dwell_statistics import (
+    Dwell,
+    duration_variance,
+    time_shares,
+    transition_probabilities,
+)
 from local_site.learning.learner_settings import LearnerSettings
 
 Array = NDArray[np.float64]
@@ -51,6 +56,7 @@ def parameters(
         n_demonstrations=n_demonstrations,
         initial=dwell.starts[:size] / max(int(dwell.starts.sum()), 1),
         transition=transition,
+        time_share=time_shares(dwell, size),
         exit=exit_probability,
         means=means[..., :C],
         covariances=_symmetric(scatter[..., x, x]) + min_covariance,

@@ -10,19 +10,24 @@ from common.tphsmm import TPHSMM
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+# Where no time was spent, counts decide.
+_TINY = 1e-6
+
 
 def successors(model: TPHSMM, start: Array | None = None) -> Integers:
     """The component that follows each one, -1 for none; following them never comes back.
 
-    It is the most probable among those visited later in the demonstrations, given where the motion
-    started. Where that leads to no terminal component, it is the most probable of those that do.
+    Among those visited later in the demonstrations it is the one before which most of the time in the
+    component was spent, given where the motion started: the mean and the ramp of the component are those of
+    the demonstrations that stayed in it, while others may only have touched it on another way. Where that
+    leads to no terminal component, it is the best of those that do.
 
     Args:
         model: The learned task.
         start: Where the motion began in each frame [m]; None when not where demonstrations began. Shape (P, C).
     """
     with np.errstate(divide="ignore"):
-        score = np.log(model.transition)  # log a_ij, -inf where never seen
+        score = np.log(model.time_share + _TINY * model.transition)  # -inf where never seen
     if start is not None:
         score = score + start_log_likelihood(model, start)
     forward = np.where((model.phase[None, :] > model.phase[:, None]) | model.terminal, score, -np.inf)

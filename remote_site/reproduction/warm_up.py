@@ -33,6 +33,7 @@ def _two_components(space: Manifold) -> TPHSMM:
         n_demonstrations=1,
         initial=np.array([1.0, 0.0]),
         transition=np.array([[0.0, 1.0], [0.0, 0.0]]),
+        time_share=np.array([[0.0, 1.0], [0.0, 0.0]]),
         exit=np.array([0.0, 1.0]),
         means=means,
         covariances=eye,

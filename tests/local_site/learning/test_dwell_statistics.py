@@ -12,6 +12,7 @@ from local_site.learning.dwell_statistics import (
     duration_variance,
     finish,
     follow,
+    time_shares,
     transition_probabilities,
 )
 
@@ -33,14 +34,18 @@ def counted(demonstrations: list[list[int]], dt: float = 0.5) -> Dwell:
 def test_counts_and_durations_are_those_of_the_segments(demonstrations: list[list[int]]):
     dwell, dt = counted(demonstrations), 0.5
     durations: dict[int, list[float]] = {i: [] for i in range(K)}
-    transitions = np.zeros((K + 1, K + 1))
+    transitions, stayed_s = np.zeros((2, K + 1, K + 1))
     for labels in demonstrations:
         runs = [(i, len(list(run))) for i, run in groupby(labels)]
         for number, (i, length) in enumerate(runs):
             durations[i].append(dt * (length - (number == 0)))  # the first sample ends no interval
-        for (i, _), (j, _) in zip(runs, [*runs[1:], (END, 0)], strict=True):
+        for number, ((i, length), (j, _)) in enumerate(zip(runs, [*runs[1:], (END, 0)], strict=True)):
             transitions[i, j] += 1
+            stayed_s[i, j] += dt * (length - (number == 0))
     np.testing.assert_array_equal(dwell.transitions, transitions)
+    np.testing.assert_array_equal(dwell.stayed_s, stayed_s)
+    shares = time_shares(dwell, K + 1)
+    np.testing.assert_allclose(shares.sum(axis=1), stayed_s.any(axis=1), atol=1e-12)
     for i, expected in durations.items():
         assert dwell.visits[i] == len(expected)
         if expected:
