@@ -102,15 +102,6 @@ def test_a_path_that_returns_on_itself_goes_out_and_comes_back():
     assert abs(path[-1, 0]) < 0.01
 
 
-def test_of_two_ways_that_begin_together_the_one_that_shaped_the_beginning_is_taken():
-    s = np.linspace(0.0, 1.0, 200)[:, None] ** 2  # a slow start, as people's
-    arc = np.hstack([1.0 + np.cos(np.pi * s), np.sin(np.pi * s)])
-    mirrored = arc * [1.0, -1.0]
-    model = learned_from([arc, mirrored, mirrored], 0.4)
-    path = rolled(model, arc[0])
-    assert min(np.abs(furthest_from(path, way)) for way in (arc, mirrored)) < 0.1
-
-
 def test_demonstrations_of_another_rate_teach_the_same():
     paths = [descent(start, 400) for start in STARTS]
     fine = learned_from(paths, 0.15, 0.01)

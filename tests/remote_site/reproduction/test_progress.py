@@ -55,6 +55,16 @@ def test_every_component_leads_to_an_end_without_coming_back(seed: int):
             assert all(model.transition[a, b] > 0 for a, b in itertools.pairwise(chain))
 
 
+def test_of_two_ways_on_the_one_of_those_who_stayed_is_taken():
+    model = straight()
+    first, second, third = (int(i) for i in np.argsort(model.phase)[:3])
+    transition, time_share = model.transition.copy(), model.time_share.copy()
+    transition[first, [second, third]] = 0.6, 0.4
+    time_share[first, [second, third]] = 0.1, 0.9
+    forked = replace(model, transition=transition, time_share=time_share)
+    assert successors(forked)[first] == third
+
+
 def test_a_loop_in_the_counts_does_not_trap_the_motion():
     model = straight()
     K, terminal = model.n_components, int(np.flatnonzero(model.terminal)[0])
