@@ -209,14 +209,10 @@ class RealSites:
         return heard
 
     def _start_robot(self) -> Process:
-        listen = f"--listen=tcp/{_HOST}:{self._robot_port}"
         return Process(
-            "remote",
-            listen,
-            f"--task={self._task}",
-            f"--data-dir={self._folder.name}",
-            f"--seed={self._seed}",
-        )
+            "remote", f"--listen=tcp/{_HOST}:{self._robot_port}", f"--task={self._task}", f"--seed={self._seed}",
+            f"--data-dir={self._folder.name}", f"--link-rate-bps={self._rate_bps:g}",
+        )  # fmt: skip
 
     def _hear(self, data: bytes) -> None:
         stamp = decode(data, Telemetry).stamp
