@@ -5,9 +5,9 @@ jitter, and a cut: when the operator sees a random part of the motion done, for 
 that was held arrives afterwards), a reset (connections break at once) or a blackhole (everything is
 swallowed, and the connections break at its end). The scripted operator of `farhand demo` does the whole job
 in virtual time, without and with the cut: it demonstrates, sends, drives, previews, executes, waits for the
-link, asks the robot for its report, clutches and disarms. One seed in ten is done with real processes as
-well, over the relay and from the task's own start. Success is that of the task: the RMS distance to the true target over the 10 s after
-the arrival is below 1 % of the board, and every command up to Disarm was done.
+link, asks the robot for its report, clutches and disarms (`cuts-real`: the same with real processes). Success
+is that of the task: the RMS distance to the true target over the 10 s after the arrival is below 1 % of the
+board, and every command up to Disarm was done.
 """
 
 from __future__ import annotations
