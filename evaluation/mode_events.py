@@ -55,6 +55,8 @@ def _operator_steps(number: int) -> list[Step]:
 
         found.append(Step(f"{'ab'[number]}: {name}", run, action, number))
 
+    # Before the others, each of which would become the last command without any change of the state.
+    add("the last command again", _again)
     for action in Action:
         if action is not Action.STOP:
             add(str(action), partial(_command, action=action), action)
@@ -62,7 +64,6 @@ def _operator_steps(number: int) -> list[Step]:
         add(f"{action}, held up by an outage", partial(_stale, action=action))
     add("execute, of a plan that was never made", _unplanned)
     add("arm, of an older boot", _older_boot)
-    add("the last command again", _again)
     add("stop", lambda world, operator: world.stop(operator))
     add("hand", lambda world, operator: world.hand(operator))
     add("hand, held up by an outage", lambda world, operator: world.hand(operator, age_s=STALE_S))
