@@ -1,8 +1,9 @@
 """What is fresh, and what happens when nothing is: ages on the robot's clock alone, and silence while driving.
 
-An operator drives for 90 s (longer where the delay is long) while nothing is said about how the two sites' clocks stand. Once everything on
-the line waits for 2 to 8 s and then arrives at once; once the robot's process is started again; and four
-times, before and after that, somebody who recorded the inputs sends some again that are 16 s old or older.
+An operator drives for 90 s (longer where the delay is long) while nothing is said about how the two sites'
+clocks stand. Once everything on the line waits for 2 to 8 s and then arrives at once; once the robot's process
+is started again; and four times, before and after that, somebody who recorded the inputs sends some again that
+are 16 s old or older.
 The shipped supervisor judges every input that arrives, and so do three rules that compare the sender's
 wall clock with the receiver's: with the 0.1 s of MoveIt Servo, the 0.5 s of dimos, and 0.5 s more than the
 line's delay.
