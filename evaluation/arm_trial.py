@@ -13,8 +13,10 @@ from common.disturbances import CALM, Disturbances, DisturbanceSettings
 from common.errors import InvalidInput
 from common.manifold import POSE
 from common.robot.compliance import ComplianceSettings
+from common.robot.kinematics import Kinematics
 from common.robot.placement import ACCEPTANCE, Box, Placement
 from common.robot.poses import AT_ORIGIN, compose, inverse, moved
+from common.robot.preflight import Preflights
 from common.robot.servo import ServoSettings
 from common.robot.simulation import TICK_S, PhysicsFailed, Simulation
 from common.robot.surroundings import Surroundings
@@ -133,6 +135,12 @@ class Trial:
         self.insertion = Insertion(self.arm, self.perception, model, SETTINGS, Limits(), recovery)
         self.record = Record()
         self._held_s, self._lost_until_s, self._jumped = 0.0, math.nan, conditions.jump_within_m is None
+
+    def refusal(self) -> str:
+        """Why the kinematic pre-flight would not let it begin; empty when it would."""
+        simulation = self.arm.simulation
+        preflights = Preflights(Kinematics(simulation.dimensions))
+        return preflights.examine(simulation.joints_rad, simulation.mouth).refusal
 
     def run(self) -> Record:
         """Until the plug was held in, a guard acts, or its time is over."""

@@ -2,7 +2,8 @@
 
 The task, the box and the success are those of `hot-stab`; where nothing else is said, the tracker is the typical
 one. In each scenario every trial that failed is repeated, with the same seed, with an exact tracker: what then
-succeeds failed for want of perception.
+succeeds failed for want of perception. The kinematic pre-flight is asked too, but not obeyed: the last column has the
+successes among the trials that it would have let through.
 
 - *sway*: the receptacle swings along a line
 - *jump*: it moves by 10 cm within 0.5 s, when the tip is between 35 and 135 mm before the mouth
@@ -29,7 +30,7 @@ from evaluation.arm_trial import Conditions, Trial
 from evaluation.hot_stab import taught
 from evaluation.statistics import wilson_interval
 from evaluation.study import Case, reporting_seeds
-from evaluation.tables import table
+from evaluation.tables import rate, table
 from remote_site.marker_tracker import CLEAN, TYPICAL
 
 _TRIALS = 100  # of each scenario; of each bias half as many, of each point of the grid a fifth
@@ -58,6 +59,9 @@ SCENARIOS: dict[str, tuple[Conditions, float]] = {
 BIASES: dict[str, tuple[Conditions, float]] = {
     f"bias {mm} mm, {degrees} deg": (_biased(mm, degrees), required)
     for mm, degrees, required in ((5, 2, 0.9), (5, 3, 0.9), (5, 4, 0.9), (10, 2, 0.9), (15, 2, 0.8))
+} | {
+    f"bias {mm} mm, {degrees} deg, no retry": (replace(_biased(mm, degrees), attempts=0), 0.0)
+    for mm, degrees in ((5, 4), (15, 2))
 }
 ROBOTS = {
     "stiff": {"admittance": False, "correcting": False, "attempts": 0},
@@ -85,7 +89,8 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 def trial(case: Case) -> Case:
     """One execution, and its repetition with an exact tracker when it failed."""
     conditions = conditions_of(case)
-    row = {**case, **Trial(taught(), conditions, case["seed"]).run().row()}
+    ready = Trial(taught(), conditions, case["seed"])
+    row = {**case, "refusal": ready.refusal(), **ready.run().row()}
     if case["scenario"] != "grid" and not row["success"]:
         row["exact_success"] = Trial(taught(), replace(conditions, noise=CLEAN), case["seed"]).run().success
     return row
@@ -109,17 +114,20 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
         part = [r for r in results if r["scenario"] == name]
         failed = [r for r in part if not r["success"]]
         summary[name] = summary_of(part, required)
+        let_through = [r["success"] for r in part if not r["refusal"]]
+        summary[name]["refused"] = len(part) - len(let_through)
+        summary[name]["success_if_let_through"] = float(np.mean(let_through)) if let_through else None
         summary[name]["failed_for_want_of_perception"] = sum(r["exact_success"] for r in failed)
         why = "; ".join(f"{n} {cause}" for cause, n in summary[name]["causes"].items()) or "none"
         by_sight = f"{summary[name]['failed_for_want_of_perception']} of {len(failed)}" if failed else ""
-        rows.append((*row_of(name, part, summary[name])[:-1], why, by_sight))
+        rows.append((*row_of(name, part, summary[name])[:-1], why, by_sight, rate(let_through)))
     summary["grid"] = [
         {"robot": robot, "bias_mm": mm, "bias_deg": degrees, **_rate(results, robot, mm, degrees)}
         for robot in ROBOTS
         for mm in GRID_MM
         for degrees in GRID_DEG
     ]
-    header = (*HEADER[:-1], "failures", "of them with an exact tracker not")
+    header = (*HEADER[:-1], "failures", "of them not with an exact tracker", "let through")
     grid = table(
         ("bias", *ROBOTS),
         [

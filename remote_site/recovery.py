@@ -45,7 +45,7 @@ class Recovery:
 
     Args:
         correcting: Whether contact corrects the frame.
-        attempts: How often it may go back from a jam.
+        attempts: How often it may go back from a jam; with none it presses on.
         depth_m: Of the bore [m].
     """
 
@@ -63,7 +63,7 @@ class Recovery:
     @property
     def given_up(self) -> bool:
         """Whether it was jammed once more than it may go back."""
-        return self.jams > self._attempts
+        return 0 < self._attempts < self.jams
 
     def jumped(self) -> None:
         """The receptacle was found elsewhere: what was felt does not hold there."""
@@ -114,7 +114,7 @@ class Recovery:
         stuck = self._jam.stuck(local[2], force_n, torque_nm, now_s)
         if stuck is Stuck.AT_BOTTOM and self._correcting:
             self.correction.push(local[2] - self._depth_m)
-        if stuck is not Stuck.JAMMED:
+        if stuck is not Stuck.JAMMED or self._attempts == 0:
             return None
         self.jams += 1
         if self.given_up:

@@ -86,6 +86,11 @@ def test_after_four_attempts_it_is_given_up():
     assert recovery.given_up
 
 
+def test_without_attempts_it_presses_on():
+    recovery = Recovery(attempts=0)
+    assert not jammed(recovery).goals and not recovery.given_up
+
+
 def test_a_plug_beside_the_mouth_after_a_jump_goes_back_along_the_axis_without_what_it_felt():
     trial = Trial(Recovery())
     trial.local[:3], trial.force_n = (0.0, 0.0, -0.01), np.array([10.0, 0.0, 0.0])
