@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -9,16 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.messages import Stamp
+from common.task_frame import TaskFrame
 from remote_site.execution import Execution
 from remote_site.model_store import StoredModel
 from remote_site.planner import PlanRequest
 from remote_site.reproduction.executor import ExecutorSettings
-from remote_site.sensing import Sensing
+from remote_site.sensing import Sensing, apart
 
 Array = NDArray[np.float64]
 
-_MAX_EFFECTOR_MOVE_M = 0.010
-_MAX_FRAME_MOVE_M = 0.050
+_MAX_EFFECTOR_MOVE_M, _MAX_EFFECTOR_TURN_RAD = 0.010, math.radians(3.0)
+_MAX_FRAME_MOVE_M, _MAX_FRAME_TURN_RAD = 0.050, math.radians(5.0)
 _MAX_AGE_S = 60.0
 _KEPT = 16
 _REPLAN_S = 1.0
@@ -30,14 +32,14 @@ class Situation:
     """What a plan depends on.
 
     Args:
-        position_m: The effector. Shape (D,) [m].
-        mean_frame_m: The first task frame's origin, averaged over its movement. Shape (D,) [m].
+        effector: Its frame.
+        mean_frame: The first task frame, averaged over its movement.
         model_sha256: The model.
         time_s: When, on the robot's clock [s].
     """
 
-    position_m: Array
-    mean_frame_m: Array
+    effector: TaskFrame
+    mean_frame: TaskFrame
     model_sha256: str
     time_s: float
 
@@ -83,14 +85,14 @@ class Plans:
 
     def situation(self, model_sha256: str, now: Stamp) -> Situation:
         """What a plan made now would depend on."""
-        position = self._sensing.effector.position_m
-        return Situation(position, self._sensing.mean_frame_m(), model_sha256, now.t_ns * 1e-9)
+        effector = TaskFrame.at(self._sensing.effector.point)
+        return Situation(effector, self._sensing.mean_frame(), model_sha256, now.t_ns * 1e-9)
 
     def shown(self, request: PlanRequest) -> None:
         """A preview is on its way to the operator: it can be executed from now on."""
-        position = request.effector.position_m
+        effector = TaskFrame.at(request.effector.point)
         self._previews[request.plan_id] = Situation(
-            position, self._sensing.mean_frame_m(), request.stored.sha256, request.stamp.t_ns * 1e-9
+            effector, self._sensing.mean_frame(), request.stored.sha256, request.stamp.t_ns * 1e-9
         )
         if len(self._previews) > _KEPT:
             del self._previews[min(self._previews)]
@@ -102,12 +104,16 @@ class Plans:
             return f"there is no plan {plan_id}: preview again", None
         if plan.model_sha256 != now.model_sha256:
             return "the model is not the one that was previewed: preview again", None
-        moved_m = float(np.linalg.norm(now.position_m - plan.position_m))
-        if moved_m > _MAX_EFFECTOR_MOVE_M:
-            return f"the robot moved {moved_m * 1e3:.0f} mm since the preview: preview again", moved_m
-        moved_m = float(np.linalg.norm(now.mean_frame_m - plan.mean_frame_m))
-        if moved_m > _MAX_FRAME_MOVE_M:
-            return f"the target moved {moved_m * 1e3:.0f} mm since the preview: preview again", moved_m
+        for what, before, at, most_m, most_rad in (
+            ("robot", plan.effector, now.effector, _MAX_EFFECTOR_MOVE_M, _MAX_EFFECTOR_TURN_RAD),
+            ("target", plan.mean_frame, now.mean_frame, _MAX_FRAME_MOVE_M, _MAX_FRAME_TURN_RAD),
+        ):
+            moved_m, turned_rad = apart(before, at)
+            if moved_m > most_m:
+                return f"the {what} moved {moved_m * 1e3:.0f} mm since the preview: preview again", moved_m
+            if turned_rad > most_rad:
+                degrees = math.degrees(turned_rad)
+                return f"the {what} turned {degrees:.0f} degrees since the preview: preview again", turned_rad
         age_s = now.time_s - plan.time_s
         if age_s > _MAX_AGE_S + round_trip_s:
             return f"the preview is {age_s:.0f} s old: preview again", age_s

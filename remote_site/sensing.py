@@ -50,7 +50,7 @@ class Sensing:
 
     def __init__(self, plant: Plant, perception: Perception, n_frames: int, control_hz: float, now_s: float):
         self._plant, self._perception = plant, perception
-        self._origins: deque[Array] = deque(maxlen=max(1, round(_MEAN_FRAME_S * control_hz)))
+        self._seen: deque[TaskFrame] = deque(maxlen=max(1, round(_MEAN_FRAME_S * control_hz)))
         self._recent: deque[tuple[float, list[TaskFrame]]] = deque()
         self._seen_s = -np.inf
         self.effector = plant.read()
@@ -71,17 +71,20 @@ class Sensing:
             self.frames = self._predicted()
             return
         if 0.0 < self.unseen_s < np.inf:
-            self.seen_again = _difference(self.frames[0], observed[0], now_s - self._seen_s)
+            self.seen_again = SeenAgain(now_s - self._seen_s, *apart(self.frames[0], observed[0]))
         self.frames = observed
         self._seen_s, self.unseen_s = now_s, 0.0
-        self._origins.append(observed[0].b)
+        self._seen.append(observed[0])
         self._recent.append((now_s, observed))
         while self._recent[0][0] < now_s - _VELOCITY_S - 1e-9:
             self._recent.popleft()
 
-    def mean_frame_m(self) -> Array:
-        """The first frame's origin averaged over its movement. Shape (D,) [m]."""
-        return np.mean(self._origins, axis=0) if self._origins else self.frames[0].b
+    def mean_frame(self) -> TaskFrame:
+        """The first frame averaged over its movement."""
+        if not self._seen:
+            return self.frames[0]
+        U, _, Vt = np.linalg.svd(np.mean([frame.A for frame in self._seen], axis=0))
+        return TaskFrame(U @ Vt, np.mean([frame.b for frame in self._seen], axis=0))
 
     def _predicted(self) -> list[TaskFrame]:
         """The frames as they go on as they went, for a moment; after that they stand still."""
@@ -101,8 +104,9 @@ def _gone_on(before: TaskFrame, last: TaskFrame, ratio: float) -> TaskFrame:
     return TaskFrame(A, last.b + ratio * (last.b - before.b))
 
 
-def _difference(predicted: TaskFrame, seen: TaskFrame, gap_s: float) -> SeenAgain:
-    turn = predicted.A.T @ seen.A
+def apart(one: TaskFrame, other: TaskFrame) -> tuple[float, float]:
+    """Distance of the origins [m], and the angle between the axes [rad]."""
+    turn = one.A.T @ other.A
     # The angle of a rotation from its distance to the identity, in the plane and in space.
     angle = 2.0 * math.asin(min(1.0, float(np.linalg.norm(turn - np.eye(len(turn)))) / math.sqrt(8.0)))
-    return SeenAgain(gap_s, float(np.linalg.norm(seen.b - predicted.b)), angle)
+    return float(np.linalg.norm(other.b - one.b)), angle

@@ -9,6 +9,7 @@ import pytest
 
 from common.control_mode import Action
 from common.messages import Stamp
+from common.task_frame import TaskFrame
 from remote_site.plans import Plans, Situation
 from tests.remote_site.bench import Bench
 
@@ -27,6 +28,24 @@ def plans_of(bench: Bench) -> Plans:
     return bench.robot._plans
 
 
+def shifted(frame: TaskFrame, x_m: float, y_m: float) -> TaskFrame:
+    return TaskFrame(frame.A, frame.b + np.array([x_m, y_m]))
+
+
+def turned(frame: TaskFrame, degrees: float) -> TaskFrame:
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return TaskFrame(frame.A @ np.array([[c, -s], [s, c]]), frame.b)
+
+
+@pytest.mark.parametrize(("what", "degrees"), [("effector", 3.0), ("mean_frame", 5.0)])
+def test_it_is_refused_once_robot_or_target_turned_too_far(what: str, degrees: float):
+    bench, plan_id, now = previewed()
+    little, much = (replace(now, **{what: turned(getattr(now, what), degrees + d)}) for d in (-0.1, 0.1))
+    assert plans_of(bench).refusal(plan_id, little, 0.0) == ("", None)
+    reason, measured = plans_of(bench).refusal(plan_id, much, 0.0)
+    assert "turned" in reason and measured == pytest.approx(np.radians(degrees + 0.1))
+
+
 def test_a_plan_holds_while_nothing_changed():
     bench, plan_id, now = previewed()
     assert plans_of(bench).refusal(plan_id, now, 0.0) == ("", None)
@@ -35,7 +54,7 @@ def test_a_plan_holds_while_nothing_changed():
 @pytest.mark.parametrize("distance_m", [0.0, 0.009, 0.011, 0.2])
 def test_it_is_refused_with_the_measured_difference_once_the_robot_moved_a_centimetre(distance_m: float):
     bench, plan_id, now = previewed()
-    moved = replace(now, position_m=now.position_m + np.array([0.0, distance_m]))
+    moved = replace(now, effector=shifted(now.effector, 0.0, distance_m))
     reason, measured = plans_of(bench).refusal(plan_id, moved, 0.0)
     if distance_m <= 0.010:
         assert (reason, measured) == ("", None)
@@ -46,7 +65,7 @@ def test_it_is_refused_with_the_measured_difference_once_the_robot_moved_a_centi
 @pytest.mark.parametrize("distance_m", [0.0, 0.049, 0.051, 0.3])
 def test_and_once_the_target_moved_five_centimetres_in_the_mean(distance_m: float):
     bench, plan_id, now = previewed()
-    moved = replace(now, mean_frame_m=now.mean_frame_m + np.array([distance_m, 0.0]))
+    moved = replace(now, mean_frame=shifted(now.mean_frame, distance_m, 0.0))
     reason, measured = plans_of(bench).refusal(plan_id, moved, 0.0)
     if distance_m <= 0.050:
         assert (reason, measured) == ("", None)

@@ -5,7 +5,7 @@ import pytest
 
 from common.task_frame import TaskFrame
 from remote_site.plant import PointPlant
-from remote_site.sensing import PREDICTED_S, Sensing
+from remote_site.sensing import PREDICTED_S, Sensing, apart
 
 
 class Steps:
@@ -26,10 +26,10 @@ def test_the_mean_frame_is_over_the_last_ten_seconds():
     sensing = Sensing(
         PointPlant(np.zeros(2), np.ones(2), 1.0, 1.0), Steps(), n_frames=1, control_hz=10.0, now_s=0.0
     )
-    np.testing.assert_array_equal(sensing.mean_frame_m(), [1.0, 0.0])
+    np.testing.assert_array_equal(sensing.mean_frame().b, [1.0, 0.0])
     for n in range(2, 301):
         sensing.update(0.1 * n)
-    np.testing.assert_allclose(sensing.mean_frame_m(), [np.arange(201, 301).mean(), 0.0])
+    np.testing.assert_allclose(sensing.mean_frame().b, [np.arange(201, 301).mean(), 0.0])
     np.testing.assert_array_equal(sensing.frames[0].b, [300.0, 0.0])
 
 
@@ -110,6 +110,22 @@ def test_a_pose_that_is_not_seen_goes_on_turning_as_long_as_it_goes_on_moving():
     again = sensing.seen_again
     assert again is not None
     assert again.turned_rad == pytest.approx(0.2 * 0.71) and again.moved_m == pytest.approx(0.071)
+
+
+def test_the_mean_of_a_frame_that_turns_to_and_fro_is_in_between():
+    class Rocking(Turning):
+        def pose(self, now_s: float) -> np.ndarray:
+            angle = 0.2 * np.sin(2.0 * np.pi * now_s)
+            return np.array([0.0, 0.0, 0.4, np.cos(0.5 * angle), np.sin(0.5 * angle), 0.0, 0.0])
+
+    plant = PointPlant(np.zeros(3), np.ones(3), 1.0, 1.0)
+    sensing = Sensing(plant, Rocking(), n_frames=1, control_hz=100.0, now_s=0.0)
+    for n in range(1, 1001):
+        sensing.update(0.01 * n)
+    np.testing.assert_allclose(sensing.mean_frame().A, np.eye(3), atol=1e-3)
+    assert apart(sensing.mean_frame(), TaskFrame.at(Rocking().pose(0.25))) == pytest.approx(
+        (0.0, 0.2), abs=1e-3
+    )
 
 
 def test_how_a_frame_went_before_a_gap_does_not_count_after_it():
