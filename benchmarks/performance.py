@@ -14,10 +14,10 @@ import platform
 import sys
 from pathlib import Path
 
-from benchmarks import control, learning
+from benchmarks import arm, control, learning
 from benchmarks.timing import Row
 
-_PACKAGES = ("numpy", "scipy", "numba", "scikit-learn", "osqp")
+_PACKAGES = ("numpy", "scipy", "numba", "scikit-learn", "osqp", "mujoco", "mink")
 _TEXT = """# Performance
 
 Written by `make bench`: one run, on one core, with BLAS on one thread. Each time is the least of interleaved repeats, in
@@ -37,7 +37,7 @@ def main(path: Path) -> None:
     """Measure everything and write the table."""
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     load_before = os.getloadavg()[0]
-    rows = learning.rows() + control.rows()
+    rows = learning.rows() + control.rows() + arm.rows()
     growth = control.memory_growth_bytes()
     text = _TEXT.format(
         load_before=load_before,

@@ -1,0 +1,76 @@
+"""The simulated arm: one control period of 10 ms, its parts, and the inverse kinematics beside a solver called at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import daqp
+import numpy as np
+
+from benchmarks.timing import Row, best_times_us
+from common.robot.compliance import SeenReceptacle
+from common.robot.dimensions import Dimensions
+from common.robot.kinematics import Kinematics
+from common.robot.poses import compose
+from common.robot.simulation import TICK_S, Simulation
+from common.robot.surroundings import Surroundings
+from common.robot.velocity_ik import JOINT_SPEEDS, VelocityIk
+from remote_site.arm_plant import ArmPlant
+
+_TWIST = np.array([0.05, 0.02, -0.03, 0.1, 0.0, 0.2])
+_WEIGHTS = np.array([1.0, 1.0, 1.0, 0.3, 0.3, 0.3])
+
+
+def rows() -> list[Row]:
+    """Physics, servo and both together, in free water and seated."""
+    free, seated = _plant(until_s=0.5), _plant(until_s=9.5)
+    kinematics = Kinematics(Dimensions())
+    ik = VelocityIk(kinematics)
+    still = Surroundings.still(Dimensions())
+    bare, at_rest = Simulation(), np.zeros(6)
+    us = best_times_us(
+        {
+            "free": _ticks(free),
+            "seated": _ticks(seated),
+            "physics": lambda: bare.step(at_rest, still),
+            "mink": lambda: ik.solve(_TWIST),
+            "daqp": lambda: _box_limited(kinematics),
+        }
+    )
+    peer = "daqp called at once, joint speeds its only limits"
+    return [
+        Row("arm: a tick in free water, physics and servo", us["free"], target="<= 900 us"),
+        Row("arm: a tick while seated, physics and servo", us["seated"], target="<= 900 us"),
+        Row("arm: its physics alone", us["physics"]),
+        Row("arm: inverse kinematics with all limits (mink)", us["mink"], peer, us["daqp"]),
+    ]
+
+
+def _plant(until_s: float) -> ArmPlant:
+    """An arm that has gone down the axis for so long."""
+    plant = ArmPlant(Simulation(), lambda _: Surroundings.still(Dimensions()))
+    plant.see(SeenReceptacle(plant.simulation.mouth, np.zeros(6)))
+    while plant.time_s < until_s:
+        depth_m = float(np.interp(plant.time_s, [3.0, 8.0], [-0.12, 0.083]))
+        goal = compose(plant.simulation.mouth, np.array([0.0, 0.0, depth_m, 1.0, 0.0, 0.0, 0.0]))
+        plant.follow(goal, 0.15, TICK_S)
+    return plant
+
+
+def _ticks(plant: ArmPlant) -> Callable[[], None]:
+    goal = compose(
+        plant.simulation.mouth, np.array([0.0, 0.0, plant.simulation.insertion.depth_m, 1, 0, 0, 0])
+    )
+
+    def tick() -> None:
+        plant.follow(goal, 0.15, TICK_S)
+        plant.read()
+
+    return tick
+
+
+def _box_limited(kinematics: Kinematics) -> np.ndarray:
+    W = _WEIGHTS[:, None] * kinematics.jacobian()
+    H = W.T @ W + 1e-4 * np.eye(6)
+    sense = np.zeros(6, dtype=np.int32)
+    return daqp.solve(H, -W.T @ (_WEIGHTS * _TWIST), np.eye(6), JOINT_SPEEDS, -JOINT_SPEEDS, sense)[0]
