@@ -1,4 +1,4 @@
-"""MuJoCo, dm_control and mink, imported here alone, in the one order that works.
+"""MuJoCo, dm_control, mink and daqp, imported here alone, in the one order that works.
 
 MUJOCO_GL is read once, at the first import, and dm_control then fails when that OpenGL is not installed. Physics needs none, so both are told to load none, and `rendering` opens a context by itself when
 there is something to draw. Their bindings carry no types: what is exported here is `Any`.
@@ -16,11 +16,13 @@ WANTED_GL = os.environ.get("MUJOCO_GL", "")
 
 os.environ["MUJOCO_GL"] = "disable"
 
+import daqp as _daqp
 import mink as _mink
 import mujoco as _mujoco
 from dm_control import mjcf as _mjcf
 from dm_control.entities.manipulators import kinova as _kinova
 
+daqp: Any = _daqp
 mink: Any = _mink
 mujoco: Any = _mujoco
 mjcf: Any = _mjcf

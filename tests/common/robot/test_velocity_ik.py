@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from common.robot.dimensions import Dimensions
+from common.robot.engine import mink
 from common.robot.kinematics import Kinematics
 from common.robot.velocity_ik import JOINT_ACCELERATIONS, JOINT_SPEEDS, VelocityIk, ramped
 
@@ -16,6 +17,34 @@ HOME = np.array(DIMENSIONS.home_rad)
 @pytest.fixture
 def kinematics() -> Kinematics:
     return Kinematics(DIMENSIONS)
+
+
+def test_it_is_minks_solution_to_the_last_bit_whether_limits_are_near_or_not(kinematics: Kinematics):
+    ik, random = VelocityIk(kinematics), np.random.default_rng(0)
+    constrained = 0
+    for _ in range(60):
+        joints = HOME + random.uniform(-0.6, 0.6, 6)
+        kinematics.update(joints)
+        board = kinematics.tip
+        board[:3] += random.normal(size=3) * 0.1
+        kinematics.place_panel(board if random.random() < 0.7 else None)
+        kinematics.update(joints)
+        solution = ik.solve(random.normal(size=6) * 0.2)
+        try:
+            expected = mink.solve_ik(
+                kinematics.configuration,
+                [ik.task],
+                0.1,
+                "daqp",
+                damping=1e-4,
+                limits=ik.limits,
+                primal_tol=1e-8,
+            )
+        except mink.NoSolutionFound:
+            expected = np.zeros(6)
+        assert (solution.joint_velocities == expected).all()
+        constrained += solution.missing_m_s > 0.01
+    assert 5 < constrained < 60
 
 
 @pytest.mark.parametrize("seed", range(5))
