@@ -7,6 +7,7 @@ Everything is in the axes of the earth. How the receptacle and the vehicle moved
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,7 +89,7 @@ class Disturbances:
         seed: Of directions, phases and moments.
     """
 
-    def __init__(self, settings: DisturbanceSettings, seed: int):
+    def __init__(self, settings: DisturbanceSettings, seed: int | Sequence[int]):
         random = np.random.default_rng(seed)
         self.settings = settings
         # All are drawn in any case, so that one seed means the same in all settings.

@@ -77,11 +77,11 @@ class Sea:
     """
 
     def __init__(self, conditions: Conditions, rest: Array, seed: int):
-        self._rest, self._seed = rest, seed
+        self._rest, self._seed = rest, (seed, 2)  # not the tracker's numbers again
         settings = conditions.disturbances
         if conditions.jump_within_m is not None:
             settings = replace(settings, step_at_s=_NEVER_S)  # until it is triggered
-        self._happening = Disturbances(settings, seed)
+        self._happening = Disturbances(settings, self._seed)
 
     def jump(self, now_s: float) -> None:
         """Let the step of the receptacle begin now."""

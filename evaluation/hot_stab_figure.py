@@ -30,6 +30,9 @@ def draw_motions(
     """
     figure = Figure(figsize=(12.0, 7.6), layout="constrained")
     world, local, learned, executed = figure.subplots(2, 2).flat
+    for axes in (learned, executed):
+        axes.sharex(local)
+        axes.sharey(local)
     for demonstration in demonstrations:
         x, _, z = demonstration.position_m.T
         world.plot(x, z, linewidth=1.2)
@@ -45,6 +48,7 @@ def draw_motions(
         r, depth = bore.bore_radius_m, bore.depth_m
         axes.plot([0.0, depth, depth, 0.0], [-r, -r, r, r], color="0.4", linewidth=1.0)
         axes.set(title=title, xlabel="along the bore [m]", ylabel="beside it, x [m]", aspect="equal")
+    local.set(xlim=(-0.27, 0.11), ylim=(-0.20, 0.22))
     return figure
 
 

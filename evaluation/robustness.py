@@ -103,7 +103,7 @@ def conditions_of(case: Case) -> Conditions:
     conditions, _ = (SCENARIOS | BIASES)[case["scenario"]]
     if conditions.jump_within_m is None:
         return conditions
-    return replace(conditions, jump_within_m=np.random.default_rng([case["seed"], 2]).uniform(*_JUMP_M))
+    return replace(conditions, jump_within_m=np.random.default_rng([case["seed"], 3]).uniform(*_JUMP_M))
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
