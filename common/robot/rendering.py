@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from ctypes.util import find_library
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from common.robot.engine import WANTED_GL, mujoco
 from common.robot.layers import HIDDEN
 from common.robot.simulation import Simulation
 
-_BACKENDS = ("egl", "osmesa")
+_LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
 _MOST_GEOMS = 2000
 
 
@@ -81,16 +82,13 @@ class Renderer:
 
 
 def _open_context(width: int, height: int) -> Any:
-    problems = []
-    for backend in (WANTED_GL,) if WANTED_GL in _BACKENDS else _BACKENDS:
-        try:
-            return importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
-        except (
-            ImportError,
-            AttributeError,
-            RuntimeError,
-        ) as error:  # what PyOpenGL raises without its library
-            problems.append(f"{backend}: {error}")
-    raise RenderingUnavailable(
-        f"nothing to draw with ({'; '.join(problems)}); Debian: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
-    )
+    # PyOpenGL settles on one library for the whole process, so that it is chosen before the first attempt.
+    installed = (name for name, library in _LIBRARIES.items() if find_library(library))
+    backend = WANTED_GL if WANTED_GL in _LIBRARIES else next(installed, "egl")
+    try:
+        return importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
+    except (ImportError, AttributeError, RuntimeError) as error:  # what PyOpenGL raises without its library
+        raise RenderingUnavailable(
+            f"nothing to draw with ({backend}: {error}); Debian: apt-get install libegl1 libegl-mesa0 "
+            "libgl1-mesa-dri, or libosmesa6 with MUJOCO_GL=osmesa"
+        ) from error
