@@ -72,7 +72,7 @@ class Insertion:
         """Move for one control period; why it must not go on, empty while it may.
 
         Raises:
-            InvalidInput: When a measured or computed number is not finite.
+            InvalidInput: When the model cannot begin from where the arm is.
         """
         sensing, dt_s = self._sensing, self._dt_s
         sensing.update(now_s)
@@ -98,10 +98,12 @@ class Insertion:
             self._interrupted = True
             self._arm.follow(back, _BACK_M_S, dt_s)
         else:
-            self._arm.accelerate(self._acceleration(frames), dt_s)
+            return self._go_on(frames)
         return ""
 
     def _reason(self) -> str:
+        if not self._sensing.effector.is_finite:
+            return "a measured number is not finite"
         reason, _ = self._force.reason(self._sensing.effector, self._dt_s)
         if not reason and self._begun:
             reason, _ = self._sight.reason()
@@ -109,7 +111,7 @@ class Insertion:
             reason = "jammed too often"
         return reason
 
-    def _acceleration(self, frames: list[TaskFrame]) -> Array:
+    def _go_on(self, frames: list[TaskFrame]) -> str:
         point, velocity = self._sensing.effector.controlled
         if not self._begun:
             self.executor.begin(point, velocity, frames)
@@ -117,7 +119,12 @@ class Insertion:
         elif self._interrupted:
             self.executor.resume(frames)
         self._interrupted = False
-        return self.executor.step(point, velocity, frames).acceleration
+        acceleration = self.executor.step(point, velocity, frames).acceleration
+        if not np.isfinite(acceleration).all():
+            self._arm.brake(self._dt_s)
+            return "a computed number is not finite"
+        self._arm.accelerate(acceleration, self._dt_s)
+        return ""
 
 
 def _felt(effector: EffectorState) -> Felt:

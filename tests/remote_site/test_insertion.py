@@ -39,6 +39,13 @@ def test_a_receptacle_that_is_lost_for_two_seconds_is_waited_for():
     assert record.success
 
 
+def test_a_sensor_that_breaks_ends_it_before_anything_moves_on(monkeypatch: pytest.MonkeyPatch):
+    trial = Trial(taught(), Conditions(), 6, limit_s=2.0)
+    wrist = trial.arm.servo.wrist
+    monkeypatch.setattr(wrist, "force", np.full(3, np.nan))
+    assert trial.insertion.tick(0.0) == "a measured number is not finite"
+
+
 @pytest.mark.parametrize("seed", [5])
 def test_an_error_that_the_arm_cannot_give_way_to_fails(seed: int):
     """Contact is real: far off the bore, without compliance, correction or retry, the plug does not go in."""
