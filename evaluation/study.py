@@ -42,6 +42,7 @@ STUDIES = {
     "lambda": "evaluation.max_distance",
     "algorithm-1": "evaluation.algorithm_1",
     "online-batch": "evaluation.online_batch",
+    "assignment": "evaluation.assignment",
     "human": "evaluation.human",
     "handwriting": "evaluation.handwriting",
     "link-chaos": "evaluation.link_chaos",

@@ -33,6 +33,7 @@ class Clusters(NamedTuple):
     size: Integers  # K, shape (1,)
     counts: Integers  # n_i, shape (capacity,)
     terminal: NDArray[np.bool_]  # shape (capacity,)
+    shares: Array  # of the frames in the assignment, shape (capacity, P)
     means: Array  # of y, shape (capacity, P, 2 C + T + 2)
     scatters: Array  # of x, s, elapsed about their mean, shape (capacity, P, 2 T + 1, 2 T + 1)
 
@@ -44,6 +45,7 @@ class Clusters(NamedTuple):
             np.zeros(1, np.int64),
             np.zeros(capacity, np.int64),
             np.zeros(capacity, np.bool_),
+            np.zeros((capacity, n_frames)),
             np.zeros((capacity, n_frames, 2 * space.n_coordinates + space.n_tangent + 2)),
             np.zeros((capacity, n_frames, rows, rows)),
         )

@@ -5,6 +5,14 @@ kept apart, and orientation, a radian of which is worth w_r lambda. A datapoint 
 compared without one and takes that of its component; a component which was founded by such datapoints
 takes that of the first datapoint that has one. Without this every demonstration would begin with a
 component of a single point.
+
+With several task frames every frame has its own distance, and a rule makes one of them, in metres:
+
+    "all"        the mean square over the frames
+    "goal"       that of the last frame
+    "nearest"    the least
+    "relevant"   the mean square weighted by the precisions of the component's positions in the frames, so
+                 that a frame in which it is spread out hardly counts
 """
 
 from __future__ import annotations
@@ -15,9 +23,14 @@ from common.kernel import kernel
 from local_site.learning.clusters import new_component, update
 from local_site.learning.motion import describe, travel
 
+FRAME_RULES = ("all", "goal", "nearest", "relevant")
+_ALL, _GOAL, _NEAREST, _RELEVANT = range(len(FRAME_RULES))
+# A component counts as spread out by at least this fraction of lambda, so that no frame decides too early.
+_LEAST_SPREAD = 0.1
+
 
 @kernel
-def assign_points(clusters, motion, points, times, max_distance, weights, hysteresis, labels):
+def assign_points(clusters, motion, points, times, max_distance, weights, hysteresis, rule, labels):
     """Learn from datapoints in their order, until one needs a component for which there is no room.
 
     Args:
@@ -28,22 +41,24 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         max_distance: The lambda [m].
         weights: Weights w_u, w_sigma, w_r of direction, travelled distance and rotation in the assignment.
         hysteresis: A switch must be nearer by this fraction of lambda.
+        rule: Number of the rule among `FRAME_RULES`.
         labels: Components of the datapoints, written. Shape (T,).
 
     Returns:
         How many datapoints were taken in.
     """
     C, T = points.shape[2], motion.direction.shape[1]
-    means, terminal = clusters.means, clusters.terminal
+    means, shares, terminal = clusters.means, clusters.shares, clusters.terminal
     y, e = np.empty(clusters.means.shape[1:]), np.empty(clusters.scatters.shape[2])
     for t in range(points.shape[0]):
-        if clusters.size[0] == clusters.counts.size:
+        K = clusters.size[0]
+        if clusters.counts.size == K:
             return t
         previous = motion.component[0]
         travel(motion, points[t], times[t], max_distance, weights[2], e[:T])
         describe(y, motion, max_distance, weights)
-        K = clusters.size[0]
-        q = _nearest(means, terminal, K, y, C, T, previous, max_distance, weights[2], hysteresis)
+        radian = weights[2] * max_distance
+        q = _nearest(means, shares, terminal, K, y, C, T, previous, max_distance, radian, hysteresis, rule)
         if q < 0:
             q = new_component(clusters)
         if q != previous:
@@ -52,98 +67,122 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         y[:, 2 * C] = times[t] - motion.clock[1]
         _share_direction(clusters.means, q, y, C, T)
         update(clusters, q, y, C, T, e)
+        _weigh_frames(clusters, q, C if C == T else C - 4, max_distance, rule)
         motion.clock[0] = times[t]
         labels[t] = q
     return points.shape[0]
 
 
 @kernel
-def add_end(clusters, motion, max_distance, weights):
-    """Take the last datapoint into a terminal component, the nearest or a new one; return which."""
+def add_end(clusters, motion, max_distance, weights, rule):
+    """Take the last datapoint into a terminal component, the nearest or a new one; return which.
+
+    Where a motion ends is for the goal's frame to say, which is the last one.
+    """
     C, T = motion.point.shape[1], motion.direction.shape[1]
     y, e = np.empty(clusters.means.shape[1:]), np.empty(clusters.scatters.shape[2])
     describe(y, motion, max_distance, weights)
     y[:, 2 * C] = 0.0
-    best, least = -1, y.shape[0] * max_distance**2
+    best, least = -1, max_distance**2
     for i in range(clusters.size[0]):
         if clusters.terminal[i]:
-            total = _position_squares(clusters.means, i, y, C if C == T else C - 4)
-            total += _rotation_squares(clusters.means, i, y, C, T, weights[2] * max_distance)
-            if total <= least:
-                best, least = i, total
+            square = _point_square(clusters.means, i, y.shape[0] - 1, y, C, T, weights[2] * max_distance)
+            if square <= least:
+                best, least = i, square
     if best < 0:
         best = new_component(clusters)
         clusters.terminal[best] = True
     update(clusters, best, y, C, T, e)
+    _weigh_frames(clusters, best, C if C == T else C - 4, max_distance, rule)
     return best
 
 
 @kernel
-def _nearest(means, terminal, K, y, C, T, previous, max_distance, w_r, hysteresis):
+def _nearest(means, shares, terminal, K, y, C, T, previous, max_distance, radian, hysteresis, rule):
     """Nearest component that is not terminal, with hysteresis; -1 when all are beyond lambda.
 
-    A distance is the mean over the frames, so that lambda stays in metres. Most components are out of
-    question by their position alone.
+    Most components are out of question by their position alone.
     """
-    radian, P, n_dims = w_r * max_distance, y.shape[0], C if C == T else C - 4
+    P, n_dims = y.shape[0], C if C == T else C - 4
     best, least, stay = -1, np.inf, np.inf
     if previous >= 0:
-        stay = _position_squares(means, previous, y, n_dims) + _other_squares(
-            means, previous, y, C, T, radian
-        )
+        stay = _square(means, shares, previous, y, C, T, radian, rule)
         best, least = previous, stay
     for i in range(K):
-        total = 0.0  # `_position_squares`, written out: a call takes longer than the work
-        for p in range(P):
+        bound = 0.0 if rule != _NEAREST else np.inf
+        for p in range(P):  # written out: a call takes longer than the work
+            square = 0.0
             for k in range(n_dims):
                 difference = y[p, k] - means[i, p, k]
-                total += difference * difference
-        if total < least and not terminal[i] and i != previous:
-            total += _other_squares(means, i, y, C, T, radian)
-            if total < least:
-                best, least = i, total
-    stay, nearest = np.sqrt(stay / P), np.sqrt(least / P)
+                square += difference * difference
+            bound = bound + shares[i, p] * square if rule != _NEAREST else min(bound, square)
+        if bound < least and not terminal[i] and i != previous:
+            square = _square(means, shares, i, y, C, T, radian, rule)
+            if square < least:
+                best, least = i, square
+    stay, nearest = np.sqrt(stay), np.sqrt(least)
     if stay <= max_distance and stay - nearest < hysteresis * max_distance:
         return previous
     return best if nearest <= max_distance else -1
 
 
 @kernel
-def _position_squares(means, i, y, n_dims):
-    """Squared distance of the positions, summed over the frames."""
-    total = 0.0
-    for p in range(y.shape[0]):
-        for k in range(n_dims):
-            total += (y[p, k] - means[i, p, k]) ** 2
-    return total
+def _joined(so_far, square, share, rule):
+    """The squared distance with that of one more frame."""
+    return min(so_far, square) if rule == _NEAREST else so_far + share * square
 
 
 @kernel
-def _rotation_squares(means, i, y, C, T, metres_per_radian):
-    """Squared angle between the orientations, in metres, summed over the frames."""
-    total = 0.0
-    for p in range(y.shape[0] if C > T else 0):
-        cosine = 0.0
-        for k in range(C - 4, C):
-            cosine += y[p, k] * means[i, p, k]
-        total += (metres_per_radian * 2.0 * np.arccos(min(abs(cosine), 1.0))) ** 2
-    return total
-
-
-@kernel
-def _other_squares(means, i, y, C, T, metres_per_radian):
-    """Squared distance in rotation, distance travelled, and direction where both have one, summed likewise."""
-    total, first = _rotation_squares(means, i, y, C, T, metres_per_radian), 2 * C + 1
+def _square(means, shares, i, y, C, T, metres_per_radian, rule):
+    """Squared distance in point, distance travelled, and direction where both have one."""
+    total, first = 0.0 if rule != _NEAREST else np.inf, 2 * C + 1
     for p in range(y.shape[0]):
-        total += (y[p, first + T] - means[i, p, first + T]) ** 2
-        square = mine = theirs = 0.0
+        square = _point_square(means, i, p, y, C, T, metres_per_radian)
+        square += (y[p, first + T] - means[i, p, first + T]) ** 2
+        apart = mine = theirs = 0.0
         for k in range(first, first + T):
-            square += (y[p, k] - means[i, p, k]) ** 2
+            apart += (y[p, k] - means[i, p, k]) ** 2
             mine += abs(y[p, k])
             theirs += abs(means[i, p, k])
         if mine > 0.0 and theirs > 0.0:
-            total += square
+            square += apart
+        total = _joined(total, square, shares[i, p], rule)
     return total
+
+
+@kernel
+def _point_square(means, i, p, y, C, T, metres_per_radian):
+    """Squared distance of the points x in one frame."""
+    square = 0.0
+    for k in range(C if C == T else C - 4):
+        square += (y[p, k] - means[i, p, k]) ** 2
+    if C > T:
+        cosine = 0.0
+        for k in range(C - 4, C):
+            cosine += y[p, k] * means[i, p, k]
+        square += (metres_per_radian * 2.0 * np.arccos(min(abs(cosine), 1.0))) ** 2
+    return square
+
+
+@kernel
+def _weigh_frames(clusters, q, n_dims, max_distance, rule):
+    """The shares of the frames in the distance to a component, after its update; they sum to one."""
+    P, n = clusters.means.shape[1], clusters.counts[q]
+    if P == 1 or rule != _RELEVANT:
+        clusters.shares[q] = 1.0 / P
+        if rule == _GOAL:
+            clusters.shares[q] = 0.0
+            clusters.shares[q, P - 1] = 1.0
+        return
+    total = 0.0
+    for p in range(P):
+        variance = (_LEAST_SPREAD * max_distance) ** 2
+        for k in range(n_dims):
+            variance += clusters.scatters[q, p, k, k] / n
+        clusters.shares[q, p] = 1.0 / variance
+        total += 1.0 / variance
+    for p in range(P):
+        clusters.shares[q, p] /= total
 
 
 @kernel

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidConfiguration
+from local_site.learning.dp_means import FRAME_RULES
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,7 @@ class LearnerSettings:
         distance_weight: Weight of the distance travelled in the assignment.
         rotation_weight: What a radian is worth in the assignment of poses, in lambda; at least 0.4.
         min_std_rad: Square root of the minimum covariance of orientations [rad].
+        frame_rule: How several task frames decide together, one of `FRAME_RULES` (see `dp_means`).
 
     Raises:
         InvalidConfiguration: When a number is not finite or out of range.
@@ -39,6 +41,7 @@ class LearnerSettings:
     distance_weight: float = 0.5
     rotation_weight: float = 1.0
     min_std_rad: float = 0.05
+    frame_rule: str = "all"
 
     def __post_init__(self) -> None:
         for name in ("max_distance_m", "min_std"):
@@ -50,6 +53,9 @@ class LearnerSettings:
         if not (np.isfinite(self.rotation_weight) and self.rotation_weight >= _LEAST_ROTATION_WEIGHT):
             expected = f"{_LEAST_ROTATION_WEIGHT} or more, got {self.rotation_weight}"
             raise InvalidConfiguration("learner", "rotation_weight", expected)
+        if self.frame_rule not in FRAME_RULES:
+            expected = f"one of {', '.join(FRAME_RULES)}, got {self.frame_rule!r}"
+            raise InvalidConfiguration("learner", "frame_rule", expected)
         for name in ("hysteresis", "direction_weight", "distance_weight"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):

@@ -19,7 +19,7 @@ from common.manifold import Manifold
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from local_site.learning.clusters import Clusters
-from local_site.learning.dp_means import add_end, assign_points
+from local_site.learning.dp_means import FRAME_RULES, add_end, assign_points
 from local_site.learning.dwell_statistics import Dwell, Segment, finish, follow
 from local_site.learning.learner_settings import LearnerSettings
 from local_site.learning.motion import Motion
@@ -57,7 +57,7 @@ class OnlineLearner:
         self.space = space if isinstance(space, Manifold) else Manifold(space)
         self.frame_names = tuple(frame_names)
         self._observer = Observer(self.space, len(self.frame_names))
-        self._weights = settings.weights
+        self._weights, self._rule = settings.weights, FRAME_RULES.index(settings.frame_rule)
         self._clusters = Clusters.empty(_FIRST_CAPACITY, len(self.frame_names), self.space)
         self._dwell = Dwell.empty(_FIRST_CAPACITY)
         self._motion: Motion | None = None
@@ -155,6 +155,7 @@ class OnlineLearner:
                 s.max_distance_m,
                 self._weights,
                 s.hysteresis,
+                self._rule,
                 labels[done:] if done else labels,
             )
             self._make_room()
@@ -171,7 +172,7 @@ class OnlineLearner:
         if self._segment.time_count.sum() < 2:
             raise InvalidDemonstration("demonstration", "", "at least two datapoints")
         s = self.settings
-        terminal = int(add_end(self._clusters, self._motion, s.max_distance_m, self._weights))
+        terminal = int(add_end(self._clusters, self._motion, s.max_distance_m, self._weights, self._rule))
         finish(self._dwell, self._segment, terminal)
         self._make_room()
         self._motion = self._segment = self._before = None
@@ -225,9 +226,9 @@ class OnlineLearner:
 
 
 @kernel
-def _learn(clusters, motion, dwell, segment, points, times, max_distance, weights, hysteresis, labels):
+def _learn(clusters, motion, dwell, segment, points, times, max_distance, weights, hysteresis, rule, labels):
     """Assign datapoints and count along their components, until there is no room; returns how many."""
-    done = assign_points(clusters, motion, points, times, max_distance, weights, hysteresis, labels)
+    done = assign_points(clusters, motion, points, times, max_distance, weights, hysteresis, rule, labels)
     follow(dwell, segment, labels[:done], times[:done])
     return done
 

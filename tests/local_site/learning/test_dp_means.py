@@ -13,11 +13,15 @@ from tests.strategies import dims, frame_counts, recording, seeds
 LAMBDA, WEIGHTS, HYSTERESIS = 0.2, np.array([1.0, 0.5, 1.0]), 0.1
 
 
-def assigned(points: NDArray, times: NDArray, weights: NDArray = WEIGHTS) -> tuple[Clusters, NDArray]:
+def assigned(
+    points: NDArray, times: NDArray, weights: NDArray = WEIGHTS, rule: int = 0
+) -> tuple[Clusters, NDArray]:
     clusters = Clusters.empty(256, points.shape[1], Manifold(points.shape[2]))
     labels = np.zeros(len(times), np.int64)
     motion = Motion.begin(points.shape[1], Manifold(points.shape[2]))
-    assert assign_points(clusters, motion, points, times, LAMBDA, weights, HYSTERESIS, labels) == len(times)
+    assert assign_points(clusters, motion, points, times, LAMBDA, weights, HYSTERESIS, rule, labels) == len(
+        times
+    )
     return clusters, labels
 
 
@@ -81,7 +85,7 @@ def test_it_stops_where_there_is_no_room_and_goes_on_from_there():
     _, whole = assigned(points, times)
     small = Clusters.empty(4, 1, Manifold(2))
     motion, labels = Motion.begin(1, Manifold(2)), np.zeros(len(times), np.int64)
-    done = assign_points(small, motion, points, times, LAMBDA, WEIGHTS, HYSTERESIS, labels)
+    done = assign_points(small, motion, points, times, LAMBDA, WEIGHTS, HYSTERESIS, 0, labels)
     assert small.size[0] == 4
     assert done < len(times)
     np.testing.assert_array_equal(labels[:done], whole[:done])
@@ -94,9 +98,9 @@ def test_ends_near_each_other_share_a_terminal_component():
         motion = Motion.begin(1, Manifold(2))
         points = np.linspace([[1.0, last]], [[0.0, last]], 40)
         assign_points(
-            clusters, motion, points, np.arange(40.0), LAMBDA, WEIGHTS, HYSTERESIS, np.zeros(40, np.int64)
+            clusters, motion, points, np.arange(40.0), LAMBDA, WEIGHTS, HYSTERESIS, 0, np.zeros(40, np.int64)
         )
-        ends.append(add_end(clusters, motion, LAMBDA, WEIGHTS))
+        ends.append(add_end(clusters, motion, LAMBDA, WEIGHTS, 0))
     assert ends[0] == ends[1] != ends[2]
     assert list(np.flatnonzero(clusters.terminal)) == sorted({ends[0], ends[2]})
     np.testing.assert_allclose(clusters.means[ends[0], 0, :2], [0.0, 0.25 * LAMBDA], atol=1e-12)
