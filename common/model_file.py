@@ -1,45 +1,57 @@
 """A TP-HSMM as bytes: MessagePack, versioned, identified by its SHA-256.
 
-The file is ``{kind, schema, frame_names, max_distance_m, n_demonstrations, arrays}``, where every array
-is ``{dtype, shape, data}`` with little-endian data. The hash that both sites compare is over these bytes.
+The file is ``{kind, schema, frame_names, max_distance_m, n_demonstrations, shape, parts}`` with the shape
+K, C, T (components, coordinates, tangent numbers) and the parts as `common.model_parts` makes them, rounded.
+The hash that both sites compare is over these bytes.
 """
 
 from __future__ import annotations
 
 import hashlib
-import math
 from pathlib import Path
 from typing import Any
 
 import msgpack
-import numpy as np
-from numpy.typing import NDArray
 
-from common.errors import InvalidModel
-from common.tphsmm import ARRAY_FIELDS, TPHSMM
+from common import model_parts
+from common.errors import InvalidInput, InvalidModel
+from common.manifold import Manifold
+from common.tphsmm import MAX_COMPONENTS, TPHSMM
 from common.whole_file import write_whole
 
 KIND = "farhand/tphsmm"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 MAX_BYTES = 16 * 1024 * 1024
+_MAX_DIMENSION = 16
 
-_SCALARS = {"frame_names": list, "max_distance_m": float, "n_demonstrations": int}
-_KEYS = {"kind", "schema", "arrays", *_SCALARS}
-_DTYPES = {np.float64: "<f8", np.bool_: "|b1", np.int64: "<i8"}
+_FIELDS = {
+    "frame_names": list,
+    "max_distance_m": float,
+    "n_demonstrations": int,
+    "shape": list,
+    "parts": dict,
+}
+_KEYS = {"kind", "schema", *_FIELDS}
 
 
 def encode(model: TPHSMM) -> bytes:
     """The model as bytes; equal models give equal bytes."""
-    arrays = {name: _pack(getattr(model, name), kind) for name, (_, kind) in ARRAY_FIELDS.items()}
     content = {
         "kind": KIND,
         "schema": SCHEMA_VERSION,
         "frame_names": list(model.frame_names),
         "max_distance_m": float(model.max_distance_m),
         "n_demonstrations": int(model.n_demonstrations),
-        "arrays": arrays,
+        "shape": [model.n_components, model.manifold.n_coordinates, model.manifold.n_tangent],
+        "parts": model_parts.pack(model),
     }
     return msgpack.Packer().pack(content)
+
+
+def part_sizes(data: bytes) -> dict[str, int]:
+    """How many bytes of a model are its header, and each of its parts."""
+    parts = {name: len(part) for name, part in _unpacked(data, "model")["parts"].items()}
+    return {"header": len(data) - sum(parts.values()), **parts}
 
 
 def content_hash(data: bytes) -> str:
@@ -59,7 +71,9 @@ def decode(data: bytes, source: str = "model") -> TPHSMM:
             an invariant of the TP-HSMM.
     """
     content = _unpacked(data, source)
-    arrays = {name: _unpack(content["arrays"][name], name, kind, source) for name, kind in _kinds()}
+    n_components, space = _shape(content["shape"], source)
+    n_frames = len(content["frame_names"])
+    arrays = model_parts.unpack(content["parts"], n_frames, n_components, space, source)
     try:
         return TPHSMM(
             frame_names=tuple(content["frame_names"]),
@@ -91,15 +105,6 @@ def load(path: Path | str) -> TPHSMM:
     return decode(data, str(path))
 
 
-def _kinds() -> list[tuple[str, type]]:
-    return [(name, kind) for name, (_, kind) in ARRAY_FIELDS.items()]
-
-
-def _pack(array: NDArray, kind: type) -> dict[str, Any]:
-    dtype = _DTYPES[kind]
-    return {"dtype": dtype, "shape": list(array.shape), "data": array.astype(dtype).tobytes()}
-
-
 def _unpacked(data: bytes, source: str) -> dict[str, Any]:
     """The outer map, its keys and plain fields checked."""
     if len(data) > MAX_BYTES:
@@ -116,13 +121,26 @@ def _unpacked(data: bytes, source: str) -> dict[str, Any]:
         found = content.get("schema")
         raise InvalidModel(source, "schema", f"version {SCHEMA_VERSION}, got {found!r}; learn the model anew")
     _check_keys(source, "", content, _KEYS)
-    for name, kind in _SCALARS.items():
+    for name, kind in _FIELDS.items():
         if type(content[name]) is not kind:
             raise InvalidModel(source, name, f"type {kind.__name__}, got {type(content[name]).__name__}")
-    if not isinstance(content["arrays"], dict):
-        raise InvalidModel(source, "arrays", "a map of arrays")
-    _check_keys(source, "arrays.", content["arrays"], set(ARRAY_FIELDS))
+    _check_keys(source, "parts.", content["parts"], set(model_parts.PARTS))
+    for name, part in content["parts"].items():
+        if not isinstance(part, bytes):
+            raise InvalidModel(source, f"parts.{name}", f"bytes, got {type(part).__name__}")
     return content
+
+
+def _shape(shape: list[Any], source: str) -> tuple[int, Manifold]:
+    """Number of components, and the space."""
+    limits = (MAX_COMPONENTS, _MAX_DIMENSION, _MAX_DIMENSION)
+    known = len(shape) == len(limits) and all(type(n) is int for n in shape)
+    if not known or not all(1 <= n <= limit for n, limit in zip(shape, limits, strict=True)):
+        raise InvalidModel(source, "shape", f"K, C, T from 1 to {limits}, got {shape!r}")
+    try:
+        return shape[0], Manifold.of(shape[1], shape[2])
+    except InvalidInput as error:
+        raise InvalidModel(source, "shape", error.expected) from None
 
 
 def _check_keys(source: str, prefix: str, found: dict[Any, Any], expected: set[str]) -> None:
@@ -130,20 +148,3 @@ def _check_keys(source: str, prefix: str, found: dict[Any, Any], expected: set[s
         raise InvalidModel(source, f"{prefix}{name}", "no such field in this schema")
     for name in expected - found.keys():
         raise InvalidModel(source, f"{prefix}{name}", "a field that is missing here")
-
-
-def _unpack(packed: Any, name: str, kind: type, source: str) -> NDArray:
-    """One array; its bytes must be exactly those that its shape asks for."""
-    if not isinstance(packed, dict) or packed.keys() != {"dtype", "shape", "data"}:
-        raise InvalidModel(source, name, "an array {dtype, shape, data}")
-    dtype, shape, data = packed["dtype"], packed["shape"], packed["data"]
-    if dtype != _DTYPES[kind]:
-        raise InvalidModel(source, name, f"dtype {_DTYPES[kind]}, got {dtype!r}")
-    if not isinstance(shape, list) or not all(type(n) is int and 0 <= n <= MAX_BYTES for n in shape):
-        raise InvalidModel(source, name, f"a shape of whole numbers, got {shape!r}")
-    size = math.prod(shape) * np.dtype(dtype).itemsize
-    if not isinstance(data, bytes) or len(data) != size:
-        raise InvalidModel(source, name, f"{size} bytes for shape {tuple(shape)}")
-    if kind is np.bool_ and not set(data) <= {0, 1}:
-        raise InvalidModel(source, name, "truth values")
-    return np.frombuffer(data, dtype=dtype).reshape(shape)

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 _ROW_SUM_TOLERANCE = 1e-9
 _UNIT_TOLERANCE = 1e-6
-_MAX_COMPONENTS = 4096
+MAX_COMPONENTS = 1024
 
 # Shape and kind of every array: K components, P frames, C coordinates of a point and T of a tangent.
 # Both are D for positions; for poses they are 7 and 6 (see `common.manifold`).
@@ -80,7 +80,8 @@ class TPHSMM:
             Shape (P, K, T).
         residual_covariances: Covariance left by that regression [m^2, rad^2]. Shape (P, K, T, T).
         start_means: Mean start of the demonstrations seen by the component [m]. Shape (P, K, C).
-        start_covariances: Covariance of these starts, with its prior [m^2, rad^2]. Shape (P, K, T, T).
+        start_covariances: Covariance of these starts, with its prior, of position and rotation each by itself
+            [m^2, rad^2]. Shape (P, K, T, T).
         start_gains: Regression of the point on the start. Shape (P, K, T, T).
         elapsed_gains: Regression of the elapsed time on the start [s/m, s/rad]. Shape (P, K, T).
 
@@ -113,9 +114,9 @@ class TPHSMM:
     def __post_init__(self) -> None:
         object.__setattr__(self, "frame_names", tuple(self.frame_names))
         means = np.asarray(self.means)
-        if means.ndim != 3 or 0 in means.shape or means.shape[1] > _MAX_COMPONENTS:
+        if means.ndim != 3 or 0 in means.shape or means.shape[1] > MAX_COMPONENTS:
             raise InvalidModel(
-                "model", "means", f"shape (P, K, C) with 1 to 4096 components, got {means.shape}"
+                "model", "means", f"shape (P, K, C) with 1 to {MAX_COMPONENTS} components, got {means.shape}"
             )
         sizes = dict(zip("PKC", means.shape, strict=True))
         sizes["T"] = POSE.n_tangent if self._of_poses(means) else sizes["C"]
@@ -124,6 +125,9 @@ class TPHSMM:
             object.__setattr__(self, name, array)
         self._check_scalars()
         self._check_probabilities()
+        D = self.n_dims
+        if self.start_covariances[..., :D, D:].any() or self.start_covariances[..., D:, :D].any():
+            raise InvalidModel("model", "start_covariances", "zeros between position and rotation")
         for name in _COVARIANCES:
             _check_positive_definite(name, getattr(self, name))
         for name in _POINTS if self.manifold.oriented else ():

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from common.errors import FarhandError, InvalidConfiguration
-from common.model_file import content_hash, encode, load, save
+from common.model_file import content_hash, encode, load, part_sizes, save
 from common.tphsmm import TPHSMM
 
 
@@ -53,7 +53,9 @@ def show(model_file: Path, figure: Path | None) -> int:
     )
     _say(f"  learned from  {model.n_demonstrations} demonstrations, lambda {model.max_distance_m:g} m")
     _say(f"  paths         {model.n_paths}")
-    _say(f"  size          {len(content)} B")
+    sizes = part_sizes(content)
+    _say(f"  size          {len(content)} B: {', '.join(f'{name} {n}' for name, n in sizes.items())}")
+    _say(f"  beyond paper  {sizes['extensions']} B, {100 * sizes['extensions'] / len(content):.0f} %")
     _say(f"  sha256        {content_hash(content)}")
     _say("  component  points  duration_s        leads to")
     for i in range(model.n_components):

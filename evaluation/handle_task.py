@@ -27,7 +27,7 @@ _DURATION_SPREAD = 0.1  # of the logarithm
 _STRAIGHT_M = 0.35  # how far out along the axes the curve's control points lie
 _DEVIATION_M = 0.008  # of the hand, by its first harmonic
 _HANDLE_M = np.array([0.8, 0.3])  # where the handle is on average, seen from the base's
-_REACH_M, _TURN_RAD = 0.25, 0.7  # how far the frames are from there, and turned, at most
+_REACH_M, _TURN_RAD = 0.15, 0.4  # how far the frames are from there, and turned, at most
 _N_PATH = 400
 
 

@@ -41,7 +41,7 @@ class LearnerSettings:
     distance_weight: float = 0.5
     rotation_weight: float = 1.0
     min_std_rad: float = 0.05
-    frame_rule: str = "all"
+    frame_rule: str = "nearest"
 
     def __post_init__(self) -> None:
         for name in ("max_distance_m", "min_std"):

@@ -115,7 +115,10 @@ def _start_regression(
     transposed = np.linalg.solve(spread, np.swapaxes(C_ps + share * R, -1, -2))
     gains = np.array(np.swapaxes(transposed, -1, -2), dtype=np.float64)
     gains[:, terminal] = 0.0
-    return gains, spread
+    apart = np.zeros_like(spread)
+    for part in parts:
+        apart[..., part, part] = spread[..., part, part]
+    return gains, apart
 
 
 def _per_part(space: Manifold, metres: float, radians: float) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from common.errors import InvalidModel
+from common.manifold import POSE
 from common.tphsmm import ARRAY_FIELDS
 from tests.strategies import learned
 
@@ -84,6 +85,14 @@ def test_each_invariant_is_checked():
     for message, change in broken.items():
         with pytest.raises(InvalidModel, match=message):
             replace(model, **change)
+
+
+def test_starts_of_poses_vary_in_position_and_rotation_each_by_itself():
+    model = learned(POSE)
+    mixed = np.array(model.start_covariances)
+    mixed[..., 0, 4] = mixed[..., 4, 0] = 1e-6
+    with pytest.raises(InvalidModel, match="start_covariances: zeros between position and rotation"):
+        replace(model, start_covariances=mixed)
 
 
 def test_paths_are_counted_from_starts_that_reach_an_end():

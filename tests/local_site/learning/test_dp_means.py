@@ -1,12 +1,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from numpy.typing import NDArray
 
 from common.manifold import Manifold
 from local_site.learning.clusters import Clusters
-from local_site.learning.dp_means import add_end, assign_points
+from local_site.learning.dp_means import FRAME_RULES, add_end, assign_points
 from local_site.learning.motion import Motion
 from tests.strategies import dims, frame_counts, recording, seeds
 
@@ -78,6 +79,21 @@ def test_a_stroke_that_returns_on_itself_is_learned_in_both_directions():
     _, by_direction = assigned(points, times, np.array([1.0, 0.0, 1.0]))
     assert set(by_position[:55]) & set(by_position[70:])
     assert not set(by_direction[:55]) & set(by_direction[70:])
+
+
+@pytest.mark.parametrize(("rule", "together"), [("all", False), ("goal", False), ("nearest", True)])
+def test_one_frame_in_which_demonstrations_agree_makes_them_one_component(rule: str, together: bool):
+    line = np.linspace([0.0, 0.0], [0.5, 0.0], 60)
+    clusters, labels = Clusters.empty(64, 2, Manifold(2)), []
+    for away in (0.0, 1.0):  # the second frame, the goal's, sees the second demonstration from elsewhere
+        points, motion = np.stack([line, line + away], axis=1), Motion.begin(2, Manifold(2))
+        labels.append(np.zeros(60, np.int64))
+        number = FRAME_RULES.index(rule)
+        assign_points(
+            clusters, motion, points, np.arange(60.0), LAMBDA, WEIGHTS, HYSTERESIS, number, labels[-1]
+        )
+    assert (set(labels[0]) == set(labels[1])) == together
+    assert bool(set(labels[0]) & set(labels[1])) == together
 
 
 def test_it_stops_where_there_is_no_room_and_goes_on_from_there():
