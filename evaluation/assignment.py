@@ -120,7 +120,10 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
         "leaving, coming [deg]",
         "success",
     )
-    text = f"The default is `{LearnerSettings(LAMBDA_M).frame_rule}`."
+    text = (
+        f"The default is `{LearnerSettings(LAMBDA_M).frame_rule}`. Without the base's frame nobody can know how the base is "
+        "turned, so that the last four leave it anyhow."
+    )
     return summary, "\n".join(
         ["# Assignment with several frames", "", _TEXT, "", table(header, rows), "", text]
     )

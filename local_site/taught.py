@@ -7,7 +7,7 @@ from pathlib import Path
 
 from common.errors import FarhandError
 from common.log import loop_logger
-from common.model_file import content_hash, encode
+from common.model_file import content_hash, decode, encode
 from common.task import Task
 from common.tphsmm import TPHSMM
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner
@@ -132,8 +132,8 @@ class Taught:
             self.learned = None
             self._archive.settle((), "", b"")
             return
-        model = self.learner.model()
-        content = encode(model)
+        content = encode(self.learner.model())
+        model = decode(content)  # as the robot will have it, to the bit
         sha256 = content_hash(content)
         try:
             self._archive.settle(self.demonstrations, sha256, content)

@@ -13,6 +13,9 @@ from evaluation.study import STUDIES, plain, tuning_seeds
 
 # What a study must find even at this size.
 FINDS = {
+    "assignment": lambda found: (
+        found["base, handle: nearest"]["n_components"] < found["base, handle: all"]["n_components"]
+    ),
     "algorithm-1": lambda found: (
         found["count"]["worst_mean_error_m"] < 1e-12
         and found["count"]["worst_covariance_error"] < 1e-10

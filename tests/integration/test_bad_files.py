@@ -83,20 +83,17 @@ def rewritten(change: Callable[[dict], None]) -> Callable[[Path, Path], None]:
 
 
 def put_a_nan(content: dict) -> None:
-    means = content["arrays"]["means"]
-    means["data"] = np.float64(np.nan).tobytes() + means["data"][8:]
+    content["parts"]["means"] = np.float32(np.nan).tobytes() + content["parts"]["means"][4:]
 
 
 def drop_a_component(content: dict) -> None:
-    counts = content["arrays"]["counts"]
-    counts["shape"][0] -= 1
-    counts["data"] = counts["data"][8:]
+    content["shape"][0] -= 1
 
 
 BAD_MODELS = {
     "nan": (rewritten(put_a_nan), "means: finite numbers only"),
-    "shape": (rewritten(drop_a_component), "counts: shape"),
-    "schema": (rewritten(lambda content: content.update(schema=2)), "schema: version 1, got 2"),
+    "shape": (rewritten(drop_a_component), ""),
+    "schema": (rewritten(lambda content: content.update(schema=1)), "schema: version 2, got 1"),
     "unknown": (rewritten(lambda content: content.update(colour="red")), "colour: no such field"),
     "truncated": (truncated, "a whole model file; this one is truncated"),
     "foreign": (foreign, ""),

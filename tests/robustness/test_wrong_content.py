@@ -28,20 +28,19 @@ def rewritten(change: Callable[[dict[str, Any]], object]) -> bytes:
 
 
 def with_a_nan(content: dict[str, Any]) -> None:
-    means = content["arrays"]["means"]
-    means["data"] = np.float64(np.nan).tobytes() + means["data"][8:]
+    content["parts"]["means"] = np.float32(np.nan).tobytes() + content["parts"]["means"][4:]
 
 
 def of_another_shape(content: dict[str, Any]) -> None:
-    content["arrays"]["counts"]["shape"] = [1, 1]
+    content["shape"][0] += 1
 
 
 BAD_CONTENTS = {
     "nan": (rewritten(with_a_nan), "means: finite numbers"),
-    "shape": (rewritten(of_another_shape), "counts: "),
-    "schema": (rewritten(lambda content: content.update(schema=2)), "schema: version 1, got 2"),
+    "shape": (rewritten(of_another_shape), "priors: "),
+    "schema": (rewritten(lambda content: content.update(schema=1)), "schema: version 2, got 1"),
     "unknown": (rewritten(lambda content: content.update(colour="red")), "colour: no such field"),
-    "missing": (rewritten(lambda content: content["arrays"].pop("means")), "means: a field that is missing"),
+    "missing": (rewritten(lambda content: content["parts"].pop("means")), "means: a field that is missing"),
     "truncated": (encode_model(learned())[:-7], "truncated"),
     "foreign": (b"\x89PNG\r\n\x1a\n", "truncated or of another kind"),
     "dimensions": (encode_model(learned(3)), "2 dimensions"),
