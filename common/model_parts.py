@@ -89,7 +89,7 @@ def _bytes(array: NDArray, dtype: str = "<f4") -> bytes:
     return (rounded + rounded.dtype.type(0)).tobytes()  # no negative zeros, which a Cholesky factor may have
 
 
-def _of_symmetric(matrices: Array, dtype: str = "<f4") -> bytes:
+def _of_symmetric(matrices: NDArray, dtype: str = "<f4") -> bytes:
     """The lower triangles."""
     rows, columns = np.tril_indices(matrices.shape[-1])
     return _bytes(matrices[..., rows, columns], dtype)

@@ -67,7 +67,8 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         y[:, 2 * C] = times[t] - motion.clock[1]
         _share_direction(clusters.means, q, y, C, T)
         update(clusters, q, y, C, T, e)
-        _weigh_frames(clusters, q, C if C == T else C - 4, max_distance, rule)
+        if rule == _RELEVANT or q != previous:
+            _weigh_frames(clusters, q, C if C == T else C - 4, max_distance, rule)
         motion.clock[0] = times[t]
         labels[t] = q
     return points.shape[0]

@@ -215,8 +215,10 @@ def test_what_needs_a_demonstration_says_so():
 
 
 def test_settings_out_of_range_are_refused():
-    for values in ({"max_distance_m": 0.0}, {"max_distance_m": 0.1, "min_std_m": -1.0}):
+    for max_distance_m, min_std_m in ((0.0, None), (0.1, -1.0)):
         with pytest.raises(InvalidConfiguration):
-            LearnerSettings(**values)
+            LearnerSettings(max_distance_m, min_std_m)
+    with pytest.raises(InvalidConfiguration, match="frame_rule: one of all, goal"):
+        LearnerSettings(0.1, frame_rule="last")
     with pytest.raises(InvalidConfiguration, match="hysteresis"):
         LearnerSettings(0.1, hysteresis=float("nan"))
