@@ -35,6 +35,7 @@ def pack(model: TPHSMM) -> dict[str, bytes]:
         "extensions": b"".join(
             [
                 _bytes(model.phase) + _bytes(model.elapsed_mean_s),
+                _bytes(model.time_share[model.transition > 0]),
                 _bytes(model.slopes) + _bytes(model.start_means),
                 _of_symmetric(model.residual_covariances),
                 *(_of_factors(model.start_covariances[..., part, part]) for part in space.parts),
@@ -56,6 +57,8 @@ def unpack(parts: dict[str, bytes], P: int, K: int, space: Manifold, source: str
     terminal = part["priors"].take("|b1", K)
     rows, extra = part["transitions"].rows(K, K + 1), part["extensions"]
     phase, elapsed_mean_s = extra.take("<f4", 2, K)
+    transition, time_share = rows[:, :K], np.zeros((K, K))
+    time_share[transition > 0] = extra.take("<f4", int((transition > 0).sum()))
     slopes, start_means = extra.take("<f4", P, K, T), extra.take("<f4", P, K, C)
     residual_covariances, start_covariances = extra.symmetric(P, K, T), np.zeros((P, K, T, T))
     for block in space.parts:
@@ -66,7 +69,8 @@ def unpack(parts: dict[str, bytes], P: int, K: int, space: Manifold, source: str
         "counts": part["priors"].take("<u4", K).astype(np.int64),
         "means": part["means"].take("<f4", P, K, C),
         "covariances": part["covariances"].symmetric(P, K, T),
-        "transition": rows[:, :K],
+        "transition": transition,
+        "time_share": time_share,
         "exit": rows[:, K],
         "duration_mean_s": part["durations"].take("<f4", K),
         "duration_variance_s2": part["durations"].take("<f4", K),
