@@ -47,7 +47,7 @@ two values.
 
 The hidden semi-Markov chain forgets which lane it came along. The model does know: each component keeps the
 mean and covariance of the starts of the demonstrations that visited it. The successor is therefore the one
-with the largest transition probability times the likelihood of the present start, and the jump is gone, also at
+with the largest share of the time in the component times the likelihood of the present start, and the jump is gone, also at
 small lambda. A large lambda (the default rule) merges the lanes, so that there is little left to choose.
 
 Error in % of the extent over {n} samplings (every n-th sample, shifted, equally far apart; the true last

@@ -90,6 +90,9 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     left.loglog(_LAMBDAS_M, [mean("n_components", m, True) for m in _LAMBDAS_M], "o-", label="ours")
     left.plot(0.10, 15, "k*", markersize=12, label="paper")
     left.set(xlabel="lambda [m]", ylabel="components")
+    left.set_xticks(_LAMBDAS_M, [f"{m:g}" for m in _LAMBDAS_M])
+    left.set_yticks([5, 10, 20, 50, 100], ["5", "10", "20", "50", "100"])
+    left.minorticks_off()
     for ramp, style in ((True, "o-"), (False, "s--")):
         for key, colour, name in (("time_rms_m", "tab:blue", "time"), ("dtw_rms_m", "tab:orange", "DTW")):
             label = f"{name}, {'ramp' if ramp else 'step'}"
