@@ -1,7 +1,7 @@
 """Why the shape of a C can depend on how its points are sampled, and what cures it.
 
 The same demonstrations, sampled in many ways, are learned with a large and a small lambda, and executed
-once with the branch chosen by transition counts alone, once with the start of the motion considered too.
+once with the branch chosen by the share of time alone, once with the start of the motion considered too.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ two values.
 
 The hidden semi-Markov chain forgets which lane it came along. The model does know: each component keeps the
 mean and covariance of the starts of the demonstrations that visited it. The successor is therefore the one
-with the largest share of the time in the component times the likelihood of the present start, and the jump is gone, also at
-small lambda. A large lambda (the default rule) merges the lanes, so that there is little left to choose.
+with the largest share of the time in the component times the likelihood of the present start, and the jump is
+gone, also at small lambda. A large lambda (the default rule) merges the lanes, so that there is little left to choose.
 
 Error in % of the extent over {n} samplings (every n-th sample, shifted, equally far apart; the true last
 sample kept in all):
@@ -83,7 +83,7 @@ def trial(case: Case) -> Case:
     )
     model = learn(taught, settings)
     if not case["by_start"]:
-        model = _branching_by_counts_alone(model)
+        model = _branching_by_time_alone(model)
     motion = last.in_frame()
     error = dtw_rms(roll_out(model, last).in_frame(), motion) / float(np.ptp(motion, axis=0).max())
     return {**case, "error": 100.0 * error, "n_components": model.n_components}
@@ -94,14 +94,14 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     summary, lines = {}, []
     for name, by_start in product(_ASSIGNMENTS, (False, True)):
         errors = [r["error"] for r in results if (r["assignment"], r["by_start"]) == (name, by_start)]
-        by = "counts and start" if by_start else "counts alone"
+        by = "time and start" if by_start else "time alone"
         low, middle, high = min(errors), float(np.median(errors)), max(errors)
         summary[f"{name}, {by}"] = {"least": low, "median": middle, "largest": high}
         lines.append(f"| {name} | {by} | {low:.2f} | {middle:.2f} | {high:.2f} |")
     return summary, _TEXT.format(n=len(_SAMPLINGS)) + "\n".join(lines)
 
 
-def _branching_by_counts_alone(model: TPHSMM) -> TPHSMM:
+def _branching_by_time_alone(model: TPHSMM) -> TPHSMM:
     """The same model, with starts so uncertain that all are equally likely, to the last bit."""
     vague = np.broadcast_to(1e100 * np.eye(model.n_dims), model.start_covariances.shape)
     return replace(model, start_covariances=vague)
