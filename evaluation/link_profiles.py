@@ -1,4 +1,4 @@
-"""What each link profile does to models and telemetry, and what single precision on the wire would cost.
+"""What each link profile does to models and telemetry, and what single precision on the wire costs.
 
 Both sites' own code in virtual time over each profile of `deploy/link_profiles.toml`, each message with
 70 bytes for transport and network on top of its own: telemetry for a minute at rest and for a minute of
@@ -7,8 +7,9 @@ approach), which the planar robot answers, and refuses, when all of it is there.
 somebody presses Stop. Age is that of what the operator sees, at every moment. (`link-profiles-real`: real
 processes over the real relay.)
 
-Single precision: the same executions with a model whose numbers were rounded to 32 bits. Errors after the
-arrival: RMS over 10 s to the centre of the oscillating U on the board; at the mouth, and of the turn, for poses.
+Single precision: the same executions with the model as it was learned, in double precision, and as it arrives,
+rounded to single. Errors after the arrival: RMS over 10 s to the centre of the oscillating U on the board; at
+the mouth, and of the turn, for poses. Bytes: of all arrays as learned, and of the model as it travels.
 """
 
 from __future__ import annotations
@@ -134,7 +135,7 @@ def _precision(told: dict[str, list[Case]]) -> str:
             )  # fmt: skip
     header = (
         "", "error", "double, median / 90 %", "single, median / 90 %", "largest difference",
-        "model [B], double / single", "n",
+        "as learned / as it travels [B]", "n",
     )  # fmt: skip
     return table(header, rows)
 

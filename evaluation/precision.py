@@ -1,15 +1,14 @@
-"""Executions with a model as it was learned, and with one whose numbers were rounded to single precision."""
+"""Executions with a model as it was learned, in double precision, and as it arrives, rounded to single."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from common.model_file import encode
+from common.model_file import decode, encode
 from common.task_frame import TaskFrame
 from common.tphsmm import ARRAY_FIELDS, TPHSMM
 from deploy.places import find_task
@@ -26,33 +25,17 @@ Measure = Callable[[TPHSMM], dict[str, float]]
 
 KINDS = ("planar", "poses")
 _AFTER_S = 10.0
-_FLOATS = tuple(name for name, (_, kind) in ARRAY_FIELDS.items() if kind is np.float64)
-
-
-def rounded(model: TPHSMM) -> TPHSMM:
-    """The model after a journey in single precision; what must sum to one or have unit length does again."""
-    arrays = {name: getattr(model, name).astype(np.float32).astype(np.float64) for name in _FLOATS}
-    rows = arrays["transition"].sum(axis=1) + arrays["exit"]
-    arrays["transition"] /= rows[:, None]
-    arrays["exit"] /= rows
-    arrays["initial"] /= arrays["initial"].sum()
-    if model.manifold.oriented:
-        for name in ("means", "start_means"):
-            quats = arrays[name][..., model.n_dims :]
-            quats /= np.linalg.norm(quats, axis=-1, keepdims=True)
-    return replace(model, **arrays)
 
 
 def compare(kind: str, seed: int) -> Case:
     """Errors of both, and what each takes as bytes."""
     model, measure = _planar(seed) if kind == "planar" else _poses(seed)
-    size = len(encode(model))
-    n_floats = sum(getattr(model, name).size for name in _FLOATS)
+    content = encode(model)
     return {
         "double": measure(model),
-        "single": measure(rounded(model)),
-        "double_bytes": size,
-        "single_bytes": size - 4 * n_floats,
+        "single": measure(decode(content)),
+        "double_bytes": sum(getattr(model, name).nbytes for name in ARRAY_FIELDS),
+        "single_bytes": len(content),
     }
 
 
