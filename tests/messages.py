@@ -6,6 +6,7 @@ import functools
 from typing import Any
 
 import msgspec
+import numpy as np
 from hypothesis import strategies as st
 from msgspec import inspect
 
@@ -54,7 +55,8 @@ def _values(described: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901 (a
         case inspect.IntType(ge=low, le=high):
             return st.integers(-(2**63) if low is None else low, 2**63 - 1 if high is None else high)
         case inspect.FloatType(ge=low, le=high, gt=above):
-            return st.floats(low if low is not None else above, high, width=32, exclude_min=above is not None,
+            least, most = _single(low if low is not None else above, np.inf), _single(high, -np.inf)
+            return st.floats(least, most, width=32, exclude_min=above is not None,
                              allow_nan=False, allow_infinity=False)  # fmt: skip
         case inspect.StrType(pattern=None, max_length=longest):
             return st.text(st.characters(exclude_categories=["Cs"]), max_size=min(longest or 40, 40))
@@ -75,6 +77,15 @@ def _values(described: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901 (a
         case inspect.StructType(cls=kind, fields=fields):
             return st.builds(kind, **{f.name: _values(f.type) for f in fields})
     raise AssertionError(f"no strategy for {described}")
+
+
+def _single(bound: float | None, inwards: float) -> float | None:
+    """The single-precision number that is nearest to a bound, on the side where values are allowed."""
+    if bound is None:
+        return None
+    single = np.float32(bound)
+    outside = single < bound if inwards > 0 else single > bound
+    return float(np.nextafter(single, np.float32(inwards)) if outside else single)
 
 
 __all__ = ["SCHEMA", "all_kinds", "floats_in", "instances", "plain"]
