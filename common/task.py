@@ -69,8 +69,6 @@ class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     start_m: Vector
     """Where the robot is when it starts for the first time [m]."""
     target: Target
-    arrived_within_m: Positive = 0.02
-    """The motion has arrived when the effector is this close to its end [m]."""
     require_preview: bool = False
     """Refuse an execution that was not previewed."""
     lost_link: Literal["continue", "hold", "retract"] = "continue"

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import ctypes
 import json
 import os
-import signal
 import sys
 from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
 from common.errors import ProcessFailed
+from common.parent_process import end_with_parent
 
 READY_FD = "FARHAND_READY_FD"
 """Names the file descriptor on which a child says that it is ready."""
@@ -36,13 +35,10 @@ def say_ready(**facts: Any) -> None:
             pipe.write(json.dumps(facts) + "\n")
 
 
-def end_with_parent() -> None:
-    """In a child: be ended when the parent dies, however it dies."""
-    if READY_FD in os.environ and sys.platform == "linux":
-        PR_SET_PDEATHSIG = 1
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-        if os.getppid() != int(os.environ.pop(PARENT_PID, os.getppid())):
-            os.kill(os.getpid(), signal.SIGTERM)  # it died before it could be watched
+def follow_parent() -> None:
+    """In a child: be ended when the parent dies. A process of its own is no child, and goes on."""
+    if (parent_pid := os.environ.pop(PARENT_PID, None)) is not None:
+        end_with_parent(int(parent_pid))
 
 
 class Child:

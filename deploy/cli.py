@@ -11,15 +11,12 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
 
 import tyro
 
 from common.errors import FarhandError, InvalidInput
 from common.log import configure_logging
-
-Files = Annotated[tuple[Path, ...], tyro.conf.Positional]
-File = Annotated[Path, tyro.conf.Positional]
+from deploy.offline_commands import Evaluate, Import, Learn, Model, Rollout, Samples
 
 
 @dataclass(frozen=True)
@@ -174,120 +171,9 @@ class Link:
         return run_link_process(self.listen, self.target, self.control, self.profile, self.seed)
 
 
-@dataclass(frozen=True)
-class Learn:
-    """Learn a model from recorded demonstrations, in one pass."""
-
-    demonstrations: Files
-    """Demonstration files (.npz)."""
-    out: Path
-    """The model file to write."""
-    max_distance_m: float | None = None
-    """Lambda of the learning [m]; a fraction of the demonstrations' extent when not given."""
-
-    def run(self) -> int:
-        """Do it."""
-        from deploy.offline import learn
-
-        return learn(self.demonstrations, self.out, self.max_distance_m)
-
-
-@dataclass(frozen=True)
-class Rollout:
-    """Reproduce a model on the point plant, from a demonstration's start in its frames."""
-
-    model: File
-    """A model file."""
-    like: Path
-    """The demonstration whose start and frames are taken."""
-    out: Path | None = None
-    """Write the motion as a demonstration file."""
-
-    def run(self) -> int:
-        """Do it."""
-        from deploy.offline import rollout
-
-        return rollout(self.model, self.like, self.out)
-
-
-@dataclass(frozen=True)
-class Model:
-    """Look into a model file: components, durations, transitions, size, hash."""
-
-    do: Annotated[Literal["show"], tyro.conf.Positional]
-    """What to do."""
-    model: File
-    """A model file."""
-    figure: Path | None = None
-    """Draw the paper's Fig. 3 of it to this file (.png, .pdf, .svg)."""
-
-    def run(self) -> int:
-        """Do it."""
-        from deploy.offline import show
-
-        return show(self.model, self.figure)
-
-
-@dataclass(frozen=True)
-class Evaluate:
-    """Run a study of the evaluation; writes its JSON and Markdown."""
-
-    study: Annotated[str, tyro.conf.Positional]
-    """Name of the study; an unknown one lists them."""
-    trials: int | None = None
-    """How many trials; all of the study's when not given."""
-    seed: int = 0
-    """Seed of the first trial; reporting and tuning never share one."""
-    out: Path = Path("results")
-    """Folder for the results."""
-
-    def run(self) -> int:
-        """Do it."""
-        from deploy.offline import evaluate
-
-        return evaluate(self.study, self.trials, self.seed, self.out)
-
-
-@dataclass(frozen=True)
-class Import:
-    """Turn foreign recordings into demonstration files: metres, one frame `goal` at the last point."""
-
-    kind: Annotated[Literal["lasa", "robotasks", "letters"], tyro.conf.Positional]
-    """LASA handwriting (.mat or .npz, in mm); robotasks and letters (.npy, in cm)."""
-    file: File
-    """The recording."""
-    out: Path
-    """Folder for the demonstration files."""
-
-    def run(self) -> int:
-        """Do it."""
-        from deploy.offline import import_recording
-
-        return import_recording(self.kind, self.file, self.out)
-
-
-@dataclass(frozen=True)
-class Samples:
-    """Have the scripted operator demonstrate hot-stabbing on its simulated arm; files like those that come along."""
-
-    out: Path
-    """Folder for the demonstration files."""
-    n: int = 5
-    """How many."""
-    seed: int = 0
-    """Of the first one."""
-
-    def run(self) -> int:
-        """Do it."""
-        from deploy.offline import make_samples
-
-        return make_samples(self.out, self.n, self.seed)
-
-
 COMMANDS = {
     "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": Link, "learn": Learn, "rollout": Rollout,
-    "model": Model, "evaluate": Evaluate, "import": Import,
-    "samples": Samples,
+    "model": Model, "evaluate": Evaluate, "import": Import, "samples": Samples,
 }  # fmt: skip
 
 

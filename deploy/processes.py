@@ -15,7 +15,7 @@ import msgspec
 from common.codec import field_of
 from common.errors import FarhandError, InvalidConfiguration
 from common.task import load_toml
-from deploy.child import end_with_parent, say_ready
+from deploy.child import follow_parent, say_ready
 from deploy.end_signals import END_SIGNALS, on_end_signal
 from deploy.places import check_writable, data_folder, find_task
 
@@ -56,7 +56,7 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
     from remote_site.config import RemoteConfig
     from remote_site.site import RemoteSite
 
-    end_with_parent()
+    follow_parent()
     config = configured(RemoteConfig, config_file, **overrides)
     site = RemoteSite(config, find_task(config.task), data_folder(config.data_dir))
     on_end_signal(site.stop)
@@ -69,7 +69,7 @@ def run_local(config_file: Path | None, **overrides: object) -> int:
     from local_site.config import LocalConfig
     from local_site.site import LocalSite
 
-    end_with_parent()
+    follow_parent()
     config = configured(LocalConfig, config_file, **overrides)
     site = LocalSite(config, find_task(config.task), data_folder(config.data_dir))
     on_end_signal(site.stop)
@@ -86,7 +86,7 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
     from local_site.config import LocalConfig
     from local_site.site import LocalSite
 
-    end_with_parent()
+    follow_parent()
     planned = parse_outage(outage)
     if json_file is not None:
         check_writable("json", json_file)
@@ -106,7 +106,7 @@ def run_link_process(listen: str, target: str, control: str, profile: str, seed:
     """Be the delayed link until SIGTERM or Ctrl-C."""
     from deploy.link_process import run_link
 
-    end_with_parent()
+    follow_parent()
 
     def ready(data: tuple[str, int], control_at: tuple[str, int]) -> None:
         say_ready(port=data[1], control_port=control_at[1])

@@ -58,9 +58,3 @@ def stepping(model: TPHSMM) -> TPHSMM:
     """The same model without the ramp: the reference steps from mean to mean, as in the paper."""
     still = np.zeros_like(model.slopes)
     return replace(model, slopes=still, residual_covariances=model.covariances)
-
-
-def without_start(model: TPHSMM) -> TPHSMM:
-    """The same model without the start regression: components stay where they were learned."""
-    still = np.zeros_like(model.start_gains)
-    return replace(model, start_gains=still, elapsed_gains=np.zeros_like(model.elapsed_gains))

@@ -29,6 +29,7 @@ from rich.console import Console
 from rich.progress import track
 
 from common.errors import InvalidConfiguration
+from common.parent_process import end_with_parent
 
 STUDIES = {
     "planar": "evaluation.planar",
@@ -152,7 +153,8 @@ def _run_all(name: str, trial: Callable[[Case], Case], cases: list[Case]) -> lis
         os.environ.setdefault(variable, "1")
     results: dict[int, Case] = {}
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(os.cpu_count() or 1, len(cases)), mp_context=context) as pool:
+    n_workers = min(os.cpu_count() or 1, len(cases))
+    with ProcessPoolExecutor(n_workers, context, end_with_parent, (os.getpid(),)) as pool:
         numbers = {pool.submit(trial, case): number for number, case in enumerate(cases)}
         try:
             for future in _shown(name, as_completed(numbers), len(cases)):

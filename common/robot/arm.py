@@ -12,7 +12,6 @@ from common.robot.lathe import add_lathe
 from common.robot.layers import HIDDEN, LINK, PLUG, SHOWN, UNTOUCHABLE
 
 JOINTS = tuple(f"jaco_arm/joint_{i}" for i in range(1, 7))
-WRIST = "jaco_arm/jaco_hand/wrist"
 TIP = "jaco_arm/jaco_hand/tip"
 TOOL = "jaco_arm/jaco_hand/hand"
 """Body of everything behind the wrist."""

@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import pytest
 from common.errors import InvalidConfiguration
 from evaluation import study
 from evaluation.study import reporting_seeds, run, tuning_seeds
+from tests.farhand_process import await_end
 
 
 @pytest.fixture(autouse=True)
@@ -73,3 +76,12 @@ def test_a_wrong_question_is_refused_with_its_field(name, trials, seed, field, t
         run(name, trials, seed, tmp_path / "results", "")
     assert caught.value.field == field
     assert not (tmp_path / "results").exists()
+
+
+def test_the_workers_of_a_study_that_is_killed_end_too(tmp_path):
+    command = [sys.executable, "-m", "tests.evaluation.waiting", str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        worker = int(parent.stdout.readline())
+        parent.kill()
+        await_end(worker)

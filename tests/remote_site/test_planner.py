@@ -36,7 +36,7 @@ def test_a_plan_leads_from_where_the_robot_is_to_the_end_in_the_frame():
     path = plan(request)
     points = points_of(path)
     np.testing.assert_allclose(points[0], TASK.start_m - request.frames[0].b, atol=1e-6)
-    assert np.linalg.norm(points[-1]) < TASK.arrived_within_m
+    assert np.linalg.norm(points[-1]) < 0.02
     assert path.step_s == STEP_S and path.reaches_end and len(points) <= MAX_POINTS
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     assert steps.max() <= TASK.limits.speed_m_s * STEP_S + 1e-6
