@@ -141,8 +141,11 @@ class _Swaying:
         self._about = sway.amplitude_rad * _direction(random)
         self._phases = random.uniform(0.0, 2.0 * np.pi, 2)
         self._rad_s = 2.0 * math.pi * sway.hz
+        self._rests = sway.amplitude_m == sway.amplitude_rad == 0.0
 
     def at(self, time_s: float) -> Array:
+        if self._rests:
+            return np.zeros(6)
         swing, turn = np.sin(self._rad_s * time_s + self._phases)
         return np.concatenate([swing * self._along, turn * self._about])
 

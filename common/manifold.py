@@ -90,17 +90,14 @@ class Manifold:
             InvalidInput: When the last axis is wrong, a number is not finite, or the quaternion of a pose
                 is not of unit length; a deviation of rounding is mended.
         """
-        array = np.array(points, dtype=float)
+        array = np.array(points, dtype=float, order="C")
         if array.ndim == 0 or array.shape[-1] != self.n_coordinates:
             raise InvalidInput(source, field, f"{self._coordinates()}, got shape {array.shape}")
-        if not np.isfinite(array).all():
+        finite, unit = _checked(array.reshape(-1, self.n_coordinates), self.n_dims)
+        if not finite:
             raise InvalidInput(source, field, "finite numbers only")
-        if self.oriented:
-            quaternions = array[..., 3:]
-            norm = np.sqrt((quaternions * quaternions).sum(axis=-1, keepdims=True))
-            if np.abs(norm - 1.0).max(initial=0.0) > UNIT_TOLERANCE:
-                raise InvalidInput(source, field, "unit quaternions (w, x, y, z) after the position")
-            quaternions /= norm
+        if not unit:
+            raise InvalidInput(source, field, "unit quaternions (w, x, y, z) after the position")
         return array
 
     def log(self, base: ArrayLike, point: ArrayLike) -> Array:
@@ -150,6 +147,24 @@ POSE = Manifold(3, oriented=True)
 
 def _rows(array: Array) -> Array:
     return np.ascontiguousarray(array).reshape(-1, array.shape[-1])
+
+
+@kernel
+def _checked(points, n_dims):
+    """Whether all numbers are finite and all quaternions of unit length; a rounding error is mended."""
+    unit = True
+    for row in range(points.shape[0]):
+        for k in range(points.shape[1]):
+            if not np.isfinite(points[row, k]):
+                return False, unit
+        if points.shape[1] == n_dims:
+            continue
+        w, x, y, z = points[row, 3], points[row, 4], points[row, 5], points[row, 6]
+        norm = np.sqrt(w * w + x * x + y * y + z * z)
+        unit = unit and abs(norm - 1.0) <= UNIT_TOLERANCE
+        for k in range(n_dims, n_dims + 4):
+            points[row, k] /= norm
+    return True, unit
 
 
 @kernel

@@ -40,12 +40,12 @@ class TaskFrame:
     b: Array
 
     def __post_init__(self) -> None:
-        A, b = np.array(self.A, dtype=float), np.array(self.b, dtype=float)
+        A, b = (np.array(array, dtype=float, order="C") for array in (self.A, self.b))
         if b.ndim != 1 or A.shape != (b.size, b.size):
             raise InvalidInput("task frame", "A, b", f"shapes (D, D) and (D,), got {A.shape} and {b.shape}")
-        if not (np.isfinite(A).all() and np.isfinite(b).all()):
+        if not _is_finite(A, b):
             raise InvalidInput("task frame", "A, b", "finite numbers only")
-        if np.abs(A @ A.T - np.eye(b.size)).max() > _ORTHOGONALITY_TOLERANCE:
+        if not _is_orthonormal(A):
             raise InvalidInput("task frame", "A", "an orthonormal matrix (A A^T = I)")
         A.setflags(write=False)
         b.setflags(write=False)
@@ -62,9 +62,8 @@ class TaskFrame:
         """The frame of a body at a position (D,), its axes those of the world, or at a pose (7,)."""
         if point.size != POSE.n_coordinates:
             return cls(np.eye(point.size), point)
-        w, v = point[3], point[4:]
-        cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-        A = np.eye(3) + 2.0 * (w * cross + cross @ cross)  # Rodrigues
+        A = np.empty((3, 3))
+        _matrix(point[3], point[4], point[5], point[6], A)
         return cls(A, point[:3])
 
     @property
@@ -179,6 +178,42 @@ def matrix_to_world(A, matrix, out, room):
             out[a, c] = 0.0
             for m in range(D):
                 out[a, c] += A[a, m] * room[m, c]
+
+
+@kernel
+def _is_finite(A, b):
+    for k in range(b.size):
+        if not np.isfinite(b[k]):
+            return False
+        for m in range(b.size):
+            if not np.isfinite(A[k, m]):
+                return False
+    return True
+
+
+@kernel
+def _is_orthonormal(A):
+    for k in range(A.shape[0]):
+        for m in range(k + 1):
+            product = 0.0
+            for i in range(A.shape[0]):
+                product += A[k, i] * A[m, i]
+            if abs(product - (1.0 if k == m else 0.0)) > _ORTHOGONALITY_TOLERANCE:
+                return False
+    return True
+
+
+@kernel
+def _matrix(w, x, y, z, out):
+    """Write the rotation of a unit quaternion to out (Rodrigues). Shape (3, 3)."""
+    out[0, 0], out[1, 1], out[2, 2] = (
+        1.0 - 2.0 * (y * y + z * z),
+        1.0 - 2.0 * (x * x + z * z),
+        1.0 - 2.0 * (x * x + y * y),
+    )
+    out[0, 1], out[1, 0] = 2.0 * (x * y - w * z), 2.0 * (x * y + w * z)
+    out[0, 2], out[2, 0] = 2.0 * (x * z + w * y), 2.0 * (x * z - w * y)
+    out[1, 2], out[2, 1] = 2.0 * (y * z - w * x), 2.0 * (y * z + w * x)
 
 
 @kernel

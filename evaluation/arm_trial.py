@@ -162,19 +162,21 @@ class Trial:
     def _look(self) -> None:
         """Write down what happened, and let happen what depends on where the plug is."""
         arm, record = self.arm, self.record
-        simulation, inside, now_s = arm.simulation, arm.simulation.insertion, arm.time_s
-        record.local.append(compose(inverse(simulation.mouth), simulation.tip))
-        record.force_n.append(float(np.linalg.norm(arm.servo.wrist.force)))
+        simulation, force, now_s = arm.simulation, arm.servo.wrist.force, arm.time_s
+        local = compose(inverse(simulation.mouth), simulation.tip)
+        record.local.append(local)
+        record.force_n.append(math.sqrt(force @ force))
+        depth_m, lateral_m = float(local[2]), math.hypot(local[0], local[1])
         if len(record.local) % _SINGULAR_EVERY == 0:
             record.least_singular_value.append(arm.servo.kinematics.least_singular_value())
-        good = DEPTH_M[0] <= inside.depth_m <= DEPTH_M[1] and inside.lateral_m < LATERAL_M
+        good = DEPTH_M[0] <= depth_m <= DEPTH_M[1] and lateral_m < LATERAL_M
         self._held_s = self._held_s + TICK_S if good else 0.0
         if good and math.isnan(record.inserted_s):
             record.inserted_s = now_s
-        if not self._jumped and inside.depth_m > -(self._conditions.jump_within_m or 0.0):
+        if not self._jumped and depth_m > -(self._conditions.jump_within_m or 0.0):
             self._jumped = True
             self._sea.jump(now_s)
-        if self._conditions.lost_s and math.isnan(self._lost_until_s) and inside.depth_m > _LOST_FROM_M:
+        if self._conditions.lost_s and math.isnan(self._lost_until_s) and depth_m > _LOST_FROM_M:
             self._lost_until_s = now_s + self._conditions.lost_s
         self.perception.in_sight = not now_s < self._lost_until_s
 

@@ -10,10 +10,12 @@ In the frame of the receptacle the mouth is the origin, and z points into the bo
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
+from common.manifold import exp_at, log_at
 from common.task_frame import TaskFrame
 
 Array = NDArray[np.float64]
@@ -25,6 +27,7 @@ _MOST_M, _MOST_RAD = 0.030, 0.12
 # How much of the way to a jammed plug the frame is moved.
 _BLEND = 0.7
 _SIDEWAYS = np.array([1.0, 1.0, 0.0])
+_NONE = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 class ContactCorrection:
@@ -36,17 +39,17 @@ class ContactCorrection:
     @property
     def shift_m(self) -> Array:
         """How far the frame is moved, in its own axes. Shape (3,) [m]."""
-        return self._shift_m.copy()
+        return self._offset[:3].copy()
 
     @property
     def turn_rad(self) -> Array:
         """How far the frame is turned: rotation vector in its own axes. Shape (3,) [rad]."""
-        return self._turn.copy()
+        return self._offset[3:].copy()
 
     def clear(self) -> None:
         """Forget what was felt: the receptacle is elsewhere."""
-        self._shift_m, self._turn = np.zeros(3), np.zeros(3)
-        self._pose: Array | None = None  # of the corrected frame in the one seen, if they differ
+        self._offset = np.zeros(6)
+        self._pose = _NONE  # of the corrected frame in the one seen
 
     def feel(self, force_n: Array, torque_nm: Array, quiet: bool, dt_s: float) -> None:
         """Take one control period in contact into account.
@@ -82,24 +85,26 @@ class ContactCorrection:
 
     def corrected(self, frame: TaskFrame) -> TaskFrame:
         """Where the receptacle is, as seen and felt."""
-        return frame if self._pose is None else TaskFrame.at(frame.to_world(self._pose))
+        return frame if self._pose is _NONE else TaskFrame.at(frame.to_world(self._pose))
 
     def _add(self, shift_m: Array, turn_rad: Array) -> None:
         """Move on, by a way in the axes of the corrected frame."""
         if not (shift_m.any() or turn_rad.any()):
             return
-        turn = Rotation.from_rotvec(self._turn)
-        self._shift_m = _shortened(self._shift_m + turn.apply(shift_m), _MOST_M)
-        self._turn = _shortened((turn * Rotation.from_rotvec(turn_rad)).as_rotvec(), _MOST_RAD)
-        quat = Rotation.from_rotvec(self._turn).as_quat(scalar_first=True)
-        self._pose = np.concatenate([self._shift_m, quat])
+        way, moved, offset, pose = np.empty(6), np.empty(7), np.empty(6), np.empty(7)
+        way[:3], way[3:] = TaskFrame.at(self._pose).A @ shift_m, turn_rad
+        exp_at(self._pose, way, moved)
+        log_at(_NONE, moved, offset)
+        offset[:3], offset[3:] = _shortened(offset[:3], _MOST_M), _shortened(offset[3:], _MOST_RAD)
+        exp_at(_NONE, offset, pose)
+        self._offset, self._pose = offset, pose
 
 
 def _beyond(vector: Array, least: float) -> Array:
     """What is left of a vector's length beyond a dead band."""
-    length = float(np.linalg.norm(vector))
+    length = math.sqrt(vector @ vector)
     return vector * (max(length - least, 0.0) / max(length, 1e-12))
 
 
 def _shortened(vector: Array, most: float) -> Array:
-    return vector * min(1.0, most / max(float(np.linalg.norm(vector)), 1e-12))
+    return vector * min(1.0, most / max(math.sqrt(vector @ vector), 1e-12))

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from common.control_mode import Guard
 from common.task import Limits, Task
 from remote_site.plant import EffectorState
@@ -50,7 +48,8 @@ class ForceGuard:
 
 def force_of(effector: EffectorState) -> float | None:
     """Magnitude of the force on the tool [N]; None where it is not measured."""
-    return None if effector.force_n is None else float(np.linalg.norm(effector.force_n))
+    force = effector.force_n
+    return None if force is None else math.sqrt(force @ force)
 
 
 class SightGuard:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -90,7 +91,7 @@ def admittance(settings: ComplianceSettings, wrench: Array, tip: Array) -> Array
 
 
 def _yielding(load: Array, dead: float, gain: float, most: float) -> Array:
-    size = float(np.sqrt(load @ load))
+    size = math.sqrt(load @ load)
     return load * (min(gain * (size - dead), most) / size) if size > dead else np.zeros_like(load)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,5 +53,5 @@ def difference(base: Array, pose: Array) -> Array:
 
 def shortened(vector: Array, longest: float) -> Array:
     """A vector of at most this length, its direction kept."""
-    length = float(np.sqrt(vector @ vector))
+    length = math.sqrt(vector @ vector)
     return vector if length <= longest else vector * (longest / length)

@@ -7,6 +7,7 @@ it gives way like a panel on a frame, and moves with a velocity that the contact
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -130,8 +131,10 @@ def _add_looks(root: Any, body: Any, receptacle: Receptacle) -> None:
 
 def joints_at(pose: Array) -> Array:
     """The joints that put the receptacle at a pose. Shape (6,) [m, rad]."""
-    turn = FACING.T @ rotation(pose)  # = Rx(a) Ry(b) Rz(c)
-    a = np.arctan2(-turn[1, 2], turn[2, 2])
-    b = np.arcsin(np.clip(turn[0, 2], -1.0, 1.0))
-    c = np.arctan2(-turn[0, 1], turn[0, 0])
-    return np.concatenate([pose[:3], (a, b, c)])
+    first, second, third = (FACING.T @ rotation(pose)).tolist()  # = Rx(a) Ry(b) Rz(c)
+    out = np.empty(6)
+    out[:3] = pose[:3]
+    out[3] = math.atan2(-second[2], third[2])
+    out[4] = math.asin(min(max(first[2], -1.0), 1.0))
+    out[5] = math.atan2(-first[1], first[0])
+    return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -145,7 +146,7 @@ class Servo:
         if governor.active:
             self._govern(twist, float(error[:3] @ governor.axis), carried, holds)
         setpoint.follow(self.tip)
-        fastest_m_s = limits.speed_m_s + float(np.linalg.norm(carried[:3]))
+        fastest_m_s = limits.speed_m_s + math.sqrt(carried[:3] @ carried[:3])
         self.solution = self._ik.solve(twist, fastest_m_s)
         self._velocities = ramped(self._velocities, self.solution.joint_velocities, dt_s)
         return self._velocities

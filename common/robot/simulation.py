@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 TICK_S = 0.01
 """Control period [s]."""
 _STEPS = round(TICK_S / STEP_S)
+_FRACTIONS = np.arange(1, _STEPS + 1)[:, None] / _STEPS
 _N = len(arm.JOINTS)
 
 
@@ -195,8 +196,7 @@ class _Spring:
         """What the servos are told on the way to a pose. Shape (steps, 6)."""
         start, self._target = self._target, receptacle.joints_at(pose)
         change = self._target - start
-        fractions = np.arange(1, _STEPS + 1)[:, None] / _STEPS
-        return start + change * fractions + self._lag_s * change / TICK_S
+        return start + change * _FRACTIONS + self._lag_s * change / TICK_S
 
 
 def _pose(site: MjData) -> Array:

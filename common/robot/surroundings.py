@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,4 +54,9 @@ class Surroundings:
 
     def to_vehicle(self, vector: Array) -> Array:
         """A vector of the earth in the vehicle's axes. Shape (3,)."""
-        return rotation(self.vehicle).T @ vector
+        return self._earth @ vector
+
+    @cached_property
+    def _earth(self) -> Array:
+        """The axes of the earth in those of the vehicle. Shape (3, 3)."""
+        return rotation(self.vehicle).T

@@ -6,6 +6,7 @@ constant in it is assembled once, and daqp is called without what lies between: 
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -93,11 +94,11 @@ class VelocityIk:
         displacement = self._displacement()
         velocities = np.zeros(len(JOINT_SPEEDS)) if displacement is None else displacement / _AHEAD_S
         achieved = kinematics.jacobian() @ velocities
-        speed = float(np.linalg.norm(achieved[:3]))
+        speed = _length(achieved[:3])
         if speed > fastest_m_s:
             velocities, achieved = (vector * (fastest_m_s / speed) for vector in (velocities, achieved))
         missing = achieved - twist
-        return Solution(velocities, float(np.linalg.norm(missing[:3])), float(np.linalg.norm(missing[3:])))
+        return Solution(velocities, _length(missing[:3]), _length(missing[3:]))
 
     def _displacement(self) -> Array | None:
         """Of the joints within `_AHEAD_S`; None when the limits leave no way. Shape (6,) [rad]."""
@@ -117,11 +118,15 @@ class VelocityIk:
         return displacement if status > 0 else None
 
 
+def _length(vector: Array) -> float:
+    return math.sqrt(vector @ vector)
+
+
 def ramped(before: Array, wanted: Array, dt_s: float) -> Array:
     """Joint velocities on the way from one to another that the drives can reach in a period. Shape (6,).
 
     All joints go the same share of the way, so that the tool changes its velocity along a straight line.
     """
     change = wanted - before
-    share = float(np.max(np.abs(change) / (JOINT_ACCELERATIONS * dt_s)))
+    share = float((np.abs(change) / (JOINT_ACCELERATIONS * dt_s)).max())
     return wanted if share <= 1.0 else before + change / share
