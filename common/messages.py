@@ -9,13 +9,13 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import UNSET, Meta, Struct, UnsetType
 
 from common.control_mode import Action, ControlMode, Phase
 
 SCHEMA = 1
 """Version of all messages together; a site refuses another one by name."""
-MAX_TELEMETRY_BYTES = 200
+MAX_TELEMETRY_BYTES = 260
 """No report is longer [B]."""
 
 Id = Annotated[str, Meta(max_length=64)]
@@ -24,6 +24,8 @@ Count = Annotated[int, Meta(ge=0)]
 Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
 """Bounded, so that sums and differences of what arrived stay finite [m]."""
 Vector = Annotated[tuple[Coordinate, ...], Meta(min_length=2, max_length=3)]
+Rotation = Annotated[tuple[Annotated[float, Meta(ge=-10.0, le=10.0)], ...], Meta(max_length=3)]
+"""Nothing for none, one angle in the plane, a rotation vector in space [rad]."""
 Sha256 = Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")]
 SLOWEST_PACE = 0.1
 Pace = Annotated[float, Meta(ge=SLOWEST_PACE, le=1.0)]
@@ -43,6 +45,19 @@ class Stamp(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
     t_ns: Count
 
 
+class ArmState(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """What an arm reports beyond what a point does."""
+
+    rotation_rad: tuple[float, float, float]
+    """Orientation of its tool: a rotation vector [rad]."""
+    joints_rad: Annotated[tuple[float, ...], Meta(max_length=8)]
+    """Its angles [rad]."""
+    force_n: float
+    """On its tool [N]."""
+    overruns: Count
+    """Control periods that came too late in this boot, and were left out."""
+
+
 class Telemetry(
     Message,
     frozen=True,
@@ -52,9 +67,10 @@ class Telemetry(
         "phase": "f", "component": "c", "elapsed_s": "e", "path_id": "i", "model": "g",
         "coupling_id": "k", "holder": "h", "lease": "l", "heartbeat_echo": "b", "heartbeat_held_ms": "d",
         "waiting": "w", "stale_refused": "x", "pace": "q", "seq": "s", "schema": "v",
+        "arm": "a",
     },
 ):  # fmt: skip
-    """The robot's report of itself, newest only. At most 200 B: short names, single precision."""
+    """The robot's report of itself, newest only. A point's has at most 200 B, an arm's 260 B: short names, single precision."""
 
     schema: int = SCHEMA  # said again, for its short name to count
     seq: Count
@@ -64,7 +80,7 @@ class Telemetry(
     position_m: Vector
     frame_origin_m: Vector
     """Origin of the task frame as perceived [m]."""
-    frame_rotation_rad: tuple[float, ...] = ()
+    frame_rotation_rad: Rotation = ()
     """Rotation of the task frame: one angle in the plane, a rotation vector in space [rad]."""
     component: int = -1
     """The component that is being executed, -1 without an execution."""
@@ -89,6 +105,8 @@ class Telemetry(
     """How many operator's messages were refused for their age or their lease in this boot."""
     pace: float = 1.0
     """How fast executions and manoeuvres go, as a share of how they were meant."""
+    arm: ArmState | UnsetType = UNSET
+    """Of an arm only."""
 
 
 class Heartbeat(Message, frozen=True, kw_only=True):
@@ -107,6 +125,8 @@ class OperatorInput(Message, frozen=True, kw_only=True):
     lease_id: Id
     coupling_id: Count
     position_m: Vector
+    rotation_rad: Rotation = ()
+    """Of a hand that guides a pose: a rotation vector [rad]."""
     released: bool = False
     """The drag ended: the dead-man was let go."""
 
@@ -256,10 +276,11 @@ class PlannedPath(Message, frozen=True, kw_only=True):
     stamp: Stamp
     """When the rollout began: the time of its first point."""
     model_sha256: Sha256
-    n_dims: Annotated[int, Meta(ge=2, le=3)]
+    n_coordinates: Annotated[int, Meta(ge=2, le=7)]
+    """Numbers of a point: two or three of a position [m], seven of a pose (`common.manifold`)."""
     step_s: Annotated[float, Meta(gt=0, le=10)]
-    points: Annotated[bytes, Meta(max_length=200 * 3 * 4)]
-    """Little-endian single precision, shape (N, D) [m]."""
+    points: Annotated[bytes, Meta(max_length=200 * 7 * 2)]
+    """Shape (N, n_coordinates); see `common.path_points`."""
     reaches_end: bool
 
 
@@ -295,5 +316,15 @@ class ExecutionReport(Message, frozen=True, kw_only=True):
     """Distance of the effector to the target's true centre (a simulation knows it), RMS [m]."""
     end_error_m: float | None = None
     """The same distance as last measured [m]."""
+    depth_m: float | None = None
+    """Of a plug, behind the mouth of the receptacle [m]."""
+    lateral_m: float | None = None
+    """Of a plug, from the axis of the receptacle [m]."""
+    peak_force_n: float | None = None
+    """Largest force on the tool so far [N]."""
+    holding_force_n: float | None = None
+    """Mean force on the tool since the arrival [N]."""
+    succeeded: bool | None = None
+    """Whether the task is done by its own rule; None where the robot cannot know."""
     overruns: Count = 0
     stamp: Stamp

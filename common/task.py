@@ -11,6 +11,7 @@ from msgspec import Meta, Struct
 
 from common.codec import field_of, numbers
 from common.errors import InvalidConfiguration
+from common.manifold import POSE, Manifold
 
 Positive = Annotated[float, Meta(gt=0)]
 NonNegative = Annotated[float, Meta(ge=0)]
@@ -58,17 +59,11 @@ class Sample(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     duration_s: Positive = 3.0
 
 
-class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One task."""
+class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="robot"):
+    """What every task says, whatever the robot: `PointTask` and `ArmTask` say the rest."""
 
     name: Annotated[str, Meta(pattern="^[a-z0-9][a-z0-9-]{0,31}$")]
-    n_dims: Annotated[int, Meta(ge=2, le=3)]
     frame_names: Annotated[tuple[str, ...], Meta(min_length=1, max_length=8)]
-    workspace_m: Vector
-    """Edges of the workspace, which begins at the origin [m]."""
-    start_m: Vector
-    """Where the robot is when it starts for the first time [m]."""
-    target: Target
     require_preview: bool = False
     """Refuse an execution that was not previewed."""
     lost_link: Literal["continue", "hold", "retract"] = "continue"
@@ -77,25 +72,71 @@ class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Retract after a minute without sight of the target and without a link."""
     retract_m: Vector | None = None
     """Where Retract goes, from where the tool is, in the axes of the first task frame [m]; none: nowhere."""
+    learning: Learning = Learning()
+    limits: Limits = Limits()
+
+    @property
+    def space(self) -> Manifold:
+        """What its demonstrations, models and inputs are made of: positions or poses."""
+        raise NotImplementedError
+
+    def __post_init__(self) -> None:
+        if self.retract_m is not None and len(self.retract_m) != self.space.n_dims:
+            raise ValueError(f"retract_m must have {self.space.n_dims} numbers")
+        if self.retract_m is None and (self.lost_link == "retract" or self.blind_retract):
+            raise ValueError('retract_m is needed for lost_link = "retract" and for blind_retract')
+
+
+class PointTask(Task, frozen=True, kw_only=True, tag="point"):
+    """A task of the paper's point of unit mass, in the plane or in space."""
+
+    n_dims: Annotated[int, Meta(ge=2, le=3)]
+    workspace_m: Vector
+    """Edges of the workspace, which begins at the origin [m]."""
+    start_m: Vector
+    """Where the robot is when it starts for the first time [m]."""
+    target: Target
     ready_m: Vector | None = None
     """Where Go to ready goes [m]; none: to `start_m`."""
     success_rms_m: Positive = 0.01
     """The task has succeeded when the distance to the target, RMS over 10 s after arrival, is below [m]."""
     samples: tuple[Sample, ...] = ()
     """Demonstrations for a newcomer and for the scripted operator."""
-    learning: Learning = Learning()
-    limits: Limits = Limits()
+
+    @property
+    def space(self) -> Manifold:
+        """See `Task.space`."""
+        return Manifold(self.n_dims)
 
     def __post_init__(self) -> None:
-        for name in ("workspace_m", "start_m", "retract_m", "ready_m"):
+        super().__post_init__()
+        for name in ("workspace_m", "start_m", "ready_m"):
             if (value := getattr(self, name)) is not None and len(value) != self.n_dims:
                 raise ValueError(f"{name} must have n_dims = {self.n_dims} numbers")
-        if self.retract_m is None and (self.lost_link == "retract" or self.blind_retract):
-            raise ValueError('retract_m is needed for lost_link = "retract" and for blind_retract')
         if not len(self.target.origin_m) == len(self.target.amplitude_m) == self.n_dims:
             raise ValueError(f"target.origin_m and target.amplitude_m must have {self.n_dims} numbers")
         if any(len(point) != self.n_dims for sample in self.samples for point in sample.waypoints_m):
             raise ValueError(f"samples.waypoints_m: each point must have {self.n_dims} numbers")
+
+
+class ArmTask(Task, frozen=True, kw_only=True, tag="arm"):
+    """A task of the simulated arm with its plug, before a receptacle. Its demonstrations are poses of the tip."""
+
+    skill: Literal["insert", "extract"]
+    """Whether the plug goes into the receptacle, or comes out of it."""
+    tracker: Literal["clean", "typical"] = "typical"
+    """How well the robot sees its receptacle."""
+    disturbances: Literal["calm", "typical", "rough"] = "calm"
+    """What moves the receptacle, the vehicle and the water at the robot; the operator's own are calm."""
+
+    @property
+    def space(self) -> Manifold:
+        """See `Task.space`."""
+        return POSE
+
+
+AnyTask = PointTask | ArmTask
+_ANY_TASK: type[AnyTask] = AnyTask  # pyright: ignore[reportAssignmentType]
 
 
 def load_toml(path: Path, kind: type[S]) -> S:
@@ -122,6 +163,6 @@ def load_toml(path: Path, kind: type[S]) -> S:
         raise InvalidConfiguration(str(path), *field_of(error)) from error
 
 
-def load_task(path: Path) -> Task:
-    """The task in a file. See `load_toml` for the errors."""
-    return load_toml(path, Task)
+def load_task(path: Path) -> AnyTask:
+    """The task in a file; its `robot` says which kind. See `load_toml` for the errors."""
+    return load_toml(path, _ANY_TASK)

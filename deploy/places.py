@@ -6,13 +6,13 @@ import os
 from pathlib import Path
 
 from common.errors import InvalidConfiguration
-from common.task import Task, load_task
+from common.task import AnyTask, PointTask, load_task
 
 _TASKS = Path(__file__).with_name("tasks")
 _SAMPLES = Path(__file__).with_name("samples")
 
 
-def find_task(name_or_file: str) -> Task:
+def find_task(name_or_file: str) -> AnyTask:
     """A task by the name of one that comes with Farhand, or by its file.
 
     Raises:
@@ -25,6 +25,18 @@ def find_task(name_or_file: str) -> Task:
             known = ", ".join(sorted(file.stem for file in _TASKS.glob("*.toml")))
             raise InvalidConfiguration("task", "", f"{known}, or a .toml file; got {name_or_file!r}")
     return load_task(path)
+
+
+def find_point_task(name_or_file: str) -> PointTask:
+    """As `find_task`, for what only a point can do.
+
+    Raises:
+        InvalidConfiguration: Also when it is the task of another robot.
+    """
+    task = find_task(name_or_file)
+    if not isinstance(task, PointTask):
+        raise InvalidConfiguration("task", "robot", f'"point", got the task of another robot, {task.name!r}')
+    return task
 
 
 def sample_files(task_name: str) -> list[Path]:

@@ -17,7 +17,7 @@ from common.errors import FarhandError, InvalidConfiguration
 from common.task import load_toml
 from deploy.child import follow_parent, say_ready
 from deploy.end_signals import END_SIGNALS, on_end_signal
-from deploy.places import check_writable, data_folder, find_task
+from deploy.places import check_writable, data_folder, find_point_task
 
 S = TypeVar("S", bound=msgspec.Struct)
 
@@ -58,7 +58,7 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
 
     follow_parent()
     config = configured(RemoteConfig, config_file, **overrides)
-    site = RemoteSite(config, find_task(config.task), data_folder(config.data_dir))
+    site = RemoteSite(config, find_point_task(config.task), data_folder(config.data_dir))
     on_end_signal(site.stop)
     site.run(say_ready)
     return 0
@@ -71,7 +71,7 @@ def run_local(config_file: Path | None, **overrides: object) -> int:
 
     follow_parent()
     config = configured(LocalConfig, config_file, **overrides)
-    site = LocalSite(config, find_task(config.task), data_folder(config.data_dir))
+    site = LocalSite(config, find_point_task(config.task), data_folder(config.data_dir))
     on_end_signal(site.stop)
     site.run(say_ready)
     return 0
@@ -91,7 +91,7 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
     if json_file is not None:
         check_writable("json", json_file)
     config = configured(LocalConfig, config_file, **overrides)
-    site = LocalSite(config, find_task(config.task), data_folder(config.data_dir))
+    site = LocalSite(config, find_point_task(config.task), data_folder(config.data_dir))
     for number in END_SIGNALS:
         signal.signal(number, _interrupt)
     result = site.run_script(planned, say_ready)

@@ -62,6 +62,7 @@ SHARED_FIELDS = {
     "granted": "Whether the asker is in control after this.",
     "holder": "Who is in control; empty for nobody.",
     "n_dims": "Dimension D of positions.",
+    "rotation_rad": "Orientation: a rotation vector in space; nothing where there is none.",
     "position_m": "In the plane or in space. In telemetry: of the effector.",
     "action": "What is asked for.",
     "wish": "What the site wants of the control.",

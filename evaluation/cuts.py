@@ -24,7 +24,7 @@ from msgspec import structs
 
 from common.errors import FarhandError
 from common.impairment import DirectionSettings, LinkSettings
-from deploy.places import find_task
+from deploy.places import find_point_task
 from evaluation.statistics import wilson_interval
 from evaluation.study import reporting_seeds
 from evaluation.tables import rate, table
@@ -74,7 +74,7 @@ def _outage(case: Case) -> PlannedOutage:
 
 
 def _virtually(case: Case, outage: PlannedOutage | None) -> Case:
-    seed, task = case["seed"], find_task("planar")
+    seed, task = case["seed"], find_point_task("planar")
     random = np.random.default_rng([seed, 3])
     near = np.array(task.samples[random.integers(len(task.samples))].waypoints_m[0])
     start = np.clip(near + random.normal(0.0, _START_STD_M, 2), _MARGIN_M, 1.0 - _MARGIN_M)

@@ -18,7 +18,7 @@ from common.control_mode import Action, ControlMode
 from common.delay_line import DelayLine
 from common.impairment import DirectionSettings
 from common.messages import Command, Heartbeat, LeaseRequest, OperatorInput, Stamp
-from common.task import Target, Task
+from common.task import PointTask, Target
 from remote_site.config import RemoteConfig
 from remote_site.perception import OscillatingTarget, SimulatedPerception
 from remote_site.plant import PointPlant
@@ -29,7 +29,7 @@ TELEMETRY_S = 0.04
 JITTER_S = 0.02
 _HEARTBEAT_TICKS, _RENEWAL_TICKS, _COUPLE_TICKS = 5, 50, 25
 
-_TASK = Task(
+_TASK = PointTask(
     name="freshness", n_dims=2, frame_names=("goal",), workspace_m=(1.0, 1.0), start_m=(0.5, 0.5),
     target=Target(origin_m=(0.5, 0.5), amplitude_m=(0.0, 0.0)),
 )  # fmt: skip

@@ -20,7 +20,7 @@ from typing import Any
 from common.control_mode import Action, ControlMode
 from common.impairment import LinkSettings
 from common.messages import Wish
-from common.task import Task, load_task
+from common.task import PointTask, load_toml
 from common.virtual_way import Packet
 from evaluation.chaos_operator import ChaosOperator
 from evaluation.chaos_schedule import DURATION_S, Mishap, Schedule, random_schedule
@@ -153,9 +153,9 @@ class _Run:
 
 
 @functools.cache
-def _taught() -> tuple[Task, TaskLibrary]:
+def _taught() -> tuple[PointTask, TaskLibrary]:
     """The task and its samples, learned once in each process; nothing is recorded during a trial."""
-    task = load_task(_TASK_FILE)
+    task = load_toml(_TASK_FILE, PointTask)
     library = TaskLibrary(task, Path(tempfile.mkdtemp(prefix="farhand-chaos-")))
     library.learn(sample_strokes(task))
     return task, library

@@ -31,7 +31,7 @@ from common.messages import (
     Stop,
     Wish,
 )
-from common.task import Limits, Sample, Target, Task
+from common.task import Limits, PointTask, Sample, Target
 from common.task_frame import TaskFrame
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from local_site.samples import sample_strokes
@@ -46,7 +46,7 @@ ROUND_TRIP_S = 0.1
 _HEARTBEAT_TICKS, _RENEWAL_TICKS = 2, 20
 _START_M, _ORIGIN_M = (0.2, 0.5), (0.5, 0.5)
 
-TASK = Task(
+TASK = PointTask(
     name="check",
     n_dims=2,
     frame_names=("goal",),
@@ -235,7 +235,7 @@ class World:
             return
         points = np.zeros((2, 2), dtype="<f4").tobytes()
         path = PlannedPath(
-            path_id=request.path_id, plan_id=request.plan_id, stamp=request.stamp, n_dims=2, step_s=0.1,
+            path_id=request.path_id, plan_id=request.plan_id, stamp=request.stamp, n_coordinates=2, step_s=0.1,
             model_sha256=request.stored.sha256, points=points, reaches_end=True,
         )  # fmt: skip
         self.robot.on_path(request, path, "")

@@ -16,10 +16,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from common.task import Task
+from common.task import PointTask
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
-from deploy.places import find_task
+from deploy.places import find_point_task
 from evaluation.closed_loop import Event, Execution, execute
 from evaluation.model_figure import draw_components, draw_model
 from evaluation.motion_metrics import rms
@@ -41,7 +41,7 @@ _U_M = 0.05  # half the width of the drawn U
 class OscillatingU(Event):
     """The U as the robot sees it, and where it really is."""
 
-    def __init__(self, task: Task, seed: int):
+    def __init__(self, task: PointTask, seed: int):
         super().__init__(TaskFrame.identity(2))
         phase = np.random.default_rng([seed, 2]).uniform(0.0, 2.0 * np.pi)
         self._target = OscillatingTarget(task.target, phase)
@@ -79,9 +79,9 @@ def trial(case: Case) -> Case:
     }
 
 
-def _run(seed: int) -> tuple[Task, list[TPHSMM], OscillatingU, Execution]:
+def _run(seed: int) -> tuple[PointTask, list[TPHSMM], OscillatingU, Execution]:
     """The task, the model after each demonstration, the U, and the execution."""
-    task = find_task("planar")
+    task = find_point_task("planar")
     random = np.random.default_rng([seed, 1])
     strokes = sample_strokes(task, seed)
     settings = LearnerSettings(task.learning.max_distance_m or 0.22, task.learning.min_std_m)

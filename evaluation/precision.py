@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from common.model_file import decode, encode
 from common.task_frame import TaskFrame
 from common.tphsmm import ARRAY_FIELDS, TPHSMM
-from deploy.places import find_task
+from deploy.places import find_point_task
 from evaluation.approach_trials import scene, taught
 from evaluation.closed_loop import execute
 from evaluation.motion_metrics import rms
@@ -41,7 +41,7 @@ def compare(kind: str, seed: int) -> Case:
 
 def _planar(seed: int) -> tuple[TPHSMM, Measure]:
     """A model of the task's strokes, and how far from the U an execution of it stays."""
-    task = find_task("planar")
+    task = find_point_task("planar")
     strokes = sample_strokes(task, seed)
     settings = LearnerSettings(task.learning.max_distance_m or 0.22, task.learning.min_std_m)
     learner = OnlineLearner(settings, 2, task.frame_names)

@@ -22,7 +22,7 @@ from common.model_file import content_hash, encode
 from common.timeline import Timeline
 from common.virtual_way import Packet
 from deploy.link_process import PROFILES_FILE
-from deploy.places import find_task
+from deploy.places import find_point_task
 from evaluation.approach_trials import taught
 from evaluation.virtual_job import VirtualPlace
 from evaluation.virtual_sites import VirtualSites
@@ -65,7 +65,7 @@ class _VirtualProfile:
     """Both sites over one profile."""
 
     def __init__(self, profile: LinkProfile, folder: Path):
-        self._profile, task = profile, find_task("planar")
+        self._profile, task = profile, find_point_task("planar")
         rate = rate_bps(profile)
         library = TaskLibrary(task, folder)
         library.learn(sample_strokes(task))

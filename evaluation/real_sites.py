@@ -23,7 +23,7 @@ from common.link import ZenohLink
 from common.link_control import RelayControl
 from common.messages import Telemetry
 from deploy.child import READY_FD
-from deploy.places import find_task
+from deploy.places import find_point_task
 from local_site.console import Console
 from local_site.picture import Picture
 from local_site.task_library import TaskLibrary
@@ -159,7 +159,7 @@ class RealSites:
         endpoint = f"tcp/{_HOST}:{self._link.ready['port']}"
         self.link = ZenohLink(EndpointSettings(connect=endpoint, rate_bps=self._rate_bps))
         opened_s = time.monotonic()
-        task = find_task(self._task)
+        task = find_point_task(self._task)
         library = TaskLibrary(task, Path(self._folder.name))
         self.console = Console(task, library, self.link, "operator", rate_bps=self._rate_bps)
         self.link.subscribe(keys.TELEMETRY, self._hear)

@@ -26,7 +26,7 @@ from common import keys
 from common.control_mode import Action, ControlMode
 from common.errors import FarhandError
 from common.impairment import DirectionSettings, LinkSettings
-from common.task import Target, Task
+from common.task import PointTask, Target
 from common.virtual_way import Packet
 from evaluation.study import reporting_seeds
 from evaluation.tables import quantiles, rate, table
@@ -48,7 +48,7 @@ _RADIUS_M, _TURN_RAD_S, _HAND_S = 0.4, 6.0, 1.0 / 30.0
 _STANDING_M_S = 2e-3
 _WATCHED_S, _PATIENCE_S, _ATTEMPTS = 12.0, 60.0, 3
 
-_TASK = Task(
+_TASK = PointTask(
     name="silence", n_dims=2, frame_names=("goal",), workspace_m=(1.0, 1.0), start_m=(0.9, 0.5),
     target=Target(origin_m=(0.5, 0.5), amplitude_m=(0.0, 0.0)),
 )  # fmt: skip

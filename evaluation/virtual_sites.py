@@ -9,7 +9,7 @@ from typing import Any
 
 from common.clock import BootClock
 from common.impairment import LinkSettings
-from common.task import Task
+from common.task import PointTask
 from common.virtual_link import VirtualLink
 from common.virtual_time import VirtualTime
 from local_site.console import PERIOD_S, Console
@@ -53,7 +53,7 @@ class VirtualSites:
 
     def __init__(
         self,
-        task: Task,
+        task: PointTask,
         library: TaskLibrary,
         settings: LinkSettings,
         config: RemoteConfig | None = None,

@@ -35,7 +35,7 @@ from common.messages import (
     Telemetry,
     Wish,
 )
-from common.task import Task
+from common.task import PointTask
 from local_site import intents
 from local_site.command_check import check
 from local_site.commanding import Commanding
@@ -75,7 +75,7 @@ class Console:
 
     def __init__(
         self,
-        task: Task,
+        task: PointTask,
         library: TaskLibrary,
         link: Link,
         site_name: str,

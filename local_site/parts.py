@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from common.link_monitor import LinkMonitor
-from common.task import Task
+from common.task import PointTask
 from local_site.commanding import Commanding
 from local_site.model_sender import ModelSender
 from local_site.notices import Notices
@@ -34,7 +34,7 @@ class Parts:
         notices: What the operator should read.
     """
 
-    task: Task
+    task: PointTask
     library: TaskLibrary
     teaching: Teaching
     models: ModelSender

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.task import Sample, Task
+from common.task import PointTask, Sample
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class Stroke:
     position_m: Array
 
 
-def sample_strokes(task: Task, seed: int | None = None) -> list[Stroke]:
+def sample_strokes(task: PointTask, seed: int | None = None) -> list[Stroke]:
     """The task's demonstrations.
 
     Args:

@@ -14,7 +14,8 @@ import numpy as np
 from common.control_mode import Action, ControlMode, Phase
 from common.errors import FarhandError
 from common.messages import ExecutionReport
-from common.task import Task
+from common.path_points import duration_s
+from common.task import PointTask
 from local_site import intents
 from local_site.operators_place import CuttableLink, OperatedConsole, OperatorsTime, PlannedOutage, RealTime
 from local_site.picture import Picture
@@ -48,7 +49,7 @@ class ScriptedOperator:
     def __init__(
         self,
         console: OperatedConsole,
-        task: Task,
+        task: PointTask,
         control: CuttableLink | None,
         outage: PlannedOutage | None,
         seed: int,
@@ -170,14 +171,13 @@ class ScriptedOperator:
         self._await("the preview", lambda p: p.plan_id > before and Action.PREVIEW not in p.pending)
         path = self._console.picture.path
         assert path is not None
-        points = len(path.points) // (4 * path.n_dims)
-        self._say(f"previewed {(points - 1) * path.step_s:.1f} s of motion")
+        self._say(f"previewed {duration_s(path):.1f} s of motion")
 
     def _cut(self, outage: PlannedOutage) -> None:
         """Cut the link when so much of the previewed motion is done, and wait until it is back."""
         path = self._console.picture.path
         assert path is not None
-        cut_s = outage.at * (len(path.points) // (4 * path.n_dims) - 1) * path.step_s
+        cut_s = outage.at * duration_s(path)
         if self._control is None:
             raise JobFailed("an outage was asked for, but no link process is configured (link_control)")
         self._await("the moment to cut", lambda p: p.robot is not None and p.robot.elapsed_s >= cut_s)

@@ -13,7 +13,7 @@ from common.event_log import EventLog
 from common.link import ZenohLink
 from common.link_control import RelayControl
 from common.messages import Wish
-from common.task import Task
+from common.task import PointTask
 from local_site.config import LocalConfig
 from local_site.console import Console
 from local_site.learning.warm_up import warm_up
@@ -36,7 +36,7 @@ class LocalSite:
         data_dir: Where demonstrations and models are kept.
     """
 
-    def __init__(self, config: LocalConfig, task: Task, data_dir: Path):
+    def __init__(self, config: LocalConfig, task: PointTask, data_dir: Path):
         self._config, self._task = config, task
         self._library = TaskLibrary(task, data_dir)
         self._event_log = data_dir / "operator" / config.site_name / "events.jsonl"
@@ -80,7 +80,7 @@ class LocalSite:
             return ScriptedOperator(opened.console, self._task, control, outage, self._config.seed).run()
 
     def _opened(self, page_port: int = 0) -> _Opened:
-        warm_up(self._task.n_dims, len(self._task.frame_names))
+        warm_up(self._task.space.n_dims, len(self._task.frame_names))
         log = EventLog(self._event_log)
         return _Opened(self._config, self._task, self._library, log, self._stop, page_port)
 
@@ -91,7 +91,7 @@ class _Opened:
     def __init__(
         self,
         config: LocalConfig,
-        task: Task,
+        task: PointTask,
         library: TaskLibrary,
         log: EventLog,
         stop: threading.Event,

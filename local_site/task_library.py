@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidDemonstration
-from common.task import Task
+from common.task import PointTask
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from local_site.demonstration import Demonstration
@@ -33,7 +33,7 @@ class TaskLibrary:
         data_dir: Where demonstrations and models are kept.
     """
 
-    def __init__(self, task: Task, data_dir: Path):
+    def __init__(self, task: PointTask, data_dir: Path):
         self._task = task
         self.frames = [TaskFrame(np.eye(task.n_dims), np.array(task.target.origin_m))] * len(task.frame_names)
         folder = data_dir / task.name

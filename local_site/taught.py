@@ -8,7 +8,7 @@ from pathlib import Path
 from common.errors import FarhandError
 from common.log import loop_logger
 from common.model_file import content_hash, decode, encode
-from common.task import Task
+from common.task import PointTask
 from common.tphsmm import TPHSMM
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from local_site.revisions import Revision
@@ -48,7 +48,7 @@ class Taught:
         folder: Where its demonstrations and models are kept.
     """
 
-    def __init__(self, task: Task, folder: Path):
+    def __init__(self, task: PointTask, folder: Path):
         lambda_m = task.learning.max_distance_m or 0.25 * float(max(task.workspace_m))
         self._settings = LearnerSettings(max_distance_m=lambda_m, min_std_m=task.learning.min_std_m)
         self._task, self._archive = task, TaskArchive(folder)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from common.task import Task
+from common.task import PointTask
 from local_site import intents
 from local_site.model_sender import ModelSender
 from local_site.picture import Picture
@@ -25,7 +25,7 @@ class Teaching:
         tell: Tells the operator what was done.
     """
 
-    def __init__(self, task: Task, library: TaskLibrary, models: ModelSender, tell: Tell):
+    def __init__(self, task: PointTask, library: TaskLibrary, models: ModelSender, tell: Tell):
         self._task, self._library, self._models, self._tell = task, library, models, tell
         self._had_control = False
         self.auto_send = False

@@ -64,7 +64,7 @@ class OperatorContact:
             asked_by=self.lease.asked_by if holds else "",
             stamp=now,
             task=task.name,
-            n_dims=task.n_dims,
+            n_dims=task.space.n_dims,
             newest_age_s=age_s,
         )
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from common.control_mode import Phase
 from common.messages import Command
-from common.task import Task
+from common.task import PointTask
 from remote_site.plant import EffectorState, Plant
 from remote_site.sensing import Sensing
 
@@ -63,7 +63,7 @@ class Manoeuvres:
         sensing: Where the robot is now.
     """
 
-    def __init__(self, task: Task, sensing: Sensing):
+    def __init__(self, task: PointTask, sensing: Sensing):
         self._task, self._sensing = task, sensing
 
     def make(

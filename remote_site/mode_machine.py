@@ -10,7 +10,7 @@ from typing import Any
 from common import keys
 from common.control_mode import TABLE, Action, Cause, ControlMode, Guard, Phase, mode_after
 from common.messages import Command, Stamp, Stop
-from common.task import Task
+from common.task import PointTask
 from remote_site.coupling import Coupling
 from remote_site.events import Announce, Events
 from remote_site.execution import Execution
@@ -49,7 +49,7 @@ class ModeMachine:
 
     def __init__(
         self,
-        task: Task,
+        task: PointTask,
         sensing: Sensing,
         motion: Motion,
         plans: Plans,

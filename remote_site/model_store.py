@@ -57,8 +57,8 @@ class ModelStore:
         model = decode(content)
         if model.manifold.oriented:
             raise InvalidModel("model", "means", "positions, as the task has; these are poses")
-        if (model.n_dims, model.n_frames) != (self._task.n_dims, len(self._task.frame_names)):
-            expected = f"{self._task.n_dims} dimensions and {len(self._task.frame_names)} frames"
+        if (model.n_dims, model.n_frames) != (self._task.space.n_dims, len(self._task.frame_names)):
+            expected = f"{self._task.space.n_dims} dimensions and {len(self._task.frame_names)} frames"
             raise InvalidModel("model", "means", f"{expected}, got {model.n_dims} and {model.n_frames}")
         if not model.terminal.any():
             raise InvalidModel("model", "terminal", "a component where a demonstration ended; end one first")

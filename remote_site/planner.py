@@ -6,11 +6,10 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
 from common.log import loop_logger
 from common.mailbox import Mailbox
 from common.messages import PlannedPath, Stamp
+from common.path_points import packed
 from common.task_frame import TaskFrame
 from remote_site.model_store import StoredModel
 from remote_site.plant import EffectorState
@@ -61,9 +60,9 @@ def plan(request: PlanRequest) -> PlannedPath:
         plan_id=request.plan_id,
         stamp=request.stamp,
         model_sha256=request.stored.sha256,
-        n_dims=at.size,
+        n_coordinates=at.size,
         step_s=path.step_s,
-        points=np.ascontiguousarray(path.points_local, dtype="<f4").tobytes(),
+        points=packed(path.points_local),
         reaches_end=path.done,
     )
 

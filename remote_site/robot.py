@@ -34,7 +34,7 @@ from common.messages import (
     ReportRequest,
     Stop,
 )
-from common.task import Task
+from common.task import PointTask
 from remote_site.config import RemoteConfig
 from remote_site.perception import OscillatingTarget, SimulatedPerception
 from remote_site.planner import PlanRequest
@@ -67,7 +67,7 @@ class Robot:
     def __init__(
         self,
         config: RemoteConfig,
-        task: Task,
+        task: PointTask,
         clock: BootClock,
         link: Link,
         request_plan: Callable[[PlanRequest], None],

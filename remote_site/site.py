@@ -12,7 +12,7 @@ from common.event_log import EventLog
 from common.link import ZenohLink
 from common.log import loop_logger
 from common.messages import PlannedPath
-from common.task import Task
+from common.task import PointTask
 from remote_site.config import RemoteConfig
 from remote_site.planner import Planner, PlanRequest
 from remote_site.plant_memory import PERIOD_S, PlantMemory, PlantState
@@ -31,7 +31,7 @@ class RemoteSite:
         data_dir: Where its events and the state of the simulated robot are kept.
     """
 
-    def __init__(self, config: RemoteConfig, task: Task, data_dir: Path):
+    def __init__(self, config: RemoteConfig, task: PointTask, data_dir: Path):
         self._config, self._task = config, task
         self._data_dir = data_dir / "robot" / config.link.vehicle
         self._stop = threading.Event()

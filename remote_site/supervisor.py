@@ -26,7 +26,8 @@ from common.messages import (
     Stamp,
     Stop,
 )
-from common.task import Task
+from common.path_points import duration_s
+from common.task import PointTask
 from remote_site.black_box import BlackBox
 from remote_site.command_judge import CommandJudge
 from remote_site.command_log import CommandLog
@@ -62,7 +63,7 @@ class Supervisor:
 
     def __init__(
         self,
-        task: Task,
+        task: PointTask,
         config: RemoteConfig,
         plant: Plant,
         perception: Perception,
@@ -177,8 +178,7 @@ class Supervisor:
         elif path is None:
             self.machine.fail(command, problem)
         else:
-            duration_s = (len(path.points) // (4 * path.n_dims) - 1) * path.step_s
-            text = f"previewed {duration_s:.1f} s of motion"
+            text = f"previewed {duration_s(path):.1f} s of motion"
             self.machine.complete(command, text, plan_id=request.plan_id)
 
     # The tick -----------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from common.control_mode import Action, ControlMode
 from common.keys import Channel
 from common.link import Answered, Deliver, Request
 from common.messages import Telemetry, Wish
-from common.task import Task
+from common.task import PointTask
 from local_site import intents
 from local_site.console import Console
 from local_site.picture import Picture
@@ -167,7 +167,7 @@ class Meeting:
         sites_drift: What they gain on it, as a part of the time.
     """
 
-    def __init__(self, task: Task = TASK, sites_ahead_s: float = 5000.0, sites_drift: float = 0.0):
+    def __init__(self, task: PointTask = TASK, sites_ahead_s: float = 5000.0, sites_drift: float = 0.0):
         self._sites_drift = sites_drift
         self.time, self.sites_time = VirtualTime(100.0), VirtualTime(100.0 + sites_ahead_s)
         self.robots_end = RobotsEnd()

@@ -72,6 +72,8 @@ def _values(described: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901 (a
             return st.sampled_from(list(kind))
         case inspect.VarTupleType(item_type=item, min_length=least, max_length=most):
             return st.lists(_values(item), min_size=least or 0, max_size=most or 3).map(tuple)
+        case inspect.TupleType(item_types=items):
+            return st.tuples(*map(_values, items))
         case inspect.UnionType(types=types):
             return st.one_of([_values(each) for each in types])
         case inspect.StructType(cls=kind, fields=fields):

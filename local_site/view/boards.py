@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from common.task import Task
+from common.task import PointTask
 from local_site.view import palette, shapes
 from local_site.view.camera import board_origin_m
 from local_site.view.flat import ASIDE_Z_M, GRID_Z_M, HIDDEN_Z_M, MAT_Z_M, add_flat, add_lines
@@ -30,7 +30,7 @@ class Board:
         remote: Whether it is the robot's.
     """
 
-    def __init__(self, scene: viser.SceneApi, task: Task, remote: bool):
+    def __init__(self, scene: viser.SceneApi, task: PointTask, remote: bool):
         self.size_m = (task.workspace_m[0], task.workspace_m[1])
         self.name = "/remote" if remote else "/local"
         self._origin = board_origin_m(remote, self.size_m[0])

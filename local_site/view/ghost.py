@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from common.control_mode import ControlMode
 from common.messages import PlannedPath
+from common.path_points import points_of
 from local_site.picture import Picture
 
 Array = NDArray[np.float64]
@@ -27,11 +28,6 @@ class Ghost:
     position_m: Array
     left_s: float
     done: bool
-
-
-def path_points(path: PlannedPath) -> Array:
-    """The points of a path in the task frame. Shape (N, D) [m]."""
-    return np.frombuffer(path.points, "<f4").reshape(-1, path.n_dims).astype(float)
 
 
 def shown_path(picture: Picture) -> PlannedPath | None:
@@ -57,7 +53,7 @@ def predict(picture: Picture, now_s: float) -> Ghost | None:
         return None
     since_receipt_s = picture.link.silent_s + now_s - picture.now_s
     robot_now_s = robot.stamp.t_ns * 1e-9 + since_receipt_s + 0.5 * (picture.link.round_trip_s or 0.0)
-    points = path_points(path)
+    points = points_of(path)
     at = (robot_now_s - path.stamp.t_ns * 1e-9) / path.step_s
     last = len(points) - 1
     low = int(np.clip(np.floor(at), 0, last))

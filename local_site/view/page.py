@@ -12,7 +12,7 @@ import viser
 
 from common.link_control import RelayControl
 from common.log import loop_logger
-from common.task import Task
+from common.task import PointTask
 from local_site.console import Console
 from local_site.picture import Picture
 from local_site.view import buttons
@@ -52,7 +52,7 @@ class Page:
         PortInUse: When something else has the port.
     """
 
-    def __init__(self, console: Console, task: Task, control: RelayControl | None, host: str, port: int):
+    def __init__(self, console: Console, task: PointTask, control: RelayControl | None, host: str, port: int):
         self._console = console
         self._events: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._shown: Picture = console.picture

@@ -7,7 +7,7 @@ from functools import partial
 
 import viser
 
-from common.task import Task
+from common.task import PointTask
 from local_site import intents
 from local_site.picture import Picture
 from local_site.view.boards import Board, add_mat
@@ -38,7 +38,7 @@ class PlanarScene:
     def __init__(
         self,
         scene: viser.SceneApi,
-        task: Task,
+        task: PointTask,
         submit: Callable[[intents.Intent], None],
         explain: Callable[[str], None],
         act: Act,

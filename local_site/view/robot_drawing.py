@@ -9,6 +9,7 @@ import viser
 from common.control_mode import Phase
 from common.link_monitor import LinkHealth
 from common.messages import PlannedPath, Telemetry
+from common.path_points import points_of
 from local_site.picture import Picture
 from local_site.view import palette, shapes
 from local_site.view.boards import Board
@@ -22,7 +23,7 @@ from local_site.view.flat import (
     place,
     show,
 )
-from local_site.view.ghost import Ghost, path_points, predict, shown_path
+from local_site.view.ghost import Ghost, predict, shown_path
 from local_site.view.model_drawing import ModelDrawing
 
 _POINT_RADIUS_M = 0.018
@@ -91,7 +92,7 @@ class RobotDrawing:
         if path is self._path:
             return
         self._path = path
-        points = path_points(path) if path is not None else None
+        points = points_of(path) if path is not None else None
         if points is not None and len(points) > 1:
             lines = shapes.segments(points[:, :2], LINE_Z_M)
             self._line = add_lines(self._scene, f"{self._frame_name}/path", lines, palette.PREDICTED, 3.0)

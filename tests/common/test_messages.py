@@ -5,7 +5,7 @@ import pytest
 
 from common.codec import decode, encode
 from common.control_mode import ControlMode, Phase
-from common.messages import SCHEMA, Stamp, Telemetry
+from common.messages import MAX_TELEMETRY_BYTES, SCHEMA, ArmState, Stamp, Telemetry
 from tests.messages import all_kinds
 
 
@@ -19,8 +19,12 @@ def largest(position: tuple[float, ...]) -> Telemetry:
     )  # fmt: skip
 
 
-def test_telemetry_in_space_fits_into_its_200_bytes_at_its_largest():
-    assert len(encode(largest((0.1, -0.2, 0.3)))) <= 200
+def test_telemetry_in_space_fits_into_its_bytes_at_its_largest():
+    point = largest((0.1, -0.2, 0.3))
+    assert len(encode(point)) <= 200
+    turn = (0.1, -0.2, 0.3)
+    arm = msgspec.structs.replace(point, arm=ArmState(turn, turn + turn, 123.4, 65_535))
+    assert len(encode(arm)) <= MAX_TELEMETRY_BYTES
 
 
 def test_telemetry_in_the_plane_travels_in_single_precision():

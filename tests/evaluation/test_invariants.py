@@ -10,11 +10,11 @@ import pytest
 
 from common.control_mode import Action, ControlMode, Phase
 from common.messages import Command, OperatorInput, Stamp, Stop
-from common.task import load_task
+from common.task import PointTask, load_toml
 from evaluation.invariants import all_invariants, violations
 from evaluation.period import Arrived, Period, Ran, Snapshot
 
-TASK = load_task(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml")
+TASK = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml", PointTask)
 DT_S = 0.05
 STILL = Snapshot(
     boot="boot", mode=ControlMode.HOLD, phase=Phase.NONE, lease_id="lease", coupling=None,

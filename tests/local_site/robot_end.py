@@ -31,13 +31,13 @@ from common.messages import (
     Stop,
     Telemetry,
 )
-from common.task import Task, load_task
+from common.task import PointTask, load_toml
 from local_site.console import Console
 from local_site.picture import Picture
 from local_site.task_library import TaskLibrary
 from tests.loopback import Loopback
 
-TASK = load_task(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml")
+TASK = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml", PointTask)
 PATIENCE_S = 60.0
 LEASE_ID = "abcd0123"
 
@@ -169,7 +169,7 @@ class Desk:
 
 
 @contextmanager
-def desk(data_dir: Path, task: Task = TASK) -> Iterator[Desk]:
+def desk(data_dir: Path, task: PointTask = TASK) -> Iterator[Desk]:
     """A console on a link in memory."""
     remote, local = Loopback.pair()
     robot, library = RobotEnd(remote), TaskLibrary(task, data_dir)

@@ -25,7 +25,7 @@ from tests.local_site.robot_end import LEASE_ID, Desk, desk, stroke
 
 def a_path(plan_id: int = 0, path_id: int = 1) -> PlannedPath:
     return PlannedPath(
-        path_id=path_id, plan_id=plan_id, stamp=Stamp("boot", 1), model_sha256="a" * 64, n_dims=2,
+        path_id=path_id, plan_id=plan_id, stamp=Stamp("boot", 1), model_sha256="a" * 64, n_coordinates=2,
         step_s=0.1, points=bytes(16), reaches_end=True,
     )  # fmt: skip
 

@@ -34,7 +34,7 @@ class Desk:
 
 def path(path_id: int, plan_id: int) -> PlannedPath:
     return PlannedPath(
-        path_id=path_id, plan_id=plan_id, stamp=Stamp("one", 1), model_sha256="", n_dims=2, step_s=0.1,
+        path_id=path_id, plan_id=plan_id, stamp=Stamp("one", 1), model_sha256="", n_coordinates=2, step_s=0.1,
         points=b"", reaches_end=True,
     )  # fmt: skip
 

@@ -25,7 +25,7 @@ from common.messages import (
     Stop,
     Wish,
 )
-from common.task import Task
+from common.task import PointTask
 from common.task_frame import TaskFrame
 from remote_site.config import RemoteConfig
 from remote_site.perception import OscillatingTarget, SimulatedPerception
@@ -56,7 +56,7 @@ class VirtualTime:
 class FeelingPlant(PointPlant):
     """The point with a force on its tool that the test sets. Keeps what it was told to do."""
 
-    def __init__(self, task: Task = TASK):
+    def __init__(self, task: PointTask = TASK):
         limits = task.limits
         super().__init__(
             np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
@@ -87,7 +87,7 @@ class FeelingPlant(PointPlant):
 class Sight:
     """Sight of the task's target, while it is seen and where it is seen."""
 
-    def __init__(self, task: Task):
+    def __init__(self, task: PointTask):
         target = OscillatingTarget(task.target)
         self._seeing = SimulatedPerception.of_oscillating(target, task.target.noise_std_m, 0)
         self.seen = True
@@ -115,7 +115,7 @@ class Bench:
         delay_s: Age of whatever the operator echoes, when it arrives [s].
     """
 
-    def __init__(self, task: Task = TASK, plant: PointPlant | None = None, delay_s: float = 0.1):
+    def __init__(self, task: PointTask = TASK, plant: PointPlant | None = None, delay_s: float = 0.1):
         self.time = VirtualTime()
         self.clock = BootClock("boot", self.time)
         self.delay_s = delay_s

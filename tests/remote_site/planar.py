@@ -11,16 +11,16 @@ from msgspec import structs
 
 from common.messages import ModelTransfer
 from common.model_file import content_hash, encode
-from common.task import Task, load_task
+from common.task import PointTask, load_toml
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from local_site.samples import sample_strokes
 
-TASK = load_task(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml")
+TASK = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml", PointTask)
 
 
-def with_preview() -> Task:
+def with_preview() -> PointTask:
     """The planar task, but previewed before it is executed."""
     return structs.replace(TASK, require_preview=True)
 

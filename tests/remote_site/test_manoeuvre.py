@@ -5,7 +5,7 @@ import pytest
 from msgspec import structs
 
 from common.control_mode import Phase
-from common.task import Task
+from common.task import PointTask
 from remote_site.manoeuvre import Manoeuvre, Manoeuvres
 from remote_site.sensing import Sensing
 from tests.remote_site.bench import DT_S, FeelingPlant, Sight
@@ -15,7 +15,7 @@ from tests.remote_site.planar import TASK
 class Robot:
     """A plant that feels, what it senses, and its manoeuvres."""
 
-    def __init__(self, task: Task = TASK, turn_rad: float = 0.0):
+    def __init__(self, task: PointTask = TASK, turn_rad: float = 0.0):
         self.plant, sight = FeelingPlant(task), Sight(task)
         sight.turn_rad = turn_rad
         self.sensing = Sensing(self.plant, sight, 1, 1.0 / DT_S, 0.0)

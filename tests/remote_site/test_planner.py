@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from common.messages import PlannedPath
+from common.path_points import points_of
 from common.task_frame import TaskFrame
 from remote_site.model_store import StoredModel
 from remote_site.planner import MAX_POINTS, STEP_S, Planner, PlanRequest, plan
@@ -25,10 +26,6 @@ def a_request(plan_id: int = 1) -> PlanRequest:
     bench = Bench().armed()
     bench.preview(bench.send_model().sha256)
     return replace(bench.plan_requests[-1], plan_id=plan_id)
-
-
-def points_of(path: PlannedPath) -> np.ndarray:
-    return np.frombuffer(path.points, "<f4").reshape(-1, path.n_dims)
 
 
 def test_a_plan_leads_from_where_the_robot_is_to_the_end_in_the_frame():

@@ -7,6 +7,7 @@ import pytest
 
 from common.control_mode import Action, ControlMode, Phase
 from common.messages import Event, PlannedPath
+from common.path_points import points_of
 from remote_site.planner import plan
 from tests.remote_site.bench import DT_S, Bench
 from tests.remote_site.planar import TASK, with_preview
@@ -110,7 +111,7 @@ def test_a_preview_moves_nothing_and_shows_the_whole_way():
     np.testing.assert_array_equal(bench.position_m, TASK.start_m)
     (path,) = bench.heard(PlannedPath)
     assert path.plan_id == plan_id and path.reaches_end
-    points = np.frombuffer(path.points, "<f4").reshape(-1, 2)
+    points = points_of(path)
     assert np.linalg.norm(points[-1]) < 0.02
     assert [e.plan_id for e in bench.heard(Event) if e.kind == "completed"][-1] == plan_id
 
@@ -146,7 +147,7 @@ def test_an_execution_has_its_path_planned_and_names_it():
     assert request.plan_id == 0 and bench.robot.path_id == 0
     path = PlannedPath(
         path_id=request.path_id, stamp=request.stamp, model_sha256=request.stored.sha256,
-        n_dims=2, step_s=0.1, points=bytes(16), reaches_end=True,
+        n_coordinates=2, step_s=0.1, points=bytes(16), reaches_end=True,
     )  # fmt: skip
     bench.robot.on_path(request, path, "")
     assert bench.robot.path_id == request.path_id
