@@ -21,7 +21,7 @@ from common.endpoint import EndpointSettings
 from common.errors import ProcessFailed
 from common.link import ZenohLink
 from common.link_control import RelayControl
-from common.messages import Telemetry
+from common.messages import Telemetry, Wish
 from deploy.child import READY_FD
 from deploy.places import find_point_task
 from local_site.console import Console
@@ -73,13 +73,21 @@ class Heard:
 
     Args:
         arrived_s: On this process's clock [s].
-        boot: Of the robot.
-        sent_s: On the robot's clock [s].
+        report: It.
     """
 
     arrived_s: float
-    boot: str
-    sent_s: float
+    report: Telemetry
+
+    @property
+    def boot(self) -> str:
+        """Of the robot."""
+        return self.report.stamp.boot
+
+    @property
+    def sent_s(self) -> float:
+        """On the robot's clock [s]."""
+        return self.report.stamp.t_ns * 1e-9
 
 
 class RealSites:
@@ -107,6 +115,8 @@ class RealSites:
         self._profile, self._rate_bps = profile, rate_bps
         self._folder = tempfile.TemporaryDirectory(prefix="farhand-")
         self._robot_port = free_port()
+        self.folder = Path(self._folder.name)
+        """Where the sites keep what they keep; gone with the block."""
         self.heard: list[Heard] = []
         """Every report, in the order of arrival."""
         self._arrived = threading.Condition()
@@ -141,12 +151,8 @@ class RealSites:
         Raises:
             ProcessFailed: It said no result.
         """
-        result = Path(self._folder.name) / "demo.json"
-        arguments = [
-            "local", "--demo", f"--connect=tcp/{_HOST}:{self._link.ready['port']}", f"--task={self._task}",
-            f"--data-dir={self._folder.name}", f"--json={result}", f"--link-control={_HOST}:{self._link.ready['control_port']}",
-            f"--outage={outage}", f"--seed={self._seed}", f"--link-rate-bps={self._rate_bps:g}",
-        ]  # fmt: skip
+        result = self.folder / "demo.json"
+        arguments = [*self._demo_arguments(), f"--outage={outage}", f"--json={result}"]
         done = subprocess.run(
             [sys.executable, "-m", "deploy.cli", *arguments], capture_output=True, text=True, check=False
         )
@@ -154,14 +160,26 @@ class RealSites:
             raise ProcessFailed(f"the demonstration failed: {done.stderr[-500:]}")
         return json.loads(result.read_text())
 
-    def open_console(self) -> float:
-        """The operator's site begins; when its transport was open, on this process's clock [s]."""
+    def start_demo(self) -> Process:
+        """Begin the job that `run_demo` does, and go on at once; the caller ends it."""
+        return Process(*self._demo_arguments())
+
+    def open_console(
+        self, site_name: str = "operator", wish: Wish = Wish.CONTROL, folder: Path | None = None
+    ) -> float:
+        """The operator's site begins; when its transport was open, on this process's clock [s].
+
+        Args:
+            site_name: What it is called.
+            wish: Whether it takes the control of the robot, or watches.
+            folder: Where its library is; the one of `run_demo` when not given.
+        """
         endpoint = f"tcp/{_HOST}:{self._link.ready['port']}"
         self.link = ZenohLink(EndpointSettings(connect=endpoint, rate_bps=self._rate_bps))
         opened_s = time.monotonic()
         task = find_point_task(self._task)
-        library = TaskLibrary(task, Path(self._folder.name))
-        self.console = Console(task, library, self.link, "operator", rate_bps=self._rate_bps)
+        library = TaskLibrary(task, folder or self.folder)
+        self.console = Console(task, library, self.link, site_name, wish=wish, rate_bps=self._rate_bps)
         self.link.subscribe(keys.TELEMETRY, self._hear)
         self.console.start()
         return opened_s
@@ -208,6 +226,14 @@ class RealSites:
             raise ProcessFailed(f"waited {PATIENCE_S:.0f} s for {what}")
         return heard
 
+    def _demo_arguments(self) -> list[str]:
+        ready = self._link.ready
+        return [
+            "local", "--demo", f"--connect=tcp/{_HOST}:{ready['port']}", f"--task={self._task}",
+            f"--data-dir={self.folder}", f"--link-control={_HOST}:{ready['control_port']}",
+            f"--seed={self._seed}", f"--link-rate-bps={self._rate_bps:g}",
+        ]  # fmt: skip
+
     def _start_robot(self) -> Process:
         return Process(
             "remote", f"--listen=tcp/{_HOST}:{self._robot_port}", f"--task={self._task}", f"--seed={self._seed}",
@@ -215,9 +241,9 @@ class RealSites:
         )  # fmt: skip
 
     def _hear(self, data: bytes) -> None:
-        stamp = decode(data, Telemetry).stamp
+        heard = Heard(time.monotonic(), decode(data, Telemetry))
         with self._arrived:
-            self.heard.append(Heard(time.monotonic(), stamp.boot, stamp.t_ns * 1e-9))
+            self.heard.append(heard)
             self._arrived.notify_all()
 
 

@@ -53,6 +53,7 @@ STUDIES = {
     "link-profiles-real": "evaluation.real_profiles",
     "cuts": "evaluation.cuts",
     "cuts-real": "evaluation.real_cuts",
+    "kills": "evaluation.kills",
     "modes": "evaluation.modes",
     "freshness": "evaluation.freshness",
 }

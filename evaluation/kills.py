@@ -1,0 +1,202 @@
+"""Either site killed at a random moment (SIGKILL), with real processes, while the robot executes or is driven.
+
+The scripted operator of `farhand demo` does the job in a process of its own, over the real relay with 0.3 s one
+way, and another site watches. At a random moment of the execution, or of the driving, the robot's site or the
+operator's is killed. The rules that must hold then:
+
+- the robot: its new boot is DISARMED, finds itself where it was, does not move, tells of the execution that was
+  interrupted, and reports within 1.5 s and 6 ways after it is ready
+- the operator, while the robot executes: the execution goes on to its end
+- the operator, while it drives: the robot stands within 0.69 s and two ways, and is in HOLD then
+- always: the operator's next process has the library bit for bit, shows the mode that the robot reports, and has
+  the control of the robot back at once
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+
+from common.control_mode import ControlMode, Phase
+from common.errors import FarhandError
+from common.messages import Telemetry, Wish
+from common.path_points import duration_s
+from deploy.places import find_task
+from evaluation.link_delay import scheduling
+from evaluation.link_recovery import limit_s
+from evaluation.real_sites import Heard, Process, RealSites
+from evaluation.study import reporting_seeds
+from evaluation.tables import rate, table
+from local_site.learning.warm_up import warm_up
+from local_site.picture import Picture
+
+Case = dict[str, Any]
+
+_MOMENTS, _AT_ONCE = 20, 2
+_DELAY_S = 0.3
+_DRIVEN_S = 1.2
+_WATCHED_S = 1.0
+# Silence that is tolerated, braking, and two control periods; more on top for this machine's own pauses.
+_STANDS_S, _SLACK_S = 0.69, 0.25
+_STILL_M = 1e-3
+# Remembered 20 times a second, reported 25 times: what a robot does meanwhile, at its highest speed.
+_MEANWHILE_S = 0.1
+_KILLS = [("robot", "autonomous"), ("operator", "autonomous"), ("robot", "direct"), ("operator", "direct")]
+
+
+def cases(trials: int | None, seed: int) -> list[Case]:
+    """All kills in one process, which starts the others; `trials` of each kind."""
+    seeds = reporting_seeds(seed, trials or _MOMENTS)
+    kills = [
+        {"whom": whom, "mode": mode, "seed": each, "at": Random(f"{whom} {mode} {each}").random()}
+        for each in seeds
+        for whom, mode in _KILLS
+    ]
+    return [{"kills": kills, "task": "planar"}]
+
+
+def trial(case: Case) -> Case:
+    """All kills, some at once."""
+    task = find_task(case["task"])
+    warm_up(task.space.n_dims, len(task.frame_names))  # once, not at the moment that is measured
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        kills = list(pool.map(lambda kill: {**kill, **_told(kill, case["task"])}, case["kills"]))
+    return {"kills": kills, "scheduling": scheduling(), "load": os.getloadavg()[0], "task": case["task"]}
+
+
+def _told(kill: Case, task: str) -> Case:
+    try:
+        with RealSites(_DELAY_S, with_console=False, task=task, seed=kill["seed"]) as sites:
+            return {"broken": _kill(sites, kill)}
+    except FarhandError as error:
+        return {"broken": [str(error)]}
+
+
+def _kill(sites: RealSites, kill: Case) -> list[str]:
+    """Do the job up to the moment, kill, and say which rules did not hold."""
+    with tempfile.TemporaryDirectory(prefix="farhand-watcher-") as folder:
+        sites.open_console("watcher", Wish.WATCH, Path(folder))
+        operator = sites.start_demo()
+        try:
+            _await_moment(sites, ControlMode(kill["mode"]), kill["at"])
+            last = sites.heard[-1]
+            if kill["whom"] == "robot":
+                broken = _robot_killed(sites, last)
+            else:
+                broken = _operator_killed(sites, operator, kill["mode"])
+        finally:
+            operator.kill()
+            sites.close_console()
+    return broken + _operator_again(sites, last.report)
+
+
+def _await_moment(sites: RealSites, mode: ControlMode, at: float) -> None:
+    sites.wait_for(f"the robot to be in {mode.name}", lambda p: p.mode is mode)
+    if mode is ControlMode.AUTONOMOUS:
+        sites.wait_for("its path", lambda p: p.path is not None)
+        path = sites.console.picture.path
+        assert path is not None
+        until_s = at * duration_s(path)
+        sites.wait_for("the moment", lambda p: p.robot is not None and p.robot.elapsed_s >= until_s)
+    else:
+        began_s = sites.heard[-1].sent_s
+        sites.wait_until_heard("the moment", lambda heard: heard.sent_s >= began_s + at * _DRIVEN_S)
+
+
+def _robot_killed(sites: RealSites, last: Heard) -> list[str]:
+    ready_s = sites.restart_robot()
+    first = sites.wait_until_heard("the new boot", lambda heard: heard.boot != last.boot)
+    sites.wait_until_heard("it to go on", lambda heard: heard.sent_s >= first.sent_s + _WATCHED_S)
+    reports = [heard.report for heard in sites.heard if heard.boot == first.boot]
+    late_s = first.arrived_s - ready_s - limit_s("restart of the robot's site", _DELAY_S)
+    away_m = _apart_m(last.report, first.report)
+    most_m = 0.6 * (_MEANWHILE_S + 2.0 * _DELAY_S)
+    broken = {
+        "its first report came too late": late_s > 0.0,
+        f"it is {away_m * 1e3:.0f} mm from where it was": away_m > most_m,
+        "it is not DISARMED": any(report.mode is not ControlMode.DISARMED for report in reports),
+        "it moves": any(_apart_m(first.report, report) > _STILL_M for report in reports),
+    }
+    if last.report.phase is Phase.APPROACHING and last.report.elapsed_s > 0.0:
+        told = sites.console.wait_for(lambda p: _says(p, "interrupted"), 5.0)
+        broken["it does not tell of the interruption"] = not told
+    return [what for what, so in broken.items() if so]
+
+
+def _operator_killed(sites: RealSites, operator: Process, mode: str) -> list[str]:
+    operator.kill()
+    killed_s = time.monotonic()
+    if mode == "autonomous":
+        arrived = _within(sites, lambda p: p.phase in (Phase.ARRIVED, Phase.SEATED))
+        return [] if arrived else ["the execution did not go on to its end"]
+    stands_s = killed_s + _STANDS_S + 2.0 * _DELAY_S + _SLACK_S
+    sites.wait_until_heard("it to stand", lambda heard: heard.arrived_s >= stands_s + _WATCHED_S)
+    after = [heard.report for heard in sites.heard if heard.arrived_s >= stands_s]
+    broken = {
+        "it is not in HOLD": any(report.mode is not ControlMode.HOLD for report in after),
+        "it moves": any(_apart_m(after[0], report) > _STILL_M for report in after),
+    }
+    return [what for what, so in broken.items() if so]
+
+
+def _operator_again(sites: RealSites, before: Telemetry) -> list[str]:
+    """The operator's next process: what it has, shows and may do."""
+    opened_s = sites.open_console()
+    try:
+        first = sites.wait_until_heard("a report", lambda heard: heard.arrived_s > opened_s)
+        sites.wait_for("control of the robot", lambda p: p.in_control)
+        picture = sites.console.picture
+        learned = picture.learned
+        broken = {
+            "its first report came too late": first.arrived_s - opened_s > limit_s("restart", _DELAY_S),
+            "it shows another mode": picture.mode is not sites.heard[-1].report.mode,
+            "its library is another one": before.model != ""
+            and (learned is None or learned.sha256[: len(before.model)] != before.model),
+        }
+    finally:
+        sites.close_console()
+    return [f"the operator's next process: {what}" for what, so in broken.items() if so]
+
+
+def _within(sites: RealSites, holds: Callable[[Picture], bool]) -> bool:
+    return sites.console.wait_for(holds, 60.0)
+
+
+def _says(picture: Picture, what: str) -> bool:
+    return any(notice.what == what for notice in picture.notices)
+
+
+def _apart_m(one: Telemetry, other: Telemetry) -> float:
+    return float(np.linalg.norm(np.subtract(one.position_m, other.position_m)))
+
+
+def summarise(results: list[Case]) -> tuple[Case, str]:
+    """Kills after which every rule held, by whom and in which mode."""
+    kills = results[0]["kills"]
+    wrong = [kill for kill in kills if kill["broken"]]
+    groups = [
+        (f"{whom}, {mode.upper()}", [k for k in kills if (k["whom"], k["mode"]) == (whom, mode)])
+        for whom, mode in _KILLS
+    ]
+    rows = [(name, rate([not kill["broken"] for kill in part])) for name, part in [*groups, ("all", kills)]]
+    lines = ["# Either site killed", "", _TEXT, "", table(("killed", "every rule held"), rows), ""]
+    lines += [
+        f"- {k['whom']}, {k['mode']}, seed {k['seed']}, at {k['at']:.2f}: {'; '.join(k['broken'])}"
+        for k in wrong
+    ]
+    lines += [
+        "",
+        f"Task {results[0]['task']}. Scheduled with {results[0]['scheduling']}; load {results[0]['load']:.1f}.",
+    ]
+    return {"kills": len(kills), "wrong": len(wrong), "passed": not wrong}, "\n".join(lines)
+
+
+_TEXT = (__doc__ or "").split("\n", 1)[1].strip()
