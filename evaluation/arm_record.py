@@ -29,6 +29,7 @@ class Record:
         force_n: On the tool, tared.
         least_singular_value: Of the arm's Jacobian, ten times a second.
         cause: Why it ended without success; empty when it did not.
+        refusal: Why the kinematic pre-flight would not let it begin; empty when it would.
         inserted_s: When the plug was in for the first time.
         tick_s: Time of the processor for each control period, all included [s].
     """
@@ -37,6 +38,7 @@ class Record:
     force_n: list[float] = field(default_factory=list)
     least_singular_value: list[float] = field(default_factory=list)
     cause: str = ""
+    refusal: str = ""
     inserted_s: float = math.nan
     tick_s: float = math.nan
 
@@ -82,6 +84,7 @@ class Record:
         return {
             "success": self.success,
             "cause": self.kind_of_failure,
+            "refusal": self.refusal,
             "peak_n": self.peak_n,
             "hold_n": self.hold_n,
             "inserted_s": self.inserted_s,

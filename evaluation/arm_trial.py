@@ -13,10 +13,8 @@ from common.disturbances import CALM, Disturbances, DisturbanceSettings
 from common.errors import InvalidInput
 from common.manifold import POSE
 from common.robot.compliance import ComplianceSettings
-from common.robot.kinematics import Kinematics
 from common.robot.placement import ACCEPTANCE, Box, Placement
 from common.robot.poses import AT_ORIGIN, compose, inverse, moved
-from common.robot.preflight import Preflights
 from common.robot.servo import ServoSettings
 from common.robot.simulation import TICK_S, PhysicsFailed, Simulation
 from common.robot.surroundings import Surroundings
@@ -55,6 +53,7 @@ class Conditions:
         correcting: Whether contact corrects the frame.
         admittance: Whether the arm gives way sideways.
         attempts: How often it may go back from a jam.
+        obeying: Whether the kinematic pre-flight, which is asked in any case, is obeyed.
     """
 
     noise: TrackerNoise = CLEAN
@@ -65,6 +64,7 @@ class Conditions:
     correcting: bool = True
     admittance: bool = True
     attempts: int = MAX_ATTEMPTS
+    obeying: bool = False
 
 
 class Sea:
@@ -132,15 +132,11 @@ class Trial:
             AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
         )
         recovery = Recovery(conditions.correcting, conditions.attempts)
-        self.insertion = Insertion(self.arm, self.perception, model, SETTINGS, Limits(), recovery)
+        self.insertion = Insertion(
+            self.arm, self.perception, model, SETTINGS, Limits(), recovery, self._preflight
+        )
         self.record = Record()
         self._held_s, self._lost_until_s, self._jumped = 0.0, math.nan, conditions.jump_within_m is None
-
-    def refusal(self) -> str:
-        """Why the kinematic pre-flight would not let it begin; empty when it would."""
-        simulation = self.arm.simulation
-        preflights = Preflights(Kinematics(simulation.dimensions))
-        return preflights.examine(simulation.joints_rad, simulation.mouth).refusal
 
     def run(self) -> Record:
         """Until the plug was held in, a guard acts, or its time is over."""
@@ -158,6 +154,10 @@ class Trial:
                 break
         record.tick_s = (time.process_time() - began_s) / max(len(record.local), 1)
         return record
+
+    def _preflight(self, receptacle: Array) -> str:
+        self.record.refusal = self.arm.preflight(receptacle).refusal
+        return self.record.refusal if self._conditions.obeying else ""
 
     def _look(self) -> None:
         """Write down what happened, and let happen what depends on where the plug is."""

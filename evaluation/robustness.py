@@ -89,8 +89,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 def trial(case: Case) -> Case:
     """One execution, and its repetition with an exact tracker when it failed."""
     conditions = conditions_of(case)
-    ready = Trial(taught(), conditions, case["seed"])
-    row = {**case, "refusal": ready.refusal(), **ready.run().row()}
+    row = {**case, **Trial(taught(), conditions, case["seed"]).run().row()}
     if case["scenario"] != "grid" and not row["success"]:
         row["exact_success"] = Trial(taught(), replace(conditions, noise=CLEAN), case["seed"]).run().success
     return row

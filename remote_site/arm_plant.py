@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidInput
 from common.robot.compliance import SeenReceptacle
+from common.robot.kinematics import Kinematics
+from common.robot.preflight import Preflight, Preflights
 from common.robot.servo import Servo, ServoSettings
 from common.robot.simulation import TICK_S, Simulation
 from common.robot.surroundings import Surroundings
@@ -57,6 +60,18 @@ class ArmPlant:
         Near it the arm moves relative to it, presses no harder than it may, and keeps its links off the panel.
         """
         self.servo.see(receptacle)
+
+    def preflight(self, receptacle: Array) -> Preflight:
+        """Go from where the arm is into a receptacle, in thought.
+
+        Args:
+            receptacle: Its pose. Shape (7,).
+        """
+        return self._preflights.examine(self.simulation.joints_rad, receptacle)
+
+    @cached_property
+    def _preflights(self) -> Preflights:
+        return Preflights(Kinematics(self.simulation.dimensions))
 
     def read(self) -> EffectorState:
         """See `Plant.read`."""

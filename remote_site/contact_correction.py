@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 # Per newton beyond the first three, and per newton metre beyond the first 0.3.
 _GAIN_M_S_N, _GAIN_RAD_S_NM = 0.005, 0.5
 _LEAST_N, _LEAST_NM = 3.0, 0.3
+# Not faster than the arm follows: deep in the bore, where contact is stiff, it would swing.
+_FASTEST_M_S, _FASTEST_RAD_S = 0.02, 0.1
 _MOST_M, _MOST_RAD = 0.030, 0.12
 # How much of the way to a jammed plug the frame is moved.
 _BLEND = 0.7
@@ -64,7 +66,7 @@ class ContactCorrection:
             return
         shift_m_s = _GAIN_M_S_N * _beyond(_SIDEWAYS * force_n, _LEAST_N)
         turn_rad_s = _GAIN_RAD_S_NM * _beyond(_SIDEWAYS * torque_nm, _LEAST_NM)
-        self._add(dt_s * shift_m_s, dt_s * turn_rad_s)
+        self._add(dt_s * _shortened(shift_m_s, _FASTEST_M_S), dt_s * _shortened(turn_rad_s, _FASTEST_RAD_S))
 
     def anchor(self, plug: Array) -> None:
         """Most of the way to where a plug is jammed: the bore's axis is near that of the plug.

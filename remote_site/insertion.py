@@ -7,6 +7,7 @@ receptacle is. The first task frame is that of the receptacle: its origin in the
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -48,6 +49,7 @@ class Insertion:
         settings: How to execute it.
         limits: Of the task.
         recovery: Its way out of jams.
+        preflight: Asked once, before it begins: why not to go to a receptacle with this pose, empty for nothing.
     """
 
     def __init__(
@@ -58,10 +60,12 @@ class Insertion:
         settings: ExecutorSettings,
         limits: Limits,
         recovery: Recovery,
+        preflight: Callable[[Array], str] = lambda _: "",
     ):
         self._arm, self._perception, self._dt_s = arm, perception, settings.dt_s
         self._sensing = Sensing(arm, perception, model.n_frames, 1.0 / settings.dt_s, 0.0)
         self._sight, self._force = SightGuard(self._sensing), ForceGuard(limits)
+        self._preflight = preflight
         self.recovery = recovery
         self.executor = Executor(model, settings)
         self._begun = self._interrupted = False
@@ -90,7 +94,7 @@ class Insertion:
         frames = self.recovery.corrected(sensing.frames)
         if math.isfinite(sensing.unseen_s):
             velocity = np.zeros(6) if newest is None else newest.velocity
-            self._arm.see(SeenReceptacle(np.concatenate([frames[0].b, frames[0].quat_wxyz]), velocity))
+            self._arm.see(SeenReceptacle(_pose(frames[0]), velocity))
         if self._sight.must_wait or now_s < _LOOK_S:
             self._interrupted = True
             self._arm.brake(dt_s)
@@ -114,6 +118,10 @@ class Insertion:
     def _go_on(self, frames: list[TaskFrame]) -> str:
         point, velocity = self._sensing.effector.controlled
         if not self._begun:
+            refusal = self._preflight(_pose(frames[0]))
+            if refusal:
+                self._arm.brake(self._dt_s)
+                return f"refused: {refusal}"
             self.executor.begin(point, velocity, frames)
             self._begun = True
         elif self._interrupted:
@@ -125,6 +133,10 @@ class Insertion:
             return "a computed number is not finite"
         self._arm.accelerate(acceleration, self._dt_s)
         return ""
+
+
+def _pose(frame: TaskFrame) -> Array:
+    return np.concatenate([frame.b, frame.quat_wxyz])
 
 
 def _felt(effector: EffectorState) -> Felt:

@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from common.disturbances import DisturbanceSettings, Sway
+from common.robot.dimensions import Dimensions
+from common.robot.placement import WIDE, Placement
+from common.robot.receptacle import FACING_QUAT
 from evaluation.arm_trial import Conditions, Trial
 from evaluation.hot_stab import taught
 from remote_site.marker_tracker import TYPICAL
@@ -37,6 +40,18 @@ def test_a_receptacle_that_is_lost_for_good_ends_it_with_the_reason():
 def test_a_receptacle_that_is_lost_for_two_seconds_is_waited_for():
     record = Trial(taught(), Conditions(noise=TYPICAL, lost_s=2.0), 4).run()
     assert record.success
+
+
+def test_a_preflight_that_is_obeyed_keeps_the_arm_where_it_is():
+    """The wrist would be straight on the way in: the receptacle is high before it."""
+    conditions, above = Conditions(noise=TYPICAL, box=WIDE, obeying=True), np.array([0.80, 0.0, 0.50])
+    placed = Placement(np.concatenate([above, FACING_QUAT]), np.array(Dimensions().home_rad))
+    trial = Trial(taught(), conditions, 8, placed)
+    start = trial.arm.simulation.tip
+    record = trial.run()
+    assert record.cause == f"refused: {record.refusal}" and record.refusal
+    assert record.kind_of_failure.startswith("refused")
+    np.testing.assert_allclose(trial.arm.simulation.tip[:3], start[:3], atol=1e-3)
 
 
 def test_a_sensor_that_breaks_ends_it_before_anything_moves_on(monkeypatch: pytest.MonkeyPatch):
