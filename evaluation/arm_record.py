@@ -22,11 +22,12 @@ _SINGULAR = 0.02
 
 @dataclass
 class Record:
-    """What happened; the first two lists have one entry for each control period.
+    """What happened; the first two lists have one entry for each control period, the third for each in free water.
 
     Args:
         local: The tip in the true frame of the receptacle. Poses.
         force_n: On the tool, tared.
+        behind: In free water, the tangent from where the tip should be to where it is.
         least_singular_value: Of the arm's Jacobian, ten times a second.
         cause: Why it ended without success; empty when it did not.
         refusal: Why the kinematic pre-flight would not let it begin; empty when it would.
@@ -36,6 +37,7 @@ class Record:
 
     local: list[Array] = field(default_factory=list)
     force_n: list[float] = field(default_factory=list)
+    behind: list[Array] = field(default_factory=list)
     least_singular_value: list[float] = field(default_factory=list)
     cause: str = ""
     refusal: str = ""
@@ -78,6 +80,12 @@ class Record:
         way = local[behind[0]] - local[before[-1]]
         return float(np.degrees(np.arctan2(np.hypot(way[0], way[1]), way[2])))
 
+    def _free_rms(self, part: slice) -> float:
+        """Root mean square in free water of how far the tip is from its setpoint."""
+        return (
+            math.sqrt(np.mean([step[part] @ step[part] for step in self.behind])) if self.behind else math.nan
+        )
+
     def row(self) -> Case:
         """What a study keeps of it."""
         end = self.local[-1]
@@ -91,6 +99,8 @@ class Record:
             "end_depth_m": float(end[2]),
             "end_lateral_m": float(np.hypot(end[0], end[1])),
             "approach_deg": self.approach_deg,
+            "free_rms_m": self._free_rms(slice(0, 3)),
+            "free_rms_rad": self._free_rms(slice(3, 6)),
             "least_singular_value": min(self.least_singular_value, default=math.nan),
             "tick_ms": 1e3 * self.tick_s,
         }

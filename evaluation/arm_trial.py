@@ -14,7 +14,7 @@ from common.errors import InvalidInput
 from common.manifold import POSE
 from common.robot.compliance import ComplianceSettings
 from common.robot.placement import ACCEPTANCE, Box, Placement
-from common.robot.poses import AT_ORIGIN, compose, inverse, moved
+from common.robot.poses import AT_ORIGIN, compose, difference, inverse, moved
 from common.robot.servo import ServoSettings
 from common.robot.simulation import TICK_S, PhysicsFailed, Simulation
 from common.robot.surroundings import Surroundings
@@ -163,8 +163,11 @@ class Trial:
         """Write down what happened, and let happen what depends on where the plug is."""
         arm, record = self.arm, self.record
         simulation, force, now_s = arm.simulation, arm.servo.wrist.force, arm.time_s
-        local = compose(inverse(simulation.mouth), simulation.tip)
+        tip = simulation.tip
+        local = compose(inverse(simulation.mouth), tip)
         record.local.append(local)
+        if not arm.servo.governor.active:
+            record.behind.append(difference(arm.servo.setpoint.pose, tip))
         record.force_n.append(math.sqrt(force @ force))
         depth_m, lateral_m = float(local[2]), math.hypot(local[0], local[1])
         if len(record.local) % _SINGULAR_EVERY == 0:

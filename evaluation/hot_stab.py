@@ -12,6 +12,7 @@ less than 4 mm beside its axis, held for 1 s. Forces are means over 10 ms of the
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from pathlib import Path
 
@@ -107,7 +108,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     summary["n_components"] = int((~taught().terminal).sum())
     for key in ("success_rate", "success_interval"):
         summary[key] = summary["typical"][key]
-    text = _likeness(summary)
+    text = f"{_likeness(summary)} {_tracking(summary['clean'])}"
     causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in REQUIRED]
     parts = ["# Hot-stab", "", _TEXT, "", table(HEADER, rows), "", text, "", "Causes of failure:", *causes]
     return summary, "\n".join(parts)
@@ -121,6 +122,14 @@ def _likeness(summary: Case) -> str:
         f"contact: {100 * summary['dtw_rms_m']:.2f} cm to them along dynamic time warping, "
         f"{100 * summary['time_rms_m']:.2f} cm at equal fractions of the time (paper: 1.2 ± 0.2 cm, alignment not "
         f"stated), {summary['duration_ratio']:.2f} times their duration."
+    )
+
+
+def _tracking(clean: Case) -> str:
+    return (
+        f"In free water, clean, the tip is {1e3 * clean['free_rms_median_m']:.2f} mm and "
+        f"{math.degrees(clean['free_rms_median_rad']):.2f} degrees rms from its setpoint (median of the trials; 95 %: "
+        f"{1e3 * clean['free_rms_p95_m']:.1f} mm, where a wrist is nearly straight or a joint at its speed limit)."
     )
 
 

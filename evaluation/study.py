@@ -35,6 +35,7 @@ STUDIES = {
     "planar": "evaluation.planar",
     "hot-stab": "evaluation.hot_stab",
     "robustness": "evaluation.robustness",
+    "arm-soak": "evaluation.arm_soak",
     "hot-stab-point": "evaluation.hot_stab_point",
     "promp": "evaluation.promp",
     "few-shot": "evaluation.few_shot",

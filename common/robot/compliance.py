@@ -103,7 +103,7 @@ class Governor:
     """
 
     _BEFORE_M, _BESIDE_M = 0.030, 0.060
-    _SLOWEST_M_S, _FASTEST_M_S = -0.03, 0.06
+    _SLOWEST_M_S, _FASTEST_M_S = -0.10, 0.06
     _LEAVING_M, _LEAVING_M_S = -0.009, -0.02
     LEAD_M = 0.002
     """How far a setpoint may be ahead of an arm that must not follow it [m]."""

@@ -40,7 +40,8 @@ def test_it_gives_way_in_the_direction_of_the_load_up_to_a_limit():
 def test_the_speed_along_the_bore_falls_with_the_force_and_turns_back():
     assert governor(0.03, 0.0).speed(0.05, 0.0, 0.0, holds=False) == pytest.approx(0.05)
     assert governor(0.03, 40.0).speed(0.05, 0.0, 0.0, holds=False) == pytest.approx(0.03)
-    assert governor(0.03, 90.0).speed(0.05, 0.0, 0.0, holds=False) == pytest.approx(-0.03)
+    assert governor(0.03, 90.0).speed(0.05, 0.0, 0.0, holds=False) == pytest.approx(-0.045)
+    assert governor(0.03, 900.0).speed(0.05, 0.0, 0.0, holds=False) == pytest.approx(-0.10)
     assert governor(0.03, 30.0).speed(0.05, 0.0, 0.0, holds=True) < 0.0
 
 
