@@ -15,6 +15,8 @@ JOINTS = tuple(f"jaco_arm/joint_{i}" for i in range(1, 7))
 TIP = "jaco_arm/jaco_hand/tip"
 TOOL = "jaco_arm/jaco_hand/hand"
 """Body of everything behind the wrist."""
+HELD = "jaco_arm/jaco_hand/plug"
+"""Body of what the hand grips."""
 
 _FORWARDS = (0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0)
 """Quaternion of the wrist's axes in those of the hand."""
