@@ -79,9 +79,9 @@ def import_recording(kind: str, file: Path, out: Path) -> int:
     return 0
 
 
-def make_samples(out: Path, n: int, seed: int) -> int:
+def make_samples(out: Path, task: str, n: int, seed: int) -> int:
     """Have the scripted operator demonstrate."""
-    from local_site.operator_arm import demonstrate
+    from local_site.operator_arm import DEMONSTRATIONS
 
     if n < 1 or seed < 0:
         raise InvalidConfiguration(
@@ -89,8 +89,8 @@ def make_samples(out: Path, n: int, seed: int) -> int:
         )
     out.mkdir(parents=True, exist_ok=True)
     for number in range(n):
-        file = out / f"hot-stab-{number}.npz"
-        demonstrate(seed + number).save(file)
+        file = out / f"{task}-{number}.npz"
+        DEMONSTRATIONS[task](seed + number).save(file)
         _say(f"written: {file}")
     return 0
 

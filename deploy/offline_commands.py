@@ -106,10 +106,12 @@ class Import:
 
 @dataclass(frozen=True)
 class Samples:
-    """Have the scripted operator demonstrate hot-stabbing on its simulated arm; files like those that come along."""
+    """Have the scripted operator demonstrate on its simulated arm; files like those that come along."""
 
     out: Path
     """Folder for the demonstration files."""
+    task: Literal["hot-stab", "hot-unstab"] = "hot-stab"
+    """What it demonstrates: to insert the plug, or to take it out."""
     n: int = 5
     """How many."""
     seed: int = 0
@@ -119,4 +121,4 @@ class Samples:
         """Do it."""
         from deploy.offline import make_samples
 
-        return make_samples(self.out, self.n, self.seed)
+        return make_samples(self.out, self.task, self.n, self.seed)

@@ -1,4 +1,4 @@
-"""One hot-stab by the arm: a learned model, the robot's own sight, touch and guards, the servo, the physics."""
+"""One task of the arm: a learned model, the robot's own sight, touch and guards, the servo, the physics."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from common.robot.simulation import TICK_S, PhysicsFailed, Simulation
 from common.robot.surroundings import Surroundings
 from common.task import Limits
 from common.tphsmm import TPHSMM
+from evaluation.arm_goals import Goal, Seated
 from evaluation.arm_record import HELD_S, Record
 from remote_site.adaptive_filter import AdaptiveFilter
 from remote_site.arm_plant import ArmPlant
@@ -32,7 +33,6 @@ from remote_site.reproduction.executor_settings import ExecutorSettings
 Array = NDArray[np.float64]
 
 SETTINGS = ExecutorSettings(dt_s=TICK_S, horizon_s=0.6)
-DEPTH_M, LATERAL_M = (0.075, 0.095), 0.004
 _ENOUGH_S = 2.0
 _NEVER_S = 1e6
 _LOST_FROM_M = -0.040
@@ -107,6 +107,7 @@ class Trial:
         seed: Of everything random.
         placement: Where everything is at first; random when not given.
         limit_s: It has failed after this time [s].
+        goal: What is to be reached; the plug seated when not given.
     """
 
     def __init__(
@@ -116,8 +117,8 @@ class Trial:
         seed: int,
         placement: Placement | None = None,
         limit_s: float = 18.0,
+        goal: Goal | None = None,
     ):
-        self._limit_s = limit_s
         simulation = Simulation()
         random = np.random.default_rng([seed, 1])
         placed = placement or Placement.sample(random, conditions.box, simulation.dimensions)
@@ -131,18 +132,33 @@ class Trial:
             MarkerTracker(POSE, noise, seed),
             AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
         )
-        recovery = Recovery(conditions.correcting, conditions.attempts)
+        self._lost_until_s, self._jumped = math.nan, conditions.jump_within_m is None
+        self._limit_s = limit_s
+        self._begin(model, goal or Seated())
+
+    def go_on(self, model: TPHSMM, goal: Goal) -> None:
+        """Another task from where everything is now; `run` runs it.
+
+        Args:
+            model: The learned task.
+            goal: What is to be reached.
+        """
+        self._begin(model, goal, look_s=0.0)
+
+    def _begin(self, model: TPHSMM, goal: Goal, **how: float) -> None:
+        conditions, arm = self._conditions, self.arm
+        recovery = Recovery(conditions.correcting, conditions.attempts, enters=goal.enters)
         self.insertion = Insertion(
-            self.arm, self.perception, model, SETTINGS, Limits(), recovery, self._preflight
+            arm, self.perception, model, SETTINGS, Limits(), recovery, self._preflight, arm.time_s, **how
         )
-        self.record = Record()
-        self._held_s, self._lost_until_s, self._jumped = 0.0, math.nan, conditions.jump_within_m is None
+        self.record, self._goal = Record(), goal
+        self._held_s, self._until_s = 0.0, arm.time_s + self._limit_s
 
     def run(self) -> Record:
-        """Until the plug was held in, a guard acts, or its time is over."""
+        """Until the goal was held, a guard acts, or its time is over."""
         record, began_s = self.record, time.process_time()
         while self._held_s < _ENOUGH_S:
-            if self.arm.time_s >= self._limit_s:
+            if self.arm.time_s >= self._until_s:
                 record.cause = "" if self._held_s >= HELD_S else "time"
                 break
             try:
@@ -169,10 +185,10 @@ class Trial:
         if not arm.servo.governor.active:
             record.behind.append(difference(arm.servo.setpoint.pose, tip))
         record.force_n.append(math.sqrt(force @ force))
-        depth_m, lateral_m = float(local[2]), math.hypot(local[0], local[1])
+        depth_m = float(local[2])
         if len(record.local) % _SINGULAR_EVERY == 0:
             record.least_singular_value.append(arm.servo.kinematics.least_singular_value())
-        good = DEPTH_M[0] <= depth_m <= DEPTH_M[1] and lateral_m < LATERAL_M
+        good = self._goal.reached(local, record.force_n[-1], simulation)
         self._held_s = self._held_s + TICK_S if good else 0.0
         if good and math.isnan(record.inserted_s):
             record.inserted_s = now_s

@@ -34,6 +34,7 @@ from common.parent_process import end_with_parent
 STUDIES = {
     "planar": "evaluation.planar",
     "hot-stab": "evaluation.hot_stab",
+    "hot-unstab": "evaluation.hot_unstab",
     "robustness": "evaluation.robustness",
     "arm-soak": "evaluation.arm_soak",
     "hot-stab-point": "evaluation.hot_stab_point",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,12 +17,14 @@ from common.robot.surroundings import Surroundings
 from common.task_frame import TaskFrame
 from local_site.demonstration import Demonstration
 from local_site.scripted_hand import ScriptedHand
+from local_site.scripted_ways import STANDOFF_M, Way, WayIn, WayOut
 
 Array = NDArray[np.float64]
 
 FRAME_NAME = "receptacle"
 _SPEED_M_S = 0.25
 _SEATED_M, _LATERAL_M = 0.075, 0.004
+_STANDOFF_M = 0.015  # so near it a plug is out
 
 
 class OperatorArm:
@@ -29,15 +33,16 @@ class OperatorArm:
     Args:
         placement: Where both are at first.
         dimensions: Of both.
+        presses: Whether a plug in the bore is to be pressed in, and not to come out.
     """
 
-    def __init__(self, placement: Placement, dimensions: Dimensions | None = None):
+    def __init__(self, placement: Placement, dimensions: Dimensions | None = None, presses: bool = True):
         receptacle, joints_rad = placement
         self._simulation = Simulation(dimensions)
         self._around = Surroundings.still(self._simulation.dimensions).with_receptacle(receptacle)
         self._simulation.reset(joints_rad, self._around)
         self._servo = Servo(self._simulation.dimensions, ServoSettings(), self._simulation.joints_rad)
-        self._servo.see(SeenReceptacle(receptacle, np.zeros(6)))
+        self._servo.see(SeenReceptacle(receptacle, np.zeros(6)), presses)
         self.frame = TaskFrame.at(receptacle)
 
     def follow(self, pose: Array) -> None:
@@ -56,11 +61,11 @@ class OperatorArm:
         return self._simulation.insertion
 
 
-class NotInserted(FarhandError):
-    """The scripted operator did not get the plug in."""
+class NotDemonstrated(FarhandError):
+    """The scripted operator did not do what was to be shown."""
 
 
-def demonstrate(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
+def hot_stab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
     """One insertion by the scripted operator, recorded at 100 Hz.
 
     Args:
@@ -68,19 +73,48 @@ def demonstrate(seed: int, dimensions: Dimensions | None = None) -> Demonstratio
         dimensions: Of arm and receptacle.
 
     Raises:
-        NotInserted: When the plug is not seated at the end.
+        NotDemonstrated: When the plug is not seated at the end.
     """
     random, dimensions = np.random.default_rng(seed), dimensions or Dimensions()
     arm = OperatorArm(Placement.sample(random, ACCEPTANCE, dimensions), dimensions)
-    hand = ScriptedHand(arm.frame.to_local(arm.tip), dimensions.receptacle.depth_m, random)
+    way = WayIn(arm.frame.to_local(arm.tip), dimensions.receptacle.depth_m, random)
+    shown = _demonstrate(arm, way, random, seed)
+    end = arm.insertion
+    if end.depth_m < _SEATED_M or end.lateral_m > _LATERAL_M:
+        raise NotDemonstrated(f"seed {seed}: the plug ends {end.depth_m * 1e3:.0f} mm deep: try another seed")
+    return shown
+
+
+def hot_unstab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
+    """The seated plug taken out by the scripted operator and held before the mouth, recorded at 100 Hz.
+
+    Args:
+        seed: Of where it begins and of the hand.
+        dimensions: Of arm and receptacle.
+
+    Raises:
+        NotDemonstrated: When the plug is not held before the mouth at the end.
+    """
+    random, dimensions = np.random.default_rng(seed), dimensions or Dimensions()
+    arm = OperatorArm(Placement.seated(random, ACCEPTANCE, dimensions), dimensions, presses=False)
+    shown = _demonstrate(arm, WayOut(arm.frame.to_local(arm.tip), random), random, seed)
+    away_m = float(np.linalg.norm(shown.in_frame()[-1] + np.array([0.0, 0.0, STANDOFF_M])))
+    if away_m > _STANDOFF_M:
+        raise NotDemonstrated(f"seed {seed}: the plug ends {away_m * 1e3:.0f} mm off: try another seed")
+    return shown
+
+
+DEMONSTRATIONS: dict[str, Callable[[int], Demonstration]] = {"hot-stab": hot_stab, "hot-unstab": hot_unstab}
+"""How the scripted operator shows each task: one demonstration for each seed."""
+
+
+def _demonstrate(arm: OperatorArm, way: Way, random: np.random.Generator, seed: int) -> Demonstration:
+    hand = ScriptedHand(way, random)
     time_s = TICK_S * np.arange(round(hand.duration_s / TICK_S) + 1, dtype=np.float64)
     poses = [arm.tip]
     for t in time_s[:-1]:
         arm.follow(arm.frame.to_world(hand.target(float(t))))
         poses.append(arm.tip)
-    end = arm.insertion
-    if end.depth_m < _SEATED_M or end.lateral_m > _LATERAL_M:
-        raise NotInserted(f"seed {seed}: the plug ends {end.depth_m * 1e3:.0f} mm deep: try another seed")
     points = np.stack(poses)
     return Demonstration(
         time_s=time_s,

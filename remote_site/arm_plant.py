@@ -54,12 +54,13 @@ class ArmPlant:
         """Of the simulation [s]."""
         return self._ticks * TICK_S
 
-    def see(self, receptacle: SeenReceptacle | None) -> None:
+    def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
         """Say where the receptacle is believed to be, None when it is not known; valid until said anew.
 
         Near it the arm moves relative to it, presses no harder than it may, and keeps its links off the panel.
+        A plug that is to come out is not to be pressed in: see `Servo.see`.
         """
-        self.servo.see(receptacle)
+        self.servo.see(receptacle, presses)
 
     def preflight(self, receptacle: Array) -> Preflight:
         """Go from where the arm is into a receptacle, in thought.

@@ -1,5 +1,7 @@
 """An insertion, executed: the model says how to move, sight and touch say where to, the guards when not to.
 
+A plug is taken out alike: the recovery knows which.
+
 What it needs of an arm is more than a `Plant` has: the torque on the tool, and that it is told where the
 receptacle is. The first task frame is that of the receptacle: its origin in the mouth, z into the bore.
 """
@@ -26,21 +28,19 @@ from remote_site.sensing import Sensing
 
 Array = NDArray[np.float64]
 
-_LOOK_S = 0.5
-"""Before it begins the receptacle is looked at, and the wrist's sensor tared, for so long [s]."""
 _BACK_M_S = 0.08
 
 
 class Arm(Plant, Protocol):
     """A plant whose points are poses of a plug's tip, and that knows of its receptacle."""
 
-    def see(self, receptacle: SeenReceptacle | None) -> None:
-        """Where the receptacle is believed to be, None when it is not known; valid until said anew."""
+    def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
+        """Where the receptacle is believed to be, and whether the plug is to be pressed into it: `Servo.see`."""
         ...
 
 
 class Insertion:
-    """One execution of a learned insertion; call `tick` every control period, until it says why it ends.
+    """One execution of a learned insertion or withdrawal; call `tick` every control period, until it says why it ends.
 
     Args:
         arm: The machine.
@@ -50,6 +50,8 @@ class Insertion:
         limits: Of the task.
         recovery: Its way out of jams.
         preflight: Asked once, before it begins: why not to go to a receptacle with this pose, empty for nothing.
+        now_s: Now [s].
+        look_s: So long it stands still at first, looks at the receptacle, and the wrist's sensor is tared [s].
     """
 
     def __init__(
@@ -61,14 +63,17 @@ class Insertion:
         limits: Limits,
         recovery: Recovery,
         preflight: Callable[[Array], str] = lambda _: "",
+        now_s: float = 0.0,
+        look_s: float = 0.5,
     ):
         self._arm, self._perception, self._dt_s = arm, perception, settings.dt_s
-        self._sensing = Sensing(arm, perception, model.n_frames, 1.0 / settings.dt_s, 0.0)
+        self._sensing = Sensing(arm, perception, model.n_frames, 1.0 / settings.dt_s, now_s)
         self._sight, self._force = SightGuard(self._sensing), ForceGuard(limits)
         self._preflight = preflight
         self.recovery = recovery
         self.executor = Executor(model, settings)
         self._begun = self._interrupted = False
+        self._look_until_s = now_s + look_s
         self.jumps = 0
         """How often the receptacle was found elsewhere."""
 
@@ -90,12 +95,17 @@ class Insertion:
             self.jumps = newest.jumps
             self.recovery.jumped()
         felt = _felt(sensing.effector)
-        back = self.recovery.update(felt, sensing.frames[0], quiet, now_s, dt_s) if self._begun else None
+        looks, back = now_s < self._look_until_s, None
+        waits = looks or self._sight.must_wait
+        if self._begun:
+            back = self.recovery.update(felt, sensing.frames[0], quiet, now_s, dt_s)
+        elif not waits:
+            self.recovery.begin(felt.plug, sensing.frames[0])
         frames = self.recovery.corrected(sensing.frames)
-        if math.isfinite(sensing.unseen_s):
+        if math.isfinite(sensing.unseen_s) and not looks:  # the first estimates jump about
             velocity = np.zeros(6) if newest is None else newest.velocity
-            self._arm.see(SeenReceptacle(_pose(frames[0]), velocity))
-        if self._sight.must_wait or now_s < _LOOK_S:
+            self._arm.see(SeenReceptacle(_pose(frames[0]), velocity), self.recovery.enters)
+        if waits:
             self._interrupted = True
             self._arm.brake(dt_s)
         elif back is not None:

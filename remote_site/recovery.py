@@ -1,6 +1,7 @@
 """When and where to an insertion goes back, to try again: jammed, or beside the mouth after a jump.
 
-It goes on with the model by itself, from where it went back to. In the frame of the receptacle the mouth is
+It goes on with the model by itself, from where it went back to. A plug that is to come out has nowhere to go
+back to; but it is in the bore, which therefore is where the plug is. In the frame of the receptacle the mouth is
 the origin, and z points into the bore.
 """
 
@@ -22,6 +23,7 @@ Array = NDArray[np.float64]
 MAX_ATTEMPTS = 4
 _JAM_BACK_M = 0.030
 _BESIDE_TO_M = -0.090
+_IN_BORE_M = 0.030  # behind the mouth, and at most so far beside the axis: more than sight is wrong by
 _REACHED_M, _PATIENCE_S = 0.004, 4.0
 
 
@@ -47,10 +49,19 @@ class Recovery:
         correcting: Whether contact corrects the frame.
         attempts: How often it may go back from a jam; with none it presses on.
         depth_m: Of the bore [m].
+        enters: Whether the plug is to go into the bore, and not to come out of it.
     """
 
-    def __init__(self, correcting: bool = True, attempts: int = MAX_ATTEMPTS, depth_m: float = 0.085):
+    def __init__(
+        self,
+        correcting: bool = True,
+        attempts: int = MAX_ATTEMPTS,
+        depth_m: float = 0.085,
+        enters: bool = True,
+    ):
         self._correcting, self._attempts, self._depth_m = correcting, attempts, depth_m
+        self.enters = enters
+        """Whether the plug is to go into the bore, and not to come out of it."""
         self.correction = ContactCorrection()
         self._jam, self._beside = JamDetector(), BesideRule()
         self._goal: Array | None = None  # in the frame of the receptacle
@@ -64,6 +75,18 @@ class Recovery:
     def given_up(self) -> bool:
         """Whether it was jammed once more than it may go back."""
         return 0 < self._attempts < self.jams
+
+    def begin(self, plug: Array, seen: TaskFrame) -> None:
+        """The motion begins: where a plug is that is to come out, there the bore is.
+
+        Args:
+            plug: Pose of its tip in the world. Shape (7,).
+            seen: The frame of the receptacle, as seen.
+        """
+        local = self.correction.corrected(seen).to_local(plug)
+        in_bore = local[2] > _IN_BORE_M and np.hypot(local[0], local[1]) < _IN_BORE_M
+        if self._correcting and in_bore and not self.enters:
+            self.correction.anchor(local)
 
     def jumped(self) -> None:
         """The receptacle was found elsewhere: what was felt does not hold there."""
@@ -93,7 +116,7 @@ class Recovery:
             near = float(np.linalg.norm(local[:3] - self._goal[:3])) < _REACHED_M
             if near or now_s > self._until_s:
                 self._goal = None
-        if self._goal is None:
+        if self._goal is None and self.enters:
             back = self._back(local, frame.A.T @ felt.force_n, frame.A.T @ felt.torque_nm, now_s)
             if back is not None:
                 back = frame.to_world(back)
@@ -101,7 +124,7 @@ class Recovery:
                 self._goal, self._until_s = frame.to_local(back), now_s + _PATIENCE_S
         if self._goal is not None:
             return frame.to_world(self._goal)
-        if self._correcting:
+        if self._correcting and self.enters:
             self.correction.feel(frame.A.T @ felt.force_n, frame.A.T @ felt.torque_nm, quiet, dt_s)
         return None
 

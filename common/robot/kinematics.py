@@ -57,6 +57,11 @@ class Kinematics:
         data.mocap_pos[0], data.mocap_quat[0] = pose[:3], pose[3:]
 
     @property
+    def joints_rad(self) -> Array:
+        """Where the arm is. Shape (6,) [rad]."""
+        return self.configuration.q.copy()
+
+    @property
     def tip(self) -> Array:
         """Pose of the plug's tip. Shape (7,)."""
         data, out = self.configuration.data, np.empty(7)

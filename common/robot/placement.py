@@ -1,4 +1,4 @@
-"""Where a hot-stab begins: the receptacle somewhere in a box before the arm, the arm near its rest."""
+"""Where a task begins: the receptacle somewhere in a box before the arm, the arm near its rest or plugged in."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from common.manifold import POSE
 from common.robot.dimensions import Dimensions
+from common.robot.kinematics import Kinematics
+from common.robot.poses import compose
 from common.robot.receptacle import FACING_QUAT
+from common.robot.way_in import WayIn
 
 Array = NDArray[np.float64]
 
@@ -41,6 +44,8 @@ class Box:
 ACCEPTANCE = Box((0.74, -0.10, 0.30), (0.82, 0.10, 0.45))
 WIDE = Box((0.74, -0.15, 0.25), (0.86, 0.15, 0.50))
 
+# How a plug sits in its bore at first: a little before the bottom, within the clearance, touching nothing.
+_OFF_BOTTOM_M, _ASIDE_M, _TILT_RAD = (0.0005, 0.002), 0.0003, math.radians(0.15)
 _JOINT_STD_RAD = np.array([0.12, 0.12, 0.12, 0.07, 0.07, 0.07])
 
 
@@ -60,3 +65,16 @@ class Placement(NamedTuple):
         """The receptacle anywhere in a box, the arm near its rest."""
         receptacle = box.sample(random)
         return cls(receptacle, np.array(dimensions.home_rad) + random.normal(size=6) * _JOINT_STD_RAD)
+
+    @classmethod
+    def seated(cls, random: np.random.Generator, box: Box, dimensions: Dimensions) -> Placement:
+        """The receptacle anywhere in a box, the plug in it."""
+        receptacle, joints_rad = cls.sample(random, box, dimensions)
+        way_in = WayIn(Kinematics(dimensions))
+        for _ in way_in.go(joints_rad, receptacle):
+            pass
+        aside, tilt = random.uniform(-_ASIDE_M, _ASIDE_M, 2), random.uniform(-_TILT_RAD, _TILT_RAD, 2)
+        depth_m = dimensions.receptacle.depth_m - random.uniform(*_OFF_BOTTOM_M)
+        seat = POSE.exp(np.array([*aside, depth_m, 1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, *tilt, 0.0]))
+        way_in.reach(compose(receptacle, seat))
+        return cls(receptacle, way_in.kinematics.joints_rad)

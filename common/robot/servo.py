@@ -59,14 +59,21 @@ class Servo:
         self._settings = settings
         self._ik = VelocityIk(self.kinematics)
         self._seen: SeenReceptacle | None = None
+        self._presses, self._held = True, False
         self._velocities = np.zeros(6)
         self.tip = self.kinematics.tip
         self.solution = Solution(np.zeros(6), 0.0, 0.0)
         """The newest, with what the limits took away from it."""
 
-    def see(self, receptacle: SeenReceptacle | None) -> None:
-        """Where the receptacle is believed to be, None while it is not known; valid until said anew."""
-        self._seen = receptacle
+    def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
+        """Where the receptacle is believed to be, None while it is not known; valid until said anew.
+
+        Args:
+            receptacle: Its pose and velocity.
+            presses: Whether the plug is to be pressed to the bottom of the bore; else, for a plug that is to
+                come out, it is never pushed further in than the motion asks for.
+        """
+        self._seen, self._presses = receptacle, presses
         self.kinematics.place_panel(receptacle.pose if receptacle else None)
 
     def measure(self, joints_rad: Array, wrench: Array) -> None:
@@ -91,7 +98,7 @@ class Servo:
             Joint velocities. Shape (6,) [rad/s].
         """
         self._look()
-        return self._track(acceleration, dt_s, holds=False)
+        return self._track(acceleration, dt_s, holds=not self._presses)
 
     def follow(self, pose: Array, speed_m_s: float, dt_s: float) -> Array:
         """Follow a pose, critically damped.
@@ -111,7 +118,8 @@ class Servo:
         wanted = 0.5 * w * error
         wanted[:3] = shortened(wanted[:3], share * limits.speed_m_s)
         wanted[3:] = shortened(wanted[3:], share * limits.angular_speed_rad_s)
-        return self._track(2.0 * w * (wanted + self._carried() - self.setpoint.velocity), dt_s, holds=False)
+        acceleration = 2.0 * w * (wanted + self._carried() - self.setpoint.velocity)
+        return self._track(acceleration, dt_s, holds=not self._presses)
 
     def brake(self, dt_s: float) -> Array:
         """Come to rest and hold still: in the bore relative to the receptacle, else to the base.
@@ -136,6 +144,10 @@ class Servo:
 
     def _track(self, acceleration: Array, dt_s: float, holds: bool) -> Array:
         governor, setpoint, carried = self.governor, self.setpoint, self._carried()
+        if holds and not self._held and governor.active:  # what was pressed in is not drawn back
+            ahead_m = float((self.tip[:3] - setpoint.pose[:3]) @ governor.axis)
+            setpoint.pose[:3] += max(ahead_m, 0.0) * governor.axis
+        self._held = holds
         limits, error = self._settings.limits, difference(self.tip, setpoint.pose)
         twist = setpoint.accelerate(acceleration, carried, dt_s)
         twist = twist + (_GAIN_CONTACT_1_S if governor.active else _GAIN_FREE_1_S) * error

@@ -155,6 +155,11 @@ class Simulation:
         cosine = 1.0 - 2.0 * (qx * qx + qy * qy)
         return Insertion(float(z), float(np.hypot(x, y)), float(np.arccos(np.clip(cosine, -1.0, 1.0))))
 
+    @property
+    def deflection_m(self) -> float:
+        """How far the receptacle is pushed or pulled from where its spring rests [m]."""
+        return self._spring.deflection_m(self._data)
+
     def model_and_data(self) -> tuple[MjModel, MjData]:
         """MuJoCo's own, for `rendering` to read."""
         return self._model, self._data
@@ -191,6 +196,11 @@ class _Spring:
         """Put the receptacle at rest at a pose."""
         self._target = receptacle.joints_at(pose)
         data.qpos[_N:] = data.ctrl[_N:] = self._target
+
+    def deflection_m(self, data: MjData) -> float:
+        """How far the receptacle is from where it should be [m]."""
+        away = data.qpos[_N : _N + 3] - self._target[:3]
+        return float(np.sqrt(away @ away))
 
     def path(self, pose: Array) -> Array:
         """What the servos are told on the way to a pose. Shape (steps, 6)."""

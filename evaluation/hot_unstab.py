@@ -1,0 +1,241 @@
+"""Taking the plug out again and holding it before the receptacle, by the arm with real contact.
+
+Five demonstrations of the scripted operator on its own arm, whose plug is in the bore at first; lambda = 0.10 m. The
+robot's receptacle is anywhere in the box of `hot-stab`, the trackers are those of `hot-stab`.
+
+- *clean*, *typical*: the plug is in the bore, 0.5 to 2 mm from its bottom, within the clearance, and is not pressed
+- *after its own hot-stab*: the robot has inserted the plug itself, and presses it in until it begins; typical tracker
+- *sway*: the same while the receptacle swings along a line by 20 mm at 0.1 Hz
+- *bias*: 5 mm / 4 degrees, else as typical
+- *without touch*: the arm neither gives way sideways nor takes the plug for a sign of where the bore is; typical tracker
+
+Success: the tip within 15 mm of the point on the axis 120 mm before the mouth, at rest (slower than 15 mm/s in the mean
+over half a second; the tracker's noise alone moves it about with 10 mm/s), less than 5 N on the plug, all this for
+1 s, and the receptacle never dragged by more than 5 mm. Forces are means over 10 ms of the wrist's sensor, tared; wanted
+are peaks of at most 50 N in the median and 100 N at 95 %.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from common.disturbances import DisturbanceSettings, Sway
+from common.robot.dimensions import Dimensions
+from common.robot.placement import ACCEPTANCE, Placement
+from common.robot.simulation import TICK_S
+from common.tphsmm import TPHSMM
+from deploy.places import sample_files
+from evaluation import hot_stab
+from evaluation.arm_goals import STANDOFF_M, Withdrawn
+from evaluation.arm_record import Record
+from evaluation.arm_trial import Conditions, Trial
+from evaluation.dtw import dtw_rms
+from evaluation.hot_stab import LAMBDA_M
+from evaluation.hot_stab_figure import draw_motions
+from evaluation.motion_metrics import time_rms
+from evaluation.statistics import wilson_interval
+from evaluation.study import Case, reporting_seeds
+from evaluation.tables import rate, table
+from local_site.demonstration import Demonstration
+from local_site.learning.online_learner import LearnerSettings
+from local_site.offline_learning import learn
+from remote_site.marker_tracker import TYPICAL
+
+_SWAYING = DisturbanceSettings(receptacle=Sway(0.020, 0.1))
+_BIASED = replace(TYPICAL, bias_m=0.005, bias_rad=math.radians(4.0))
+
+
+class Scenario(NamedTuple):
+    """What a trial has to cope with.
+
+    Args:
+        conditions: All that disturbs.
+        required: Rate of success that is wanted; zero for none.
+        share: So many trials for each typical one.
+        inserts: Whether the robot inserts the plug itself before.
+    """
+
+    conditions: Conditions
+    required: float = 0.0
+    share: float = 0.5
+    inserts: bool = False
+
+
+SCENARIOS = {
+    "clean": Scenario(Conditions(), 1.0, 0.25),
+    "typical": Scenario(Conditions(noise=TYPICAL), 0.98, 1.0),
+    "after its own hot-stab": Scenario(Conditions(noise=TYPICAL), 0.98, 1.0, inserts=True),
+    "sway": Scenario(Conditions(noise=TYPICAL, disturbances=_SWAYING), inserts=True),
+    "bias": Scenario(Conditions(noise=_BIASED)),
+    "without touch": Scenario(Conditions(noise=TYPICAL, correcting=False, admittance=False)),
+}
+MAX_DRAGGED_M = 0.005
+
+Array = NDArray[np.float64]
+
+_TRIALS = 100
+_HEADER = (
+    "",
+    "success",
+    "required",
+    "peak force, median / 95 % / most [N]",
+    "receptacle dragged, median / most [mm]",
+    "from the stand-off, median / 95 % [mm]",
+    "out of the mouth after [s]",
+    "at the stand-off after [s]",
+)
+
+
+@cache
+def shown() -> list[Demonstration]:
+    """The demonstrations that come with the task."""
+    return [Demonstration.load(file) for file in sample_files("hot-unstab")]
+
+
+@cache
+def taught() -> TPHSMM:
+    """What they teach."""
+    return learn(shown(), LearnerSettings(LAMBDA_M))
+
+
+def cases(trials: int | None, seed: int) -> list[Case]:
+    """Every scenario with the same seeds, and the demonstrations' own beginnings."""
+    n = trials or _TRIALS
+    seeds = reporting_seeds(seed, n)
+    like = [{"seed": seeds[0], "scenario": "like", "like": k} for k in range(len(shown()))]
+    return like[: max(1, n)] + [
+        {"seed": s, "scenario": name}
+        for name, scenario in SCENARIOS.items()
+        for s in seeds[: math.ceil(scenario.share * n)]
+    ]
+
+
+def trial(case: Case) -> Case:
+    """One execution."""
+    record, goal, began_s = _run(case)
+    local = np.stack(record.local)[:, :3]
+    gently = goal.dragged_m <= MAX_DRAGGED_M
+    row = {
+        **case,
+        "success": record.success and gently,
+        "cause": record.cause or ("" if gently else "the receptacle was dragged"),
+        "peak_n": record.peak_n,
+        "dragged_m": goal.dragged_m,
+        "away_m": float(np.linalg.norm(local[-1] + (0.0, 0.0, STANDOFF_M))),
+        "out_s": goal.out_s - began_s,
+        "reached_s": record.inserted_s - began_s,
+    }
+    if case["scenario"] == "like" and row["success"]:
+        like = shown()[case["like"]]
+        time_s = TICK_S * np.arange(len(local), dtype=np.float64)
+        row["dtw_rms_m"] = dtw_rms(local, like.in_frame())
+        row["time_rms_m"] = time_rms(time_s, local, like.time_s, like.in_frame())
+    return row
+
+
+def _run(case: Case) -> tuple[Record, Withdrawn, float]:
+    """What happened, by which measure, and when it began [s]."""
+    goal, seed, like = Withdrawn(), case["seed"], case["scenario"] == "like"
+    scenario = SCENARIOS["clean" if like else case["scenario"]]
+    if scenario.inserts:
+        ready = Trial(hot_stab.taught(), scenario.conditions, seed)
+        inserted, began_s = ready.run(), ready.arm.time_s
+        if inserted.cause:
+            inserted.cause = f"not inserted: {inserted.kind_of_failure}"
+            return inserted, goal, began_s
+        ready.go_on(taught(), goal)
+        return ready.run(), goal, began_s
+    random = np.random.default_rng(case["like"] if like else [seed, 1])
+    placement = Placement.seated(random, ACCEPTANCE, Dimensions())
+    return Trial(taught(), scenario.conditions, seed, placement, goal=goal).run(), goal, 0.0
+
+
+def summarise(results: list[Case]) -> tuple[Case, str]:
+    """One row for each scenario, and the error to the demonstrations."""
+    summary: Case = {}
+    rows = []
+    for name, scenario in SCENARIOS.items():
+        part = [r for r in results if r["scenario"] == name]
+        summary[name] = _summary_of(part, scenario.required)
+        rows.append(_row_of(name, part, summary[name]))
+    like = [r for r in results if "dtw_rms_m" in r]
+    for key in ("dtw_rms_m", "time_rms_m"):
+        summary[key] = float(np.mean([r[key] for r in like])) if like else None
+    summary["n_components"] = int((~taught().terminal).sum())
+    for key in ("success_rate", "success_interval"):
+        summary[key] = summary["typical"][key]
+    causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in SCENARIOS]
+    parts = ["# Hot-unstab", "", _TEXT, "", table(_HEADER, rows), "", _likeness(summary), ""]
+    return summary, "\n".join([*parts, "Causes of failure:", *causes])
+
+
+_TEXT = (__doc__ or "").split("\n", 1)[1].strip()
+
+
+def _summary_of(part: list[Case], required: float) -> Case:
+    success = [r["success"] for r in part]
+    peak, dragged, away, out, reached = (
+        np.array([r[key] for r in part]) for key in ("peak_n", "dragged_m", "away_m", "out_s", "reached_s")
+    )
+    return {
+        "success_rate": float(np.mean(success)),
+        "success_interval": wilson_interval(sum(success), len(success)),
+        "required": required,
+        "peak_median_n": float(np.median(peak)),
+        "peak_p95_n": float(np.quantile(peak, 0.95)),
+        "peak_max_n": float(peak.max()),
+        "dragged_median_m": float(np.median(dragged)),
+        "dragged_max_m": float(dragged.max()),
+        "away_median_m": float(np.median(away)),
+        "away_p95_m": float(np.quantile(away, 0.95)),
+        "out_median_s": _median_of_known(out),
+        "reached_median_s": _median_of_known(reached),
+        "causes": dict(Counter(r["cause"] for r in part if r["cause"])),
+        "failed_seeds": [r["seed"] for r in part if not r["success"]],
+    }
+
+
+def _median_of_known(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else math.nan
+
+
+def _row_of(name: str, part: list[Case], summary: Case) -> tuple[str, ...]:
+    return (
+        name,
+        rate([r["success"] for r in part]),
+        f"{100 * summary['required']:g} %" if summary["required"] else "",
+        f"{summary['peak_median_n']:.0f} / {summary['peak_p95_n']:.0f} / {summary['peak_max_n']:.0f}",
+        f"{summary['dragged_median_m'] * 1e3:.1f} / {summary['dragged_max_m'] * 1e3:.1f}",
+        f"{summary['away_median_m'] * 1e3:.1f} / {summary['away_p95_m'] * 1e3:.1f}",
+        f"{summary['out_median_s']:.1f}",
+        f"{summary['reached_median_s']:.1f}",
+    )
+
+
+def _likeness(summary: Case) -> str:
+    if summary["dtw_rms_m"] is None:
+        return "No execution from a demonstration's own beginning was a success."
+    return (
+        f"Components: {summary['n_components']}. From the demonstrations' own beginnings, clean, with contact: "
+        f"{100 * summary['dtw_rms_m']:.2f} cm to them along dynamic time warping, "
+        f"{100 * summary['time_rms_m']:.2f} cm at equal fractions of the time."
+    )
+
+
+def draw(results: list[Case], out_dir: Path) -> list[str]:
+    """The pictures of `hot-stab`: demonstrations in the world and in the frame of the receptacle, model, executions."""
+    part = [r for r in results if r["scenario"] == "typical"][:12]
+    runs = [(np.stack(_run(case)[0].local), case["success"]) for case in part]
+    figure: Figure = draw_motions(shown(), taught(), runs)
+    figure.savefig(out_dir / "hot-unstab.png", dpi=130)
+    return ["hot-unstab.png"]
