@@ -46,15 +46,22 @@ class Seated:
 
     def reached(self, local: Array, force_n: float, simulation: Simulation) -> bool:
         """See `Goal.reached`."""
-        return DEPTH_M[0] <= local[2] <= DEPTH_M[1] and math.hypot(local[0], local[1]) < LATERAL_M
+        deep = DEPTH_M[0] <= float(local[2]) <= DEPTH_M[1]
+        return deep and math.hypot(local[0], local[1]) < LATERAL_M
 
 
 class Withdrawn:
-    """The plug is out: at rest at the stand-off, and touches nothing."""
+    """The plug is out: at rest at the stand-off, and touches nothing.
+
+    Args:
+        away_m: How far from the stand-off it may be [m].
+        at_rest_m_s: How fast it may move relative to the receptacle [m/s].
+    """
 
     enters = False
 
-    def __init__(self) -> None:
+    def __init__(self, away_m: float = AWAY_M, at_rest_m_s: float = AT_REST_M_S):
+        self._away_m, self._at_rest_m_s = away_m, at_rest_m_s
         self.dragged_m = 0.0
         """How far the receptacle was pulled from its rest at most [m]."""
         self.out_s = math.nan
@@ -69,4 +76,5 @@ class Withdrawn:
             self.out_s = simulation.time_s
         speed_m_s = float(np.linalg.norm(local[:3] - self._way[0])) / REST_S
         away_m = math.hypot(local[0], local[1], local[2] + STANDOFF_M)
-        return away_m <= AWAY_M and speed_m_s <= AT_REST_M_S and force_n <= TOUCHED_N
+        near, at_rest = away_m <= self._away_m, speed_m_s <= self._at_rest_m_s
+        return near and at_rest and force_n <= TOUCHED_N

@@ -99,7 +99,11 @@ class WayOut:
     def at(self, time_s: float) -> tuple[Array, Rotation, float]:
         """See `Way.at`."""
         part = _minimum_jerk((time_s - self._pause_s) / self._withdraw_s)
-        return self._start + part * (self._end - self._start), self._turn(part), min(5.0 * part, 5.0 * (1.0 - part), 1.0)
+        return (
+            self._start + part * (self._end - self._start),
+            self._turn(part),
+            min(5.0 * part, 5.0 * (1.0 - part), 1.0),
+        )
 
 
 def _aligning(start: Array) -> Slerp:

@@ -75,6 +75,8 @@ class Placement(NamedTuple):
             pass
         aside, tilt = random.uniform(-_ASIDE_M, _ASIDE_M, 2), random.uniform(-_TILT_RAD, _TILT_RAD, 2)
         depth_m = dimensions.receptacle.depth_m - random.uniform(*_OFF_BOTTOM_M)
-        seat = POSE.exp(np.array([*aside, depth_m, 1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, *tilt, 0.0]))
+        seat = POSE.exp(
+            np.array([*aside, depth_m, 1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, *tilt, 0.0])
+        )
         way_in.reach(compose(receptacle, seat))
         return cls(receptacle, way_in.kinematics.joints_rad)

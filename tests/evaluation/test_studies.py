@@ -24,6 +24,10 @@ FINDS = {
     "few-shot": lambda found: found["1, ours"]["success_rate"] == 1.0,
     "frame-age": lambda found: found["0 s"]["median_error_m"] < 0.003 < found["0.6 s"]["median_error_m"],
     "hot-stab": lambda found: found["clean"]["success_rate"] == 1.0 and found["dtw_rms_m"] < 0.012,
+    "hot-unstab": lambda found: (
+        found["clean"]["success_rate"] == found["typical"]["success_rate"] == 1.0
+        and found["typical"]["peak_max_n"] < 100.0
+    ),
     "hot-stab-point": lambda found: found["dtw_rms_m"] < 0.008,
     "lambda": lambda found: found["0.02 m, ramp"]["n_components"] > found["0.2 m, ramp"]["n_components"],
     "moving-target": lambda found: found["ours"]["median_end_m"] < 0.003,

@@ -5,13 +5,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from local_site.scripted_hand import ScriptedHand
+from local_site.scripted_ways import WayIn, WayOut
 
 DEPTH_M = 0.085
 START = np.array([0.05, -0.1, -0.25, *Rotation.from_rotvec([0.2, -0.3, 0.1]).as_quat(scalar_first=True)])
 
 
 def motion(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    hand = ScriptedHand(START, DEPTH_M, np.random.default_rng(seed))
+    random = np.random.default_rng(seed)
+    hand = ScriptedHand(WayIn(START, DEPTH_M, random), random)
     time_s = np.arange(0.0, hand.duration_s, 0.01)
     return time_s, np.array([hand.target(t) for t in time_s])
 
@@ -51,3 +53,13 @@ def test_hands_differ_and_one_seed_is_one_hand():
     a, b = motion(3)[1], motion(4)[1]
     n = min(len(a), len(b))
     assert np.linalg.norm(a[:n, :3] - b[:n, :3], axis=1).max() > 0.01
+
+
+def test_a_hand_that_takes_the_plug_out_drifts_little_in_the_bore_and_comes_to_rest():
+    random = np.random.default_rng(6)
+    seated = np.array([0.0, 0.0, 0.084, 1.0, 0.0, 0.0, 0.0])
+    hand = ScriptedHand(WayOut(seated, random), random)
+    target = np.array([hand.target(t) for t in np.arange(0.0, hand.duration_s, 0.01)])
+    np.testing.assert_allclose(target[0], seated, atol=1e-12)
+    assert np.hypot(*target[target[:, 2] > 0.0, :2].T).max() < 0.004
+    assert np.linalg.norm(target[-1, :3] - target[-50, :3]) < 1e-6

@@ -139,6 +139,23 @@ def test_what_is_inserted_comes_out_again():
     assert out.forces_n[-1] < 2.0
 
 
+def test_a_plug_that_is_to_come_out_is_not_pressed_in():
+    plant = Insertion(arm()).run(9.0).plant
+    seen = SeenReceptacle(
+        moved(plant.simulation.mouth, np.array([0.008, 0.0, 0.0, 0.0, 0.0, 0.0])), np.zeros(6)
+    )
+    depths_m, forces_n = [plant.simulation.insertion.depth_m], []
+    for depth in np.linspace(0.083, -0.05, 400):
+        plant.see(seen, presses=False)
+        pose = compose(seen.pose, np.array([0.0, 0.0, depth, 1.0, 0.0, 0.0, 0.0]))
+        plant.follow(pose, 0.15, TICK_S)
+        depths_m.append(plant.simulation.insertion.depth_m)
+        forces_n.append(np.linalg.norm(plant.servo.wrist.force))
+    assert np.abs(np.diff(depths_m)).max() < 1e-3  # no jump when the pressing ends
+    assert max(forces_n) < 30.0
+    assert depths_m[-1] < -0.03
+
+
 def test_a_plug_far_beside_the_mouth_stays_outside_and_presses_no_harder_than_it_may():
     run = Insertion(arm(), (0.0, 0.03, 0.0, 0.0, 0.0, 0.0)).run(9.0)
     assert run.plant.simulation.insertion.depth_m < 0.04

@@ -11,6 +11,8 @@ from common.disturbances import DisturbanceSettings, Sway
 from common.robot.dimensions import Dimensions
 from common.robot.placement import WIDE, Placement
 from common.robot.receptacle import FACING_QUAT
+from evaluation import hot_unstab
+from evaluation.arm_goals import Withdrawn
 from evaluation.arm_trial import Conditions, Trial
 from evaluation.hot_stab import taught
 from remote_site.marker_tracker import TYPICAL
@@ -21,6 +23,16 @@ def test_a_learned_insertion_succeeds_with_typical_noise_and_holds_gently():
     assert record.success
     assert record.local[-1][2] > 0.080
     assert record.peak_n < 200.0 and record.hold_n < 40.0
+
+
+def test_what_it_inserted_comes_out_again_as_learned_without_being_pressed_further_in():
+    goal, trial = Withdrawn(), Trial(taught(), Conditions(noise=TYPICAL), 7)
+    assert trial.run().success
+    trial.go_on(hot_unstab.taught(), goal)
+    record = trial.run()
+    assert record.success
+    assert record.local[-1][2] < -0.105 and goal.dragged_m < 0.005
+    assert record.peak_n < 100.0
 
 
 def test_one_seed_gives_the_same_bits():

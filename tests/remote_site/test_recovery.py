@@ -126,3 +126,25 @@ def test_the_correction_moves_the_frame_that_the_controller_sees_and_no_other():
     corrected = trial.recovery.corrected([SEEN, other])
     assert corrected[1] is other
     np.testing.assert_allclose(SEEN.to_local(corrected[0].b), [0.005, 0.0, 0.0], atol=1e-9)
+
+
+def test_a_plug_that_is_to_come_out_says_where_the_bore_is_and_never_goes_back():
+    trial = Trial(Recovery(enters=False))
+    trial.local[:3], trial.force_n = (0.004, -0.002, 0.08), np.array([0.0, 0.0, 40.0])
+    trial.recovery.begin(SEEN.to_world(trial.local), SEEN)
+    corrected = trial.recovery.corrected([SEEN])[0]
+    np.testing.assert_allclose(SEEN.to_local(corrected.b), [0.0028, -0.0014, 0.0], atol=1e-9)
+    trial.run(3.0)
+    assert not trial.goals and trial.recovery.jams == 0
+    np.testing.assert_array_equal(trial.recovery.corrected([SEEN])[0].b, corrected.b)
+
+
+@pytest.mark.parametrize(
+    ("tip_m", "enters"),
+    [((0.0, 0.0, -0.05), False), ((0.05, 0.0, 0.05), False), ((0.004, 0.0, 0.08), True)],
+    ids=["before the mouth", "beside the receptacle", "to go further in"],
+)
+def test_another_plug_says_nothing_of_it(tip_m: tuple[float, ...], enters: bool):
+    recovery = Recovery(enters=enters)
+    recovery.begin(SEEN.to_world(np.array([*tip_m, *ALIGNED])), SEEN)
+    np.testing.assert_array_equal(recovery.corrected([SEEN])[0].b, SEEN.b)

@@ -5,6 +5,8 @@ import pytest
 
 from common.robot.dimensions import Dimensions
 from common.robot.placement import ACCEPTANCE, WIDE, Box, Placement
+from common.robot.simulation import Simulation
+from common.robot.surroundings import Surroundings
 from common.task_frame import TaskFrame
 
 
@@ -27,3 +29,19 @@ def test_one_seed_is_one_placement():
     np.testing.assert_array_equal(one.receptacle, same.receptacle)
     np.testing.assert_array_equal(one.joints_rad, same.joints_rad)
     assert np.abs(one.joints_rad - dimensions.home_rad).max() < 0.6
+
+
+def test_a_seated_plug_is_in_its_bore_and_touches_nothing():
+    dimensions = Dimensions()
+    simulation = Simulation(dimensions)
+    for seed in range(3):
+        receptacle, joints_rad = Placement.seated(np.random.default_rng(seed), ACCEPTANCE, dimensions)
+        around = Surroundings.still(dimensions).with_receptacle(receptacle)
+        simulation.reset(joints_rad, around)
+        at_first = simulation.insertion
+        assert 0.0825 <= at_first.depth_m <= 0.085 and at_first.lateral_m < 0.0005
+        weight = simulation.wrench
+        for _ in range(40):
+            simulation.step(np.zeros(6), around)
+        np.testing.assert_allclose(simulation.wrench, weight, atol=0.1)
+        assert simulation.deflection_m < 1e-5

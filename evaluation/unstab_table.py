@@ -1,0 +1,69 @@
+"""What the trials of one scenario of `hot-unstab` come to: numbers, and a row of a table."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.statistics import wilson_interval
+from evaluation.study import Case
+from evaluation.tables import rate
+
+Array = NDArray[np.float64]
+
+HEADER = (
+    "",
+    "success",
+    "required",
+    "peak force, median / 95 % / most [N]",
+    "receptacle dragged, median / most [mm]",
+    "from the stand-off, median / 95 % [mm]",
+    "out of the mouth after [s]",
+    "at the stand-off after [s]",
+)
+
+
+def summary_of(part: list[Case], required: float) -> Case:
+    """What the trials of one scenario come to, and what rate of success is wanted."""
+    success = [r["success"] for r in part]
+    peak, dragged, away, out, reached = (
+        np.array([r[key] for r in part]) for key in ("peak_n", "dragged_m", "away_m", "out_s", "reached_s")
+    )
+    return {
+        "success_rate": float(np.mean(success)),
+        "success_interval": wilson_interval(sum(success), len(success)),
+        "required": required,
+        "peak_median_n": float(np.median(peak)),
+        "peak_p95_n": float(np.quantile(peak, 0.95)),
+        "peak_max_n": float(peak.max()),
+        "dragged_median_m": float(np.median(dragged)),
+        "dragged_max_m": float(dragged.max()),
+        "away_median_m": float(np.median(away)),
+        "away_p95_m": float(np.quantile(away, 0.95)),
+        "out_median_s": _median_of_known(out),
+        "reached_median_s": _median_of_known(reached),
+        "causes": dict(Counter(r["cause"] for r in part if r["cause"])),
+        "failed_seeds": [r["seed"] for r in part if not r["success"]],
+    }
+
+
+def _median_of_known(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else math.nan
+
+
+def row_of(name: str, part: list[Case], summary: Case) -> tuple[str, ...]:
+    """The row under `HEADER`."""
+    return (
+        name,
+        rate([r["success"] for r in part]),
+        f"{100 * summary['required']:g} %" if summary["required"] else "",
+        f"{summary['peak_median_n']:.0f} / {summary['peak_p95_n']:.0f} / {summary['peak_max_n']:.0f}",
+        f"{summary['dragged_median_m'] * 1e3:.1f} / {summary['dragged_max_m'] * 1e3:.1f}",
+        f"{summary['away_median_m'] * 1e3:.1f} / {summary['away_p95_m'] * 1e3:.1f}",
+        f"{summary['out_median_s']:.1f}",
+        f"{summary['reached_median_s']:.1f}",
+    )
