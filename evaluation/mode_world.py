@@ -30,6 +30,7 @@ from common.messages import (
 )
 from evaluation.mode_surroundings import CONFIG, DT_S, START_M, TASK, FeelingPlant, Sight, Source, good_model
 from remote_site.planner import PlanRequest
+from remote_site.point_embodiment import PointEmbodiment
 from remote_site.supervisor import Supervisor
 
 ROUND_TRIP_S = 0.1
@@ -80,7 +81,7 @@ class World:
         self.said: list[Message] = []
         self.plan_request: PlanRequest | None = None
         self.robot = Supervisor(
-            TASK, CONFIG, self.plant, self.sight, self.clock, self._hear, self._take_plan, _forget
+            TASK, CONFIG, PointEmbodiment(TASK, self.plant, self.sight, 1.0 / DT_S), self.clock, self._hear, self._take_plan, _forget
         )  # fmt: skip
 
     def restart(self) -> None:
