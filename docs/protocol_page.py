@@ -102,7 +102,9 @@ def _message(kind: type[msgspec.Struct], words: str = "") -> str:
         default = "" if required else f", {_text(field.default)} if absent"
         rows.append([f"`{field.name}`{alias}", _type(kind, field.name) + default, _unit(kind, field.name),
                      meaning(kind, field.name)])  # fmt: skip
-    return f"### {kind.__name__}\n{inspect.getdoc(kind)}{words}\n\n" + _table(["field", "type", "unit", ""], rows)
+    return f"### {kind.__name__}\n{inspect.getdoc(kind)}{words}\n\n" + _table(
+        ["field", "type", "unit", ""], rows
+    )
 
 
 def _text(default: object) -> str:
