@@ -80,8 +80,9 @@ class World:
         self.clock = BootClock(f"boot {self.n_boots}", self.source)
         self.said: list[Message] = []
         self.plan_request: PlanRequest | None = None
+        embodiment = PointEmbodiment(TASK, self.plant, self.sight, 1.0 / DT_S)
         self.robot = Supervisor(
-            TASK, CONFIG, PointEmbodiment(TASK, self.plant, self.sight, 1.0 / DT_S), self.clock, self._hear, self._take_plan, _forget
+            TASK, CONFIG, embodiment, self.clock, self._hear, self._take_plan, _forget
         )  # fmt: skip
 
     def restart(self) -> None:
