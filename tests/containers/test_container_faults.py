@@ -9,7 +9,7 @@ import pytest
 from local_site.operators_place import RealTime
 from tests.containers.engine import BUILD_S, RUN_S, Engine
 
-pytestmark = [pytest.mark.containers, pytest.mark.timeout(BUILD_S + 3 * RUN_S)]
+pytestmark = [pytest.mark.containers, pytest.mark.soak, pytest.mark.timeout(BUILD_S + 3 * RUN_S)]
 
 _FAULT_S = 5.0
 _EXECUTING = "the robot is in AUTONOMOUS"
@@ -43,7 +43,7 @@ _ALL = [(fault, service) for fault in (pause, kill, disconnect) for service in (
 
 @pytest.mark.parametrize(
     ("fault", "service"),
-    [pytest.param(*each, marks=[] if each == (disconnect, "link") else pytest.mark.soak) for each in _ALL],
+    _ALL,
     ids=[f"{fault.__name__} {service}" for fault, service in _ALL],
 )
 def test_after_a_fault_of_a_container_the_job_can_be_done(engine: Engine, fault, service: str) -> None:
