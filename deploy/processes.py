@@ -8,7 +8,7 @@ import math
 import signal
 import sys
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import msgspec
 
@@ -17,7 +17,11 @@ from common.errors import FarhandError, InvalidConfiguration
 from common.task import load_toml
 from deploy.child import follow_parent, say_ready
 from deploy.end_signals import END_SIGNALS, on_end_signal
-from deploy.places import check_writable, data_folder, find_point_task, find_task
+from deploy.places import check_writable, data_folder, find_point_task, find_task, sample_files
+
+if TYPE_CHECKING:
+    from local_site.config import LocalConfig
+    from local_site.site import LocalSite
 
 S = TypeVar("S", bound=msgspec.Struct)
 
@@ -58,7 +62,7 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
 
     follow_parent()
     config = configured(RemoteConfig, config_file, **overrides)
-    site = RemoteSite(config, find_task(config.task), data_folder(config.data_dir))
+    site = RemoteSite(config, find_point_task(config.task), data_folder(config.data_dir))
     on_end_signal(site.stop)
     site.run(say_ready)
     return 0
@@ -67,11 +71,10 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
 def run_local(config_file: Path | None, **overrides: object) -> int:
     """Serve one operator until SIGTERM or Ctrl-C."""
     from local_site.config import LocalConfig
-    from local_site.site import LocalSite
 
     follow_parent()
     config = configured(LocalConfig, config_file, **overrides)
-    site = LocalSite(config, find_point_task(config.task), data_folder(config.data_dir))
+    site = _local_site(config)
     on_end_signal(site.stop)
     site.run(say_ready)
     return 0
@@ -84,14 +87,13 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
         0 only when the task succeeded.
     """
     from local_site.config import LocalConfig
-    from local_site.site import LocalSite
 
     follow_parent()
     planned = parse_outage(outage)
     if json_file is not None:
         check_writable("json", json_file)
     config = configured(LocalConfig, config_file, **overrides)
-    site = LocalSite(config, find_point_task(config.task), data_folder(config.data_dir))
+    site = _local_site(config)
     for number in END_SIGNALS:
         signal.signal(number, _interrupt)
     result = site.run_script(planned, say_ready)
@@ -100,6 +102,13 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
     if json_file is not None:
         json_file.write_text(json.dumps(result, indent=2) + "\n")
     return 0 if result["success"] else 1
+
+
+def _local_site(config: LocalConfig) -> LocalSite:
+    from local_site.site import LocalSite
+
+    task = find_task(config.task)
+    return LocalSite(config, task, data_folder(config.data_dir), sample_files(task.name))
 
 
 def run_link_process(listen: str, target: str, control: str, profile: str, seed: int) -> int:

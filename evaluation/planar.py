@@ -26,8 +26,9 @@ from evaluation.motion_metrics import rms
 from evaluation.statistics import wilson_interval
 from evaluation.study import Case, reporting_seeds
 from evaluation.tables import quantiles, rate, table
+from local_site.demonstration import Demonstration
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from local_site.samples import Stroke, sample_strokes
+from local_site.samples import sample_strokes
 from remote_site.perception import OscillatingTarget, SimulatedPerception
 
 Array = NDArray[np.float64]
@@ -146,7 +147,7 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     return ["planar-fig2.png", "planar-fig3.png"]
 
 
-def _draw_stroke(axes: Axes, stroke: Stroke, number: int) -> None:
+def _draw_stroke(axes: Axes, stroke: Demonstration, number: int) -> None:
     axes.plot(
         *stroke.position_m.T, color="0.3", linewidth=1.2, label="demonstrations" if number == 0 else None
     )

@@ -11,38 +11,36 @@ import threading
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from common import keys
 from common.budget import limit_flows
-from common.codec import decode
 from common.control_mode import Action
-from common.errors import FarhandError, InvalidMessage
+from common.errors import FarhandError
 from common.event_log import EventLog
-from common.keys import Channel
 from common.link import Link
 from common.link_monitor import LinkMonitor
-from common.log import loop_logger
 from common.messages import (
     Event,
     ExecutionReport,
-    Message,
     PlannedPath,
     ReportRequest,
     StopAck,
     Telemetry,
     Wish,
 )
-from common.task import PointTask
+from common.task import AnyTask
 from local_site import intents
 from local_site.command_check import check
 from local_site.commanding import Commanding
 from local_site.event_follower import EventFollower
 from local_site.inquiries import Inquiries
+from local_site.listening import listen
 from local_site.model_sender import ModelSender
 from local_site.notices import Notice, Notices
+from local_site.own_place import OwnPlace, own_place
 from local_site.owner import Owner
 from local_site.parts import Parts
 from local_site.picture import Picture
@@ -53,7 +51,7 @@ from local_site.taught import NotNow
 from local_site.teaching import Teaching
 from local_site.teleoperation import Teleoperation
 
-_log = loop_logger(__name__)
+Array = NDArray[np.float64]
 
 PERIOD_S = 0.05
 """Time from one tick to the next [s]."""
@@ -71,11 +69,12 @@ class Console:
         wish: Whether this site takes control when it can, or watches.
         now_s: The clock of this site [s].
         rate_bps: What the link carries [bit/s]; 0 for more than enough.
+        place: What the operator's hand moves; None makes the one that the task needs.
     """
 
     def __init__(
         self,
-        task: PointTask,
+        task: AnyTask,
         library: TaskLibrary,
         link: Link,
         site_name: str,
@@ -83,6 +82,7 @@ class Console:
         wish: Wish = Wish.CONTROL,
         now_s: Callable[[], float] = time.monotonic,
         rate_bps: float = 0.0,
+        place: OwnPlace | None = None,
     ):
         self._task, self._library, self._link, self._now_s = task, library, link, now_s
         self.owner = Owner("console", PERIOD_S, self._tick, self._redraw, now_s)
@@ -93,13 +93,14 @@ class Console:
         self._models = ModelSender(self._inquiries, task.name, self._notices.add, now_s, rate_bps)
         self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(monitor, self._events, self._on_restart)
-        self._teaching = Teaching(task, library, self._models, self._tell)
+        self._place = place or own_place(task)
+        self._teaching = Teaching(library, self._place, self._models, self._tell)
         self._stop = StopSender(link, site_name)
         self._teleoperation = Teleoperation(link)
         limit_flows(link, rate_bps)
         self._parts = Parts(
-            task, library, self._teaching, self._models, self._commanding, self._stop, self._reports, monitor,
-            self._notices,
+            task, library, self._place, self._teaching, self._models, self._commanding, self._stop, self._reports,
+            monitor, self._notices,
         )  # fmt: skip
         self._changed = threading.Condition()
         self.picture = self._parts.draw(now_s())
@@ -113,13 +114,16 @@ class Console:
 
     def listen(self) -> None:
         """Listen to the robot. Without `start`, in virtual time, its caller drives the owner."""
-        self._listen(keys.TELEMETRY, Telemetry, self._on_telemetry)
-        self._listen(keys.EVENT, Event, self._events.received)
-        self._listen(keys.PATH, PlannedPath, self._on_path)
-        self._listen(keys.STOP_ACK, StopAck, self._stop.acknowledged)
+        hear = partial(listen, self._link, self.owner.put)
+        hear(keys.TELEMETRY, Telemetry, self._on_telemetry)
+        hear(keys.EVENT, Event, self._events.received)
+        hear(keys.PATH, PlannedPath, self._on_path)
+        hear(keys.STOP_ACK, StopAck, self._stop.acknowledged)
+        self._place.start(self.owner.put, self._on_moved)
 
     def close(self) -> None:
         """End the console; what was not sent is not sent."""
+        self._place.close()
         self.owner.close()
         self._inquiries.close()
 
@@ -154,17 +158,6 @@ class Console:
         """Wait until a picture has a property. False when it did not in time."""
         with self._changed:
             return self._changed.wait_for(lambda: holds(self.picture), timeout_s)
-
-    def _listen(self, channel: Channel, kind: type[Message], handle: Callable[[Any], None]) -> None:
-        def deliver(data: bytes) -> None:
-            try:
-                message = decode(data, kind)
-            except InvalidMessage as error:
-                _log.warning("dropped: %s", error)
-            else:
-                self.owner.put(partial(handle, message))
-
-        self._link.subscribe(channel, deliver)
 
     # The owner ----------------------------------------------------------------------------------
 
@@ -215,13 +208,17 @@ class Console:
         self._commanding.command(action, robot, now_s, self._task.name, sha256, plan_id, intent.pace)
 
     def _hand(self, intent: intents.Hand) -> None:
-        """The hand teaches, or drives the robot while coupled, or does nothing."""
-        robot = self._reports.robot
+        """The hand drives the robot while coupled, else it moves what is at the operator's own place."""
+        robot, lease_id = self._reports.robot, self._commanding.lease_id
+        if robot is not None and robot.coupling_id and lease_id and not self._library.recording:
+            self._teleoperation.hand(intent.point, intent.released, robot, lease_id)
+        else:
+            self._place.hand(intent.point, intent.time_s, intent.released)
+
+    def _on_moved(self, points: Array, times_s: Array) -> None:
         if self._library.recording:
-            self._library.hand(np.array(intent.position_m), intent.time_s)
-        elif robot is not None and robot.coupling_id and self._commanding.lease_id:
-            lease_id = self._commanding.lease_id
-            self._teleoperation.hand(intent.position_m, intent.released, robot, lease_id)
+            for point, time_s in zip(points, times_s, strict=True):
+                self._library.hand(point, float(time_s))
 
     # Reports of the robot -----------------------------------------------------------------------
 

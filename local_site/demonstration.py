@@ -7,8 +7,7 @@ A file has the arrays ``schema`` (int), ``time_s`` (T,), ``position_m`` (T, 2|3)
 
 from __future__ import annotations
 
-import zipfile
-import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
@@ -20,6 +19,7 @@ from common.errors import InvalidDemonstration, InvalidInput
 from common.manifold import Manifold
 from common.task_frame import TaskFrame
 from common.whole_file import write_whole
+from local_site.plain_arrays import plain_arrays
 
 Array = NDArray[np.float64]
 
@@ -146,6 +146,31 @@ class Demonstration:
             quat_wxyz=None if self.quat_wxyz is None else self.quat_wxyz[keep],
         )
 
+    @classmethod
+    def within(
+        cls, frames: Sequence[TaskFrame], names: Sequence[str], time_s: ArrayLike, points: Array
+    ) -> Demonstration:
+        """A motion within task frames that stand still.
+
+        Args:
+            frames: Length P.
+            names: Of the frames. Length P.
+            time_s: Increasing times. Shape (T,) [s].
+            points: Positions (T, D) [m], or poses (T, 7).
+
+        Raises:
+            InvalidDemonstration: Naming the field at fault.
+        """
+        D = frames[0].n_dims
+        return cls(
+            time_s=np.asarray(time_s, dtype=float),
+            position_m=points[:, :D],
+            quat_wxyz=points[:, D:] if points.shape[1] > D else None,
+            frame_origin_m=np.stack([frame.b for frame in frames]),
+            frame_rotation=np.stack([frame.A for frame in frames]),
+            frame_names=tuple(names),
+        )
+
     def save(self, path: Path | str) -> None:
         """Write the file, whole or not at all."""
         write_whole(path, self.encode())
@@ -179,27 +204,6 @@ class Demonstration:
             return cls(**_fields(plain_arrays(path)))
         except InvalidInput as error:
             raise InvalidDemonstration(str(path), error.field, error.expected) from None
-
-
-def plain_arrays(path: Path | str) -> dict[str, NDArray]:
-    """All arrays of a `.npz` file, without unpickling anything.
-
-    Raises:
-        InvalidDemonstration: Naming the file, when it cannot be read or is of another kind.
-    """
-    try:
-        with Path(path).open("rb") as file:  # numpy leaves a file open that it does not understand
-            archive = np.load(file, allow_pickle=False)
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise ValueError("not an archive")
-            with archive:
-                return {name: archive[name] for name in archive.files}
-    except OSError as error:
-        raise InvalidDemonstration(
-            str(path), "", f"a readable .npz file ({error.strerror or error})"
-        ) from error
-    except (ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
-        raise InvalidDemonstration(str(path), "", "a whole .npz file of plain arrays") from error
 
 
 def _fields(arrays: dict[str, NDArray]) -> dict:

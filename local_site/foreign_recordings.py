@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidDemonstration
-from local_site.demonstration import Demonstration, plain_arrays
+from local_site.demonstration import Demonstration
+from local_site.plain_arrays import plain_arrays
 
 Array = NDArray[np.float64]
 

@@ -104,17 +104,29 @@ class SendModel:
 
 @dataclass(frozen=True)
 class Hand:
-    """The operator's hand moved.
+    """The operator's hand moved: it draws, or leads the operator's arm; while coupled it drives the robot.
 
     Args:
-        position_m: On the operator's board. Length D [m].
+        point: Where it is, in the task's space: a position on the board [m], or a pose from the arm's base.
+            Length C.
         time_s: Of the motion, not of its arrival [s].
         released: It let go.
     """
 
-    position_m: tuple[float, ...]
+    point: tuple[float, ...]
     time_s: float
     released: bool = False
+
+
+@dataclass(frozen=True)
+class Renew:
+    """Put the operator's arm back to ready, and its receptacle elsewhere.
+
+    Args:
+        seed: Of where both are then; None: the next one.
+    """
+
+    seed: int | None = None
 
 
 @dataclass(frozen=True)
@@ -128,5 +140,5 @@ class MoveTarget:
     position_m: tuple[float, ...]
 
 
-Teach = Record | End | Undo | LoadSamples | Recover | GoTo | StartAnew | Delete | SendModel | AutoSend
+Teach = Record | End | Undo | LoadSamples | Recover | GoTo | StartAnew | Delete | SendModel | AutoSend | Renew
 Intent = Command | Control | Hand | MoveTarget | Teach

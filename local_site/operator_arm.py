@@ -37,18 +37,34 @@ class OperatorArm:
     """
 
     def __init__(self, placement: Placement, dimensions: Dimensions | None = None, presses: bool = True):
+        self._simulation, self._presses = Simulation(dimensions), presses
+        self.put(placement)
+
+    def put(self, placement: Placement) -> None:
+        """Put both somewhere, at rest."""
         receptacle, joints_rad = placement
-        self._simulation = Simulation(dimensions)
         self._around = Surroundings.still(self._simulation.dimensions).with_receptacle(receptacle)
         self._simulation.reset(joints_rad, self._around)
         self._servo = Servo(self._simulation.dimensions, ServoSettings(), self._simulation.joints_rad)
-        self._servo.see(SeenReceptacle(receptacle, np.zeros(6)), presses)
-        self.frame = TaskFrame.at(receptacle)
+        self._servo.see(SeenReceptacle(receptacle, np.zeros(6)), self._presses)
+        self.receptacle, self.frame = receptacle, TaskFrame.at(receptacle)
 
     def follow(self, pose: Array) -> None:
         """Follow the hand for one control period. A pose from the arm's base. Shape (7,)."""
-        self._simulation.step(self._servo.follow(pose, _SPEED_M_S, TICK_S), self._around)
+        self._step(self._servo.follow(pose, _SPEED_M_S, TICK_S))
+
+    def brake(self) -> None:
+        """Come to rest and stay there, for one control period."""
+        self._step(self._servo.brake(TICK_S))
+
+    def _step(self, joint_velocities: Array) -> None:
+        self._simulation.step(joint_velocities, self._around)
         self._servo.measure(self._simulation.joints_rad, self._simulation.wrench)
+
+    @property
+    def joints_rad(self) -> Array:
+        """Angles of the arm. Shape (6,) [rad]."""
+        return self._simulation.joints_rad
 
     @property
     def tip(self) -> Array:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from common.link_monitor import LinkMonitor
-from common.task import PointTask
+from common.task import AnyTask
 from local_site.commanding import Commanding
 from local_site.model_sender import ModelSender
 from local_site.notices import Notices
+from local_site.own_place import OwnPlace
 from local_site.picture import Picture
 from local_site.reports import Reports
 from local_site.stop_sender import StopSender
@@ -25,6 +24,7 @@ class Parts:
     Args:
         task: What is taught and done.
         library: Demonstrations and models.
+        place: What the operator's hand moves.
         teaching: Recording, undoing, sending by itself.
         models: What the robot has confirmed.
         commanding: The control of the robot, and what was asked of it.
@@ -34,8 +34,9 @@ class Parts:
         notices: What the operator should read.
     """
 
-    task: PointTask
+    task: AnyTask
     library: TaskLibrary
+    place: OwnPlace
     teaching: Teaching
     models: ModelSender
     commanding: Commanding
@@ -47,7 +48,6 @@ class Parts:
     def draw(self, now_s: float) -> Picture:
         """All that is known now."""
         library, commanding, reports = self.library, self.commanding, self.reports
-        current = (np.array(library.current),) if library.recording and library.current else ()
         return Picture(
             now_s=now_s,
             robot=reports.robot,
@@ -59,7 +59,7 @@ class Parts:
             pending=dict(commanding.pending),
             notices=self.notices.newest(),
             recording=library.recording,
-            n_demonstrations=len(library.strokes),
+            n_demonstrations=len(library.demonstrations),
             can_undo=library.can_undo,
             can_recover=self.teaching.left_over is not None,
             learned=library.learned,
@@ -69,7 +69,10 @@ class Parts:
             auto_send=self.teaching.auto_send,
             revisions=library.revisions,
             revision=library.revision,
-            strokes=(*library.strokes, *current),
+            strokes=library.strokes,
+            stroke_frames=library.stroke_frames,
+            own_frames=tuple(self.place.frames),
+            own_arm=self.place.view,
             path=reports.path,
             path_received_s=reports.path_received_s,
             can_retract=self.task.retract_m is not None,

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from common.control_mode import Action, ControlMode, Phase
 from common.link_monitor import LinkView
 from common.messages import PlannedPath, Telemetry, Wish
+from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
+from local_site.arm_view import ArmView
 from local_site.notices import Notice
 from local_site.revisions import Revision
 from local_site.stop_sender import StopStatus
@@ -59,7 +61,11 @@ class Picture:
         auto_send: Whether a model is sent whenever it changes.
         revisions: The newest ones of the task, the newest last.
         revision: The one that counts, 0 before the first.
-        strokes: What was demonstrated, each of shape (T, D) [m], the one under way last.
+        strokes: What was demonstrated, each of shape (T, C), the one under way last: positions on the board
+            [m], or poses from the base of the operator's arm.
+        stroke_frames: The task frames that each of them was made in. Each of length P.
+        own_frames: The task frames at the operator's place now. Length P.
+        own_arm: The operator's arm; None where a hand alone demonstrates.
         path: The newest path.
         path_received_s: When it came, on the console's clock [s].
         can_retract: Whether the task says where to retract to.
@@ -91,6 +97,9 @@ class Picture:
     revisions: tuple[Revision, ...]
     revision: int
     strokes: tuple[NDArray[np.float64], ...]
+    stroke_frames: tuple[tuple[TaskFrame, ...], ...]
+    own_frames: tuple[TaskFrame, ...]
+    own_arm: ArmView | None
     path: PlannedPath | None
     path_received_s: float
     can_retract: bool

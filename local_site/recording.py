@@ -2,76 +2,94 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from common.errors import InvalidDemonstration
+from common.errors import InvalidDemonstration, InvalidInput
+from common.manifold import Manifold
+from common.task_frame import TaskFrame
+from local_site.demonstration import Demonstration
 from local_site.raw_recording import RawRecording
 
 Array = NDArray[np.float64]
 
-PERIOD_S = 0.02
-"""Strokes are resampled to this period, whatever the rate of the hand's events [s]."""
+PERIOD_S, ARM_PERIOD_S = 0.02, 0.01
+"""Strokes are resampled to this period, whatever the rate of the hand's events; poses to the arm's [s]."""
 _RAW = "under-way.jsonl"
 _MAX_PAUSE_S = 600.0
 """The hand reports nothing while it rests; after longer than this its clock is wrong [s]."""
 
 
 class Recording:
-    """Points at `0, PERIOD_S, 2 PERIOD_S, …` after the first event.
+    """Points at regular times after the first event.
 
     Args:
         folder: Where the samples are kept meanwhile.
-        n_dims: Dimension D of the positions.
+        space: Of the points.
+        frame_names: Of the task frames.
     """
 
-    def __init__(self, folder: Path, n_dims: int):
-        self._n_dims = n_dims
-        self._raw = RawRecording(folder / _RAW, n_dims)
+    def __init__(self, folder: Path, space: Manifold, frame_names: tuple[str, ...]):
+        self._space, self._frame_names = space, frame_names
+        self._period_s = ARM_PERIOD_S if space.oriented else PERIOD_S
+        self._raw = RawRecording(folder / _RAW, space, frame_names)
+        self.frames: tuple[TaskFrame, ...] = ()
+        """The task frames, which stand still meanwhile."""
         self.left_over = self._raw.left_over()
         """What was recorded and neither ended nor undone before it was rolled back, or its process ended; None
         when there is nothing."""
         self.points: list[Array] = []
-        """The resampled positions. Each of shape (D,) [m]."""
+        """The resampled points. Each of shape (C,)."""
         self.times_s: list[float] = []
         """Their times since the first one [s]."""
         self._began_s = 0.0
-        self._last: tuple[Array, float] = (np.zeros(n_dims), 0.0)
+        self._last: tuple[Array, float] = (np.zeros(space.n_coordinates), 0.0)
 
-    def begin(self) -> None:
+    def begin(self, frames: Sequence[TaskFrame]) -> None:
         """A new demonstration begins; one that was left over is written over from now on."""
-        self.left_over = None
+        self.left_over, self.frames = None, tuple(frames)
+        self._raw.begin(frames)
         self._clear()
 
-    def hand(self, position_m: Array, time_s: float) -> tuple[Array, Array]:
-        """Take an event of the hand; between two events it moved straight.
+    def hand(self, point: Array, time_s: float) -> tuple[Array, Array]:
+        """Take an event; between two events the motion was straight.
+
+        Args:
+            point: A position or a pose. Shape (C,).
+            time_s: When [s].
 
         Returns:
-            The new points (n, D) [m] and their times (n,) [s].
+            The new points (n, C) and their times (n,) [s].
 
         Raises:
-            InvalidDemonstration: When the position has another dimension, a number is not finite, or time
-                runs backwards or jumps; nothing is taken.
+            InvalidDemonstration: When this is no point of the space, or time runs backwards or jumps; nothing
+                is taken.
         """
-        position = np.array(position_m, dtype=float)
-        self._check(position, time_s)
-        n = len(self.points)
+        point = self._checked(point, time_s)
+        n, space = len(self.points), self._space
         if n == 0:
-            self._began_s, points, times = time_s, position[None], np.zeros(1)
+            self._began_s, points, times = time_s, point[None], np.zeros(1)
         else:
-            from_position, from_s = self._last
+            before, from_s = self._last
             # A point that is due within a rounding error is due.
-            due = int(np.floor((time_s - self._began_s) / PERIOD_S + 1e-9)) + 1
-            times: Array = PERIOD_S * np.arange(float(n), float(max(due, n)))
+            due = int(np.floor((time_s - self._began_s) / self._period_s + 1e-9)) + 1
+            times: Array = self._period_s * np.arange(float(n), float(max(due, n)))
             part = np.clip((self._began_s + times - from_s) / max(time_s - from_s, 1e-9), 0.0, 1.0)[:, None]
-            points = from_position + part * (position - from_position)
-        self._last = position, time_s
+            points = space.exp(before, part * space.log(before, point))
+        self._last = point, time_s
         self.points.extend(points)
         self.times_s.extend(times.tolist())
         self._raw.follow(self.points, self.times_s)
         return points, times
+
+    def demonstration(self) -> Demonstration:
+        """All of it."""
+        return Demonstration.within(
+            self.frames, self._frame_names, np.array(self.times_s), np.array(self.points)
+        )
 
     def forget(self) -> None:
         """It was ended or undone."""
@@ -86,15 +104,18 @@ class Recording:
     def _clear(self) -> None:
         self.points, self.times_s = [], []
 
-    def _check(self, position_m: Array, time_s: float) -> None:
-        if position_m.shape != (self._n_dims,) or not np.isfinite(position_m).all():
-            raise _invalid("position_m", f"{self._n_dims} finite numbers, got {position_m.tolist()}")
+    def _checked(self, point: Array, time_s: float) -> Array:
+        try:
+            point = self._space.checked(point, "demonstration", "point")
+        except InvalidInput as error:
+            raise _invalid(error.field, error.expected) from None
         if not np.isfinite(time_s):
             raise _invalid("time_s", f"a finite number, got {time_s}")
         if self.points and not 0.0 <= time_s - self._last[1] <= _MAX_PAUSE_S:
             raise _invalid(
                 "time_s", f"from 0 to {_MAX_PAUSE_S:g} s after {self._last[1]:g} s, got {time_s:g} s"
             )
+        return point
 
 
 def _invalid(field: str, expected: str) -> InvalidDemonstration:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from common.task import PointTask, Sample
+from common.task_frame import TaskFrame
+from local_site.demonstration import Demonstration
 
 Array = NDArray[np.float64]
 
@@ -15,31 +15,23 @@ _PERIOD_S = 0.02
 _TREMOR_M = 0.004
 
 
-@dataclass(frozen=True)
-class Stroke:
-    """A timed motion of a hand.
-
-    Args:
-        time_s: Shape (T,) [s].
-        position_m: Shape (T, D) [m].
-    """
-
-    time_s: Array
-    position_m: Array
-
-
-def sample_strokes(task: PointTask, seed: int | None = None) -> list[Stroke]:
-    """The task's demonstrations.
+def sample_strokes(task: PointTask, seed: int | None = None) -> list[Demonstration]:
+    """The task's demonstrations, towards a target that stands still where it is in the mean.
 
     Args:
         task: The task.
         seed: Of a slow, slight deviation of the hand that vanishes at both ends; None: no deviation.
     """
     random = np.random.default_rng(seed) if seed is not None else None
-    return [_stroke(sample, random) for sample in task.samples]
+    return [_stroke(task, sample, random) for sample in task.samples]
 
 
-def _stroke(sample: Sample, random: np.random.Generator | None) -> Stroke:
+def still_frames(task: PointTask) -> list[TaskFrame]:
+    """The task frames on the operator's side. Length P."""
+    return [TaskFrame.at(np.array(task.target.origin_m))] * len(task.frame_names)
+
+
+def _stroke(task: PointTask, sample: Sample, random: np.random.Generator | None) -> Demonstration:
     """A spline through the waypoints under the minimum-jerk law of a hand."""
     from scipy.interpolate import CubicSpline  # takes longer than all the rest of a site that starts
 
@@ -54,4 +46,4 @@ def _stroke(sample: Sample, random: np.random.Generator | None) -> Stroke:
         for harmonic in (1, 2, 3):
             amplitude = random.normal(0.0, _TREMOR_M / harmonic, points.shape[1])
             position = position + np.sin(np.pi * harmonic * part)[:, None] * amplitude
-    return Stroke(time_s, position)
+    return Demonstration.within(still_frames(task), task.frame_names, time_s, position)

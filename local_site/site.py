@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +13,12 @@ from common.event_log import EventLog
 from common.link import ZenohLink
 from common.link_control import RelayControl
 from common.messages import Wish
-from common.task import PointTask
+from common.task import AnyTask, PointTask
 from local_site.config import LocalConfig
 from local_site.console import Console
 from local_site.learning.warm_up import warm_up
 from local_site.operators_place import PlannedOutage
+from local_site.own_place import OwnPlace, own_place
 from local_site.scripted_operator import ScriptedOperator
 from local_site.task_library import TaskLibrary
 
@@ -34,10 +35,11 @@ class LocalSite:
         config: Endpoints, names, timeouts.
         task: What is taught and done.
         data_dir: Where demonstrations and models are kept.
+        sample_files: The demonstrations that come with the task, where they are not in its own file.
     """
 
-    def __init__(self, config: LocalConfig, task: PointTask, data_dir: Path):
-        self._config, self._task = config, task
+    def __init__(self, config: LocalConfig, task: AnyTask, data_dir: Path, sample_files: Sequence[Path] = ()):
+        self._config, self._task, self._sample_files = config, task, sample_files
         self._library = TaskLibrary(task, data_dir)
         self._event_log = data_dir / "operator" / config.site_name / "events.jsonl"
         self._stop = threading.Event()
@@ -56,7 +58,7 @@ class LocalSite:
             LinkError: When the robot does not report in time.
             PortInUse: When the page's port cannot be had.
         """
-        with self._opened(self._config.page_port) as opened:
+        with self._opened(page_port=self._config.page_port) as opened:
             ready(**({"page": opened.page.address} if opened.page is not None else {}))
             self._stop.wait()
 
@@ -75,14 +77,15 @@ class LocalSite:
             JobFailed: When a step of the job did not come to its end.
         """
         control = relay_control(self._config.link_control)
-        with self._opened() as opened:
+        with self._opened(stepped=True) as opened:
             ready()
             return ScriptedOperator(opened.console, self._task, control, outage, self._config.seed).run()
 
-    def _opened(self, page_port: int = 0) -> _Opened:
-        warm_up(self._task.space.n_dims, len(self._task.frame_names))
+    def _opened(self, page_port: int = 0, stepped: bool = False) -> _Opened:
+        warm_up(self._task.space, len(self._task.frame_names))
         log = EventLog(self._event_log)
-        return _Opened(self._config, self._task, self._library, log, self._stop, page_port)
+        place = own_place(self._task, self._sample_files, self._config.seed, stepped)
+        return _Opened(self._config, self._task, self._library, place, log, self._stop, page_port)
 
 
 class _Opened:
@@ -91,8 +94,9 @@ class _Opened:
     def __init__(
         self,
         config: LocalConfig,
-        task: PointTask,
+        task: AnyTask,
         library: TaskLibrary,
+        place: OwnPlace,
         log: EventLog,
         stop: threading.Event,
         page_port: int,
@@ -102,7 +106,7 @@ class _Opened:
         self._link = ZenohLink(config.link)
         wish = Wish.WATCH if config.watch else Wish.CONTROL
         self.console = Console(
-            task, library, self._link, config.site_name, log, wish, rate_bps=config.link.rate_bps
+            task, library, self._link, config.site_name, log, wish, rate_bps=config.link.rate_bps, place=place
         )
         self.page: Page | None = None
 
@@ -139,6 +143,8 @@ class _Opened:
             Page,
         )  # costs half a second, which a site without a page need not wait
 
+        if not isinstance(self._task, PointTask):
+            raise InvalidConfiguration("configuration", "task", f"one of a point, got {self._task.name!r}")
         control = relay_control(self._config.link_control)
         page = Page(self.console, self._task, control, self._config.page_host, self._page_port)
         page.start()

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.errors import InvalidDemonstration
-from common.task import PointTask
+from common.task import AnyTask
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from local_site.demonstration import Demonstration
 from local_site.recording import Recording
 from local_site.revisions import Revision
-from local_site.samples import Stroke
 from local_site.task_archive import Kept
 from local_site.taught import LearnedModel, NotNow, Taught
 
@@ -29,15 +28,14 @@ class TaskLibrary:
     """Record, end, undo, go back, start anew. It begins with what was taught before.
 
     Args:
-        task: The task; its target stands still on the operator's side.
+        task: The task.
         data_dir: Where demonstrations and models are kept.
     """
 
-    def __init__(self, task: PointTask, data_dir: Path):
-        self._task = task
-        self.frames = [TaskFrame(np.eye(task.n_dims), np.array(task.target.origin_m))] * len(task.frame_names)
+    def __init__(self, task: AnyTask, data_dir: Path):
         folder = data_dir / task.name
-        self._recording, self._taught = Recording(folder, task.n_dims), Taught(task, folder)
+        self._recording = Recording(folder, task.space, task.frame_names)
+        self._taught = Taught(task, folder)
         self._forming: tuple[int, TPHSMM] | None = None
 
     # What there is ------------------------------------------------------------------------------
@@ -49,11 +47,11 @@ class TaskLibrary:
 
     @property
     def current(self) -> list[Array]:
-        """The points of the demonstration under way. Each of shape (D,) [m]."""
+        """The points of the demonstration under way. Each of shape (C,)."""
         return self._recording.points
 
     @property
-    def left_over(self) -> Stroke | None:
+    def left_over(self) -> Demonstration | None:
         """A demonstration that was rolled back, or whose process ended; None when there is none."""
         return self._recording.left_over
 
@@ -63,9 +61,21 @@ class TaskLibrary:
         return self.recording or bool(self._taught.demonstrations)
 
     @property
+    def demonstrations(self) -> tuple[Demonstration, ...]:
+        """Those that count."""
+        return tuple(each.demonstration for each in self._taught.demonstrations)
+
+    @property
     def strokes(self) -> tuple[Array, ...]:
-        """The demonstrations that count. Each of shape (T, D) [m]."""
-        return tuple(each.demonstration.position_m for each in self._taught.demonstrations)
+        """Those that count, and the one under way. Each of shape (T, C)."""
+        ended = tuple(each.points for each in self.demonstrations)
+        return (*ended, np.array(self.current)) if self.recording and self.current else ended
+
+    @property
+    def stroke_frames(self) -> tuple[tuple[TaskFrame, ...], ...]:
+        """The task frames at the end of each of the strokes. Each of length P."""
+        ended = tuple(tuple(each.frames_at(-1)) for each in self.demonstrations)
+        return (*ended, self._recording.frames) if self.recording and self.current else ended
 
     @property
     def learned(self) -> LearnedModel | None:
@@ -93,29 +103,31 @@ class TaskLibrary:
 
     # One demonstration --------------------------------------------------------------------------
 
-    def record(self) -> None:
+    def record(self, frames: Sequence[TaskFrame]) -> None:
         """Begin a demonstration.
+
+        Args:
+            frames: The task frames where it is made; they stand still meanwhile. Length P.
 
         Raises:
             NotNow: When one is being made already.
         """
         self._not_while_recording()
-        self._recording.begin()
+        self._recording.begin(frames)
         self._forming = None
         self._taught.learner.start()
 
-    def hand(self, position_m: Array, time_s: float) -> None:
-        """Learn from where the hand is now, at the learning rate; between two events it moved straight.
+    def hand(self, point: Array, time_s: float) -> None:
+        """Learn from where the hand, or its arm, is now, at the learning rate, see `Recording.hand`.
 
         Raises:
-            InvalidDemonstration: When none is being made, or this is no motion, see `Recording.hand`; nothing
-                is learned.
+            InvalidDemonstration: When none is being made, or this is no motion; nothing is learned.
         """
         if not self.recording:
             raise InvalidDemonstration("demonstration", "", "start the demonstration first")
-        points, times_s = self._recording.hand(position_m, time_s)
+        points, times_s = self._recording.hand(point, time_s)
         if len(points):
-            self._taught.learner.observe_many(points, self.frames, times_s)
+            self._taught.learner.observe_many(points, self._recording.frames, times_s)
 
     def end(self) -> LearnedModel:
         """Keep the demonstration and make the model.
@@ -131,7 +143,7 @@ class TaskLibrary:
             raise NotNow("the demonstration was too short and was not kept: draw the whole motion")
         self._taught.learner.end()
         name = f"demonstration-{time.strftime('%Y%m%dT%H%M%S')}-{time.time_ns() % 10**9 // 1000:06d}.npz"
-        made = Kept(name, self._demonstration())
+        made = Kept(name, self._recording.demonstration())
         self._recording.forget()
         self._taught.add(made)
         assert self.learned is not None
@@ -147,18 +159,18 @@ class TaskLibrary:
             raise NotNow("there is no demonstration to recover")
         self.learn([self.left_over])
 
-    def learn(self, strokes: Sequence[Stroke]) -> None:
-        """Learn whole demonstrations, one after the other.
+    def learn(self, demonstrations: Sequence[Demonstration]) -> None:
+        """Learn whole demonstrations, one after the other. Their task frames must stand still.
 
         Raises:
             NotNow: When one is being recorded.
             InvalidDemonstration: When one is no motion, see `hand`; it is forgotten.
         """
-        for stroke in strokes:
-            self.record()
+        for shown in demonstrations:
+            self.record(shown.frames_at(0))
             try:
-                for position, time_s in zip(stroke.position_m, stroke.time_s, strict=True):
-                    self.hand(position, float(time_s))
+                for point, time_s in zip(shown.points, shown.time_s, strict=True):
+                    self.hand(point, float(time_s))
             except InvalidDemonstration:
                 self.undo()
                 raise
@@ -218,13 +230,3 @@ class TaskLibrary:
     def _discard(self) -> None:
         self._taught.learner.discard()
         self._forming = None
-
-    def _demonstration(self) -> Demonstration:
-        """The one that was just recorded, as it goes into its file."""
-        return Demonstration(
-            time_s=np.array(self._recording.times_s),
-            position_m=np.array(self.current),
-            frame_origin_m=np.array([frame.b for frame in self.frames]),
-            frame_rotation=np.array([frame.A for frame in self.frames]),
-            frame_names=self._task.frame_names,
-        )

@@ -8,13 +8,17 @@ from pathlib import Path
 from common.errors import FarhandError
 from common.log import loop_logger
 from common.model_file import content_hash, decode, encode
-from common.task import PointTask
+from common.task import AnyTask, PointTask
 from common.tphsmm import TPHSMM
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from local_site.offline_learning import LAMBDA_FRACTION
 from local_site.revisions import Revision
 from local_site.task_archive import Kept, TaskArchive
 
 _log = loop_logger(__name__)
+
+_ARM_EXTENT_M = 0.4
+"""Of what an arm demonstrates, about [m]."""
 
 
 class NotNow(FarhandError):
@@ -48,9 +52,8 @@ class Taught:
         folder: Where its demonstrations and models are kept.
     """
 
-    def __init__(self, task: PointTask, folder: Path):
-        lambda_m = task.learning.max_distance_m or 0.25 * float(max(task.workspace_m))
-        self._settings = LearnerSettings(max_distance_m=lambda_m, min_std_m=task.learning.min_std_m)
+    def __init__(self, task: AnyTask, folder: Path):
+        self._settings = LearnerSettings(max_distance_m=_lambda_m(task), min_std_m=task.learning.min_std_m)
         self._task, self._archive = task, TaskArchive(folder)
         self.demonstrations: tuple[Kept, ...] = ()
         """In the order in which they were learned."""
@@ -117,7 +120,7 @@ class Taught:
         return revision
 
     def _learner_of(self, demonstrations: tuple[Kept, ...]) -> OnlineLearner:
-        learner = OnlineLearner(self._settings, self._task.n_dims, self._task.frame_names)
+        learner = OnlineLearner(self._settings, self._task.space, self._task.frame_names)
         for each in demonstrations:
             learner.start()
             motion = each.demonstration
@@ -148,3 +151,9 @@ class Taught:
             self.become(self._archive.load(revision))
         except FarhandError as error:
             _log.error("what was taught before cannot be had again, the task begins empty: %s", error)
+
+
+def _lambda_m(task: AnyTask) -> float:
+    """The task's own lambda, or one that suits the size of its motions [m]."""
+    extent_m = max(task.workspace_m) if isinstance(task, PointTask) else _ARM_EXTENT_M
+    return task.learning.max_distance_m or LAMBDA_FRACTION * extent_m

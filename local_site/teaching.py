@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from common.task import PointTask
 from local_site import intents
+from local_site.demonstration import Demonstration
 from local_site.model_sender import ModelSender
+from local_site.own_place import OwnPlace
 from local_site.picture import Picture
-from local_site.samples import Stroke, sample_strokes
 from local_site.task_library import TaskLibrary
 from local_site.taught import NotNow
 
@@ -19,20 +19,20 @@ class Teaching:
     """Does what the operator asks about demonstrations and models. Used by the console's thread alone.
 
     Args:
-        task: What is taught.
         library: Demonstrations and models.
+        place: Where demonstrations are made.
         models: Sends them.
         tell: Tells the operator what was done.
     """
 
-    def __init__(self, task: PointTask, library: TaskLibrary, models: ModelSender, tell: Tell):
-        self._task, self._library, self._models, self._tell = task, library, models, tell
+    def __init__(self, library: TaskLibrary, place: OwnPlace, models: ModelSender, tell: Tell):
+        self._library, self._place, self._models, self._tell = library, place, models, tell
         self._had_control = False
         self.auto_send = False
         """Whether a model is sent whenever it changes."""
 
     @property
-    def left_over(self) -> Stroke | None:
+    def left_over(self) -> Demonstration | None:
         """A demonstration that was being recorded when it was rolled back, or its process ended."""
         return self._library.left_over
 
@@ -52,13 +52,14 @@ class Teaching:
                 self._library.undo()
                 self._tell("undo", "the last demonstration was undone")
             case intents.LoadSamples():
-                self._library.learn(sample_strokes(self._task))
-                self._tell("samples", "the samples were learned")
+                self._load_samples()
             case intents.Recover():
                 self._library.recover()
                 self._tell("recover", "the demonstration that was left over was learned")
             case intents.GoTo() | intents.StartAnew() | intents.Delete():
                 self._go_back(intent)
+            case intents.Renew(seed):
+                self._renew(seed)
             case intents.SendModel():
                 self._send()
             case intents.AutoSend(on):
@@ -85,8 +86,21 @@ class Teaching:
     def _record(self, picture: Picture) -> None:
         if picture.coupled:
             raise NotNow("coupled: your hand drives the robot now; clutch first")
-        self._library.record()
+        self._library.record(self._place.frames)
         self._tell("record", "recording a demonstration")
+
+    def _load_samples(self) -> None:
+        samples = self._place.samples()
+        if not samples:
+            raise NotNow("no demonstrations come with this task")
+        self._library.learn(samples)
+        self._tell("samples", "the samples were learned")
+
+    def _renew(self, seed: int | None) -> None:
+        if self._library.recording:
+            raise NotNow("a demonstration is being recorded: end or undo it first")
+        self._place.renew(seed)
+        self._tell("renew", "your arm is back at ready, and its receptacle elsewhere")
 
     def _go_back(self, intent: intents.GoTo | intents.StartAnew | intents.Delete) -> None:
         match intent:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from common import keys
 from common.codec import encode
 from common.link import Link
+from common.manifold import POSE
 from common.messages import MoveTarget, OperatorInput, Telemetry
+
+_UPRIGHT = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 class Teleoperation:
@@ -19,22 +22,24 @@ class Teleoperation:
         self._link = link
         self._seq = 0
 
-    def hand(self, position_m: tuple[float, ...], released: bool, robot: Telemetry, lease_id: str) -> None:
+    def hand(self, point: tuple[float, ...], released: bool, robot: Telemetry, lease_id: str) -> None:
         """Send where the hand is.
 
         Args:
-            position_m: Length D [m].
+            point: A position [m], or a pose. Length C.
             released: The hand let go: the coupling ends.
             robot: The report that the operator sees; it must be coupled.
             lease_id: Proof of control.
         """
         self._seq += 1
+        turned = len(point) == POSE.n_coordinates
         message = OperatorInput(
             seq=self._seq,
             echo=robot.stamp,
             lease_id=lease_id,
             coupling_id=robot.coupling_id,
-            position_m=position_m,
+            position_m=point[: POSE.n_dims] if turned else point,
+            rotation_rad=_rotation_rad(point) if turned else (),
             released=released,
         )
         self._link.send(keys.INPUT, encode(message))
@@ -47,3 +52,8 @@ class Teleoperation:
             lease_id: Proof of control.
         """
         self._link.send(keys.TARGET, encode(MoveTarget(lease_id=lease_id, position_m=position_m)))
+
+
+def _rotation_rad(pose: tuple[float, ...]) -> tuple[float, ...]:
+    """The orientation of a pose as a rotation vector [rad]."""
+    return tuple(POSE.log(_UPRIGHT, POSE.checked(pose, "hand", "point"))[POSE.n_dims :].tolist())

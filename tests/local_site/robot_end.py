@@ -31,13 +31,17 @@ from common.messages import (
     Stop,
     Telemetry,
 )
-from common.task import PointTask, load_toml
+from common.task import AnyTask, ArmTask, PointTask, load_toml
 from local_site.console import Console
+from local_site.own_place import OwnPlace
 from local_site.picture import Picture
+from local_site.samples import still_frames
 from local_site.task_library import TaskLibrary
 from tests.loopback import Loopback
 
 TASK = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml", PointTask)
+FRAMES = still_frames(TASK)
+HOT_STAB = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "hot-stab.toml", ArmTask)
 PATIENCE_S = 60.0
 LEASE_ID = "abcd0123"
 
@@ -169,11 +173,11 @@ class Desk:
 
 
 @contextmanager
-def desk(data_dir: Path, task: PointTask = TASK) -> Iterator[Desk]:
+def desk(data_dir: Path, task: AnyTask = TASK, place: OwnPlace | None = None) -> Iterator[Desk]:
     """A console on a link in memory."""
     remote, local = Loopback.pair()
     robot, library = RobotEnd(remote), TaskLibrary(task, data_dir)
-    console = Console(task, library, local, "ann")
+    console = Console(task, library, local, "ann", place=place)
     console.start()
     try:
         yield Desk(console, library, robot, local)

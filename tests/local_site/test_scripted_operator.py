@@ -9,7 +9,8 @@ from msgspec import structs
 
 from common.control_mode import Action, ControlMode
 from common.messages import Command
-from local_site.scripted_operator import JobFailed, ScriptedOperator
+from local_site.scripted_actions import JobFailed
+from local_site.scripted_operator import ScriptedOperator
 from tests.local_site.robot_end import TASK, desk
 
 

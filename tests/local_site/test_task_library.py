@@ -13,11 +13,11 @@ from local_site.samples import sample_strokes
 from local_site.task_archive import NotSaved
 from local_site.task_library import TaskLibrary
 from local_site.taught import NotNow
-from tests.local_site.robot_end import TASK, stroke
+from tests.local_site.robot_end import FRAMES, TASK, stroke
 
 
 def teach(library: TaskLibrary, n: int = 60) -> None:
-    library.record()
+    library.record(FRAMES)
     for position, time_s in zip(*stroke(n), strict=True):
         library.hand(position, float(time_s))
     library.end()
@@ -43,7 +43,7 @@ def test_a_demonstration_is_learned_and_both_it_and_the_model_are_on_disk(tmp_pa
 @pytest.mark.parametrize("period_s", [0.005, 0.02, 0.05, 0.3])
 def test_the_hand_is_learned_at_one_rate_whatever_its_own(tmp_path: Path, period_s: float):
     library = TaskLibrary(TASK, tmp_path)
-    library.record()
+    library.record(FRAMES)
     times = np.arange(0.0, 2.0 + 1e-9, period_s)
     for time_s in times:
         library.hand(np.array([0.1 + 0.3 * time_s, 0.5]), 7.0 + time_s)
@@ -76,7 +76,7 @@ def test_undo_while_recording_forgets_the_running_demonstration_alone(tmp_path: 
     library = TaskLibrary(TASK, tmp_path)
     teach(library)
     before = library.learned
-    library.record()
+    library.record(FRAMES)
     library.hand(np.array([0.1, 0.1]), 0.0)
     library.undo()
     assert not library.recording and not library.current
@@ -97,15 +97,15 @@ def test_record_and_end_in_the_wrong_order_say_what_to_press(tmp_path: Path):
     library = TaskLibrary(TASK, tmp_path)
     with pytest.raises(NotNow, match="Record"):
         library.end()
-    library.record()
+    library.record(FRAMES)
     with pytest.raises(NotNow, match="end or undo"):
-        library.record()
+        library.record(FRAMES)
     assert library.recording
 
 
 def test_a_demonstration_that_is_too_short_is_forgotten(tmp_path: Path):
     library = TaskLibrary(TASK, tmp_path)
-    library.record()
+    library.record(FRAMES)
     library.hand(np.array([0.1, 0.1]), 0.0)
     with pytest.raises(NotNow, match="too short"):
         library.end()
@@ -124,7 +124,7 @@ BAD_HANDS = {
 @pytest.mark.parametrize("case", BAD_HANDS)
 def test_a_bad_event_of_the_hand_is_refused_and_teaches_nothing(tmp_path: Path, case: str):
     library = TaskLibrary(TASK, tmp_path)
-    library.record()
+    library.record(FRAMES)
     library.hand(np.array([0.1, 0.1]), 0.0)
     position, time_s = BAD_HANDS[case]
     with pytest.raises(InvalidDemonstration):
@@ -140,7 +140,7 @@ def test_a_hand_that_is_not_recorded_teaches_nothing(tmp_path: Path):
 def test_the_forming_model_grows_with_the_stroke(tmp_path: Path):
     library = TaskLibrary(TASK, tmp_path)
     assert library.forming() is None
-    library.record()
+    library.record(FRAMES)
     assert library.forming() is None
     sizes = []
     for position, time_s in zip(*stroke(), strict=True):

@@ -14,14 +14,14 @@ from common.model_file import content_hash, load
 from local_site.revisions import KEPT
 from local_site.task_library import TaskLibrary
 from local_site.taught import NotNow
-from tests.local_site.robot_end import TASK, stroke
+from tests.local_site.robot_end import FRAMES, TASK, stroke
 
 INDEX = "library.json"
 
 
 def teach(library: TaskLibrary, n: int = 60) -> str:
     """Make a demonstration that differs with n. Returns the model's hash."""
-    library.record()
+    library.record(FRAMES)
     for position, time_s in zip(*stroke(n), strict=True):
         library.hand(position, float(time_s) + 3.7)
     return library.end().sha256
@@ -115,7 +115,7 @@ def test_a_deleted_revision_is_gone_and_the_one_that_counts_cannot_be(tmp_path: 
 def test_nothing_is_gone_back_to_while_a_demonstration_is_recorded(tmp_path: Path):
     library = TaskLibrary(TASK, tmp_path)
     teach(library)
-    library.record()
+    library.record(FRAMES)
     for ask in (lambda: library.go_to(1), library.start_anew):
         with pytest.raises(NotNow, match="being recorded"):
             ask()

@@ -13,7 +13,7 @@ from common.messages import ModelTransfer
 from local_site import intents
 from local_site.task_library import TaskLibrary
 from local_site.taught import NotNow
-from tests.local_site.robot_end import TASK, Desk, desk, stroke
+from tests.local_site.robot_end import FRAMES, TASK, Desk, desk, stroke
 
 
 def begin(it: Desk) -> tuple[np.ndarray, np.ndarray]:
@@ -61,7 +61,7 @@ def test_without_ever_having_had_the_control_a_demonstration_goes_on(tmp_path: P
 def test_a_crash_in_the_middle_leaves_what_was_recorded_to_the_next_process(tmp_path: Path):
     positions, times = stroke()
     crashed = TaskLibrary(TASK, tmp_path)
-    crashed.record()
+    crashed.record(FRAMES)
     for position, time_s in zip(positions, times, strict=True):
         crashed.hand(position, float(time_s))
     # No end, no undo, no close: the process is gone here.
@@ -79,7 +79,8 @@ def test_a_crash_in_the_middle_leaves_what_was_recorded_to_the_next_process(tmp_
 def test_samples_that_are_no_motion_are_refused_and_nothing_is_half_recorded(tmp_path: Path):
     folder = tmp_path / TASK.name
     folder.mkdir()
-    (folder / "under-way.jsonl").write_text("[0.0,0.1,0.1]\n[0.1,0.1,0.1]\n[9000.0,0.2,0.2]\n")
+    within = '{"frame_origin_m":[[0.7,0.3]],"frame_rotation":[[[1.0,0.0],[0.0,1.0]]]}'
+    (folder / "under-way.jsonl").write_text(f"{within}\n[0.0,0.1,0.1]\n[0.1,0.1,0.1]\n[9000.0,0.2,0.2]\n")
     library = TaskLibrary(TASK, tmp_path)
     with pytest.raises(InvalidDemonstration, match="time_s"):
         library.recover()
@@ -89,7 +90,7 @@ def test_samples_that_are_no_motion_are_refused_and_nothing_is_half_recorded(tmp
 def test_undoing_an_earlier_demonstration_keeps_what_was_set_aside_for_a_later_process(tmp_path: Path):
     library = TaskLibrary(TASK, tmp_path)
     for ended in (True, False):
-        library.record()
+        library.record(FRAMES)
         for position, time_s in zip(*stroke(), strict=True):
             library.hand(position, float(time_s))
         library.end() if ended else library.set_aside()

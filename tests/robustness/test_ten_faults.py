@@ -17,6 +17,7 @@ from msgspec import structs
 from common.control_mode import Action, ControlMode, Phase
 from common.event_log import EventLog
 from common.link_monitor import LinkHealth
+from common.manifold import Manifold
 from common.messages import StopAck
 from local_site import intents
 from local_site.raw_recording import RawRecording
@@ -177,10 +178,12 @@ _WRITER = """
 import sys, time, numpy as np
 from pathlib import Path
 from common.event_log import EventLog
-from common.link_monitor import LinkHealth
+from common.manifold import Manifold
+from common.task_frame import TaskFrame
 from local_site.raw_recording import RawRecording
 folder = Path(sys.argv[1])
-log, raw = EventLog(folder / "events.jsonl"), RawRecording(folder / "raw.jsonl", 2)
+log, raw = EventLog(folder / "events.jsonl"), RawRecording(folder / "raw.jsonl", Manifold(2), ("goal",))
+raw.begin([TaskFrame.identity(2)])
 points, times = [], []
 for n in range(10**9):
     log.append(n=n, text="x" * 200)
@@ -207,7 +210,7 @@ def test_a_killed_process_leaves_all_but_its_last_moment(tmp_path: Path):
     whole = [json.loads(line)["n"] for line in lines[:-2]]
     assert whole == list(range(len(whole))) and len(whole) > 100
     assert json.loads(lines[-1])["n"] == -1  # what comes later is not spoilt by what was cut short
-    left_over = RawRecording(tmp_path / "raw.jsonl", 2).left_over()
+    left_over = RawRecording(tmp_path / "raw.jsonl", Manifold(2), ("goal",)).left_over()
     assert left_over is not None and len(left_over.time_s) > 500
 
 

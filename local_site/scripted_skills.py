@@ -1,0 +1,160 @@
+"""What a scripted operator's hand can do: demonstrate a task, and drive the robot a little."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from common.task import AnyTask, ArmTask, PointTask
+from common.task_frame import TaskFrame
+from local_site import intents
+from local_site.arm_view import ArmView
+from local_site.picture import Picture
+from local_site.samples import sample_strokes
+from local_site.scripted_actions import ATTEMPTS, JobFailed, ScriptedActions
+
+if TYPE_CHECKING:
+    from local_site.scripted_ways import Way
+
+Array = NDArray[np.float64]
+
+_DRIVE_M, _DRIVE_RAD, _DRIVE_RAD_S = 0.05, 0.1, 4.0
+_ARM_DEMONSTRATIONS = 5
+_HAND_S = 0.05
+_SEATED_M, _LATERAL_M, _OUT_M = 0.010, 0.004, 0.10
+
+
+class Skill(Protocol):
+    """The hand of one kind of task."""
+
+    n_demonstrations: int
+    """How often it demonstrates."""
+
+    def demonstrate(self, number: int) -> None:
+        """Make one demonstration, from Record to End.
+
+        Args:
+            number: Counts from 1.
+
+        Raises:
+            JobFailed: When it did not go as it should.
+        """
+        ...
+
+    def driving(self, time_s: float) -> tuple[float, ...]:
+        """Where the hand is while it drives the robot. Length C."""
+        ...
+
+
+def skill_for(task: AnyTask, actions: ScriptedActions, seed: int) -> Skill:
+    """The hand that a task needs.
+
+    Args:
+        task: The task.
+        actions: At the console.
+        seed: Of everything in which a hand varies.
+    """
+    return Drawing(task, actions, seed) if isinstance(task, PointTask) else Leading(task, actions, seed)
+
+
+class Drawing:
+    """Draws the strokes that come with a task, with a tremor.
+
+    Args:
+        task: The task.
+        actions: At the console.
+        seed: Of the tremor.
+    """
+
+    def __init__(self, task: PointTask, actions: ScriptedActions, seed: int):
+        self._actions, self._n_dims = actions, task.n_dims
+        self._strokes = sample_strokes(task, seed)
+        self.n_demonstrations = len(self._strokes)
+
+    def demonstrate(self, number: int) -> None:
+        """See `Skill.demonstrate`."""
+        stroke = self._strokes[number - 1]
+        self._actions.submit(intents.Record())
+        for position, time_s in zip(stroke.position_m, stroke.time_s, strict=True):
+            self._actions.submit(intents.Hand(tuple(position.tolist()), float(time_s)))
+        self._actions.submit(intents.End())
+
+    def driving(self, time_s: float) -> tuple[float, ...]:
+        """See `Skill.driving`: a small circle."""
+        angle = _DRIVE_RAD_S * time_s
+        return (_DRIVE_M * math.cos(angle), _DRIVE_M * math.sin(angle), *[0.0] * (self._n_dims - 2))
+
+
+class Leading:
+    """Leads the operator's arm into its receptacle, or out of it, from another place each time.
+
+    Args:
+        task: The task.
+        actions: At the console, whose arm must be a `SteppedArm`: nothing here waits for its time.
+        seed: Of the places and of the hand.
+    """
+
+    def __init__(self, task: ArmTask, actions: ScriptedActions, seed: int):
+        # The physics take a second to import, which a board need not wait for.
+        from common.robot.dimensions import Dimensions
+
+        self._actions, self._inserts, self._seed = actions, task.skill == "insert", seed
+        self._depth_m = Dimensions().receptacle.depth_m
+        self.n_demonstrations = _ARM_DEMONSTRATIONS
+
+    def demonstrate(self, number: int) -> None:
+        """See `Skill.demonstrate`; what did not end as it should is undone and tried elsewhere."""
+        for attempt in range(ATTEMPTS):
+            arm = self._lead(number, 1000 * self._seed + 10 * number + attempt)
+            if self._done(arm):
+                self._actions.submit(intents.End())
+                return
+            self._actions.submit(intents.Undo())
+            self._actions.say(f"demonstration {number} ended {arm.depth_m * 1e3:.0f} mm deep: once more")
+        raise JobFailed(f"demonstration {number} did not end as it should, {ATTEMPTS} times")
+
+    def driving(self, time_s: float) -> tuple[float, ...]:
+        """See `Skill.driving`: a small circle that does not come nearer to the receptacle, and a slight turn."""
+        angle = _DRIVE_RAD_S * time_s
+        turn = Rotation.from_rotvec([0.0, 0.0, _DRIVE_RAD * math.sin(angle)]).as_quat(scalar_first=True)
+        return (0.0, _DRIVE_M * math.cos(angle), _DRIVE_M * math.sin(angle), *turn.tolist())
+
+    def _lead(self, number: int, seed: int) -> ArmView:
+        """Record one motion, not ended yet; the arm at its end."""
+        from local_site.scripted_hand import ScriptedHand
+
+        self._actions.submit(intents.Renew(seed))
+        before = _arm(self._actions.until("the arm at its place", lambda p: _arm(p).seed == seed))
+        frame, random = TaskFrame.at(before.receptacle), np.random.default_rng(seed)
+        hand = ScriptedHand(self._way(frame.to_local(before.tip), random), random)
+        self._actions.submit(intents.Record())
+        times_s = np.arange(0.0, hand.duration_s, _HAND_S).tolist()
+        for time_s in times_s:
+            pose = frame.to_world(hand.target(time_s))
+            self._actions.submit(intents.Hand(tuple(pose.tolist()), time_s))
+        self._actions.submit(intents.Hand(tuple(before.tip.tolist()), times_s[-1] + _HAND_S, released=True))
+        return _arm(self._actions.until(f"demonstration {number}", _let_go_after(number)))
+
+    def _way(self, start: Array, random: np.random.Generator) -> Way:
+        from local_site.scripted_ways import WayIn, WayOut
+
+        return WayIn(start, self._depth_m, random) if self._inserts else WayOut(start, random)
+
+    def _done(self, arm: ArmView) -> bool:
+        if not self._inserts:
+            return arm.depth_m < -_OUT_M
+        return arm.depth_m > self._depth_m - _SEATED_M and arm.lateral_m < _LATERAL_M
+
+
+def _let_go_after(number: int) -> Callable[[Picture], bool]:
+    return lambda p: len(p.strokes) == number and not _arm(p).held and p.recording
+
+
+def _arm(picture: Picture) -> ArmView:
+    assert picture.own_arm is not None
+    return picture.own_arm
