@@ -10,7 +10,7 @@ READY := .venv/.ready
 # Options for the target's own command: make test ARGS='-k link', make run ARGS='--link leo'
 ARGS ?=
 
-.PHONY: help run test check bench pictures
+.PHONY: help run test soak check bench pictures
 
 help: ## print this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST)
@@ -20,6 +20,9 @@ run: $(READY) ## the planar task with its page: both sites and the delayed link 
 
 test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering forbids those to skip)
 	@$(BIN)/pytest $(ARGS)
+
+soak: $(READY) ## the tests that take long: every fault of every container
+	@$(BIN)/pytest -m soak $(ARGS)
 
 check: $(READY) ## lint, format, types and import contracts
 	$(BIN)/ruff check

@@ -42,6 +42,8 @@ class Phase(StrEnum):
     """The same with the tool in contact, force-limited."""
     BACKING_OFF = "backing off"
     """The force was too high: a little way back, then HOLD."""
+    RECOVERING = "recovering"
+    """The tool jammed: back a little, then on again by itself."""
     RETRACTING = "retracting"
     GOING_TO_READY = "going to ready"
 
@@ -77,6 +79,7 @@ class Guard(StrEnum):
     """The drag ended, no input, the lease was lost, silence, the link's delay changed."""
     MANOEUVRE_ENDED = "manoeuvre ended"
     FORCE = "force limit"
+    JAMMED = "jammed too often"
     PERCEPTION_LOST = "perception lost"
     LINK_LOST_HOLD = "link lost: hold"
     LINK_LOST_RETRACT = "link lost: retract"
@@ -126,6 +129,7 @@ TABLE: dict[Cause, Row] = {
     Guard.COUPLING_ENDED: _row(_M.DIRECT, to=_M.HOLD),
     Guard.MANOEUVRE_ENDED: _row(_M.AUTONOMOUS, to=_M.HOLD),
     Guard.FORCE: _row(_M.DIRECT, _M.AUTONOMOUS, to=_M.AUTONOMOUS, phase=Phase.BACKING_OFF),
+    Guard.JAMMED: _row(_M.AUTONOMOUS, to=_M.HOLD),
     Guard.PERCEPTION_LOST: _row(_M.AUTONOMOUS, to=_M.PAUSED),
     Guard.LINK_LOST_HOLD: _row(_M.AUTONOMOUS, to=_M.PAUSED),
     Guard.LINK_LOST_RETRACT: _row(_M.AUTONOMOUS, _M.PAUSED, to=_M.AUTONOMOUS, phase=Phase.RETRACTING),

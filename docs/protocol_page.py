@@ -14,7 +14,7 @@ from common import keys, messages
 from common.budget import budget_bytes_s
 from common.codec import MAX_BYTES
 from common.keys import Channel
-from common.messages import Message, Stamp
+from common.messages import ArmState, Message, Stamp
 from docs.protocol_words import ERRORS, HEAD, SHARED_FIELDS, TAIL
 
 PAGE = Path(__file__).parent / "protocol.md"
@@ -60,6 +60,7 @@ def page() -> str:
         _keys(),
         "## Messages",
         _stamp(),
+        _message(ArmState, " An array of four, in this order."),
         *map(_message, kinds),
         "## Errors",
         _table(["where", "words", "when", "then"], [error[:4] for error in ERRORS]),
@@ -93,7 +94,7 @@ def _stamp() -> str:
     return f"### Stamp\n{inspect.getdoc(Stamp)} An array of two: `boot` (str), `t_ns` (int, at least 0)."
 
 
-def _message(kind: type[Message]) -> str:
+def _message(kind: type[msgspec.Struct], words: str = "") -> str:
     rows = []
     for field in msgspec.structs.fields(kind):
         alias = "" if field.encode_name == field.name else f" (`{field.encode_name}`)"
@@ -101,7 +102,9 @@ def _message(kind: type[Message]) -> str:
         default = "" if required else f", {_text(field.default)} if absent"
         rows.append([f"`{field.name}`{alias}", _type(kind, field.name) + default, _unit(kind, field.name),
                      meaning(kind, field.name)])  # fmt: skip
-    return f"### {kind.__name__}\n{inspect.getdoc(kind)}\n\n" + _table(["field", "type", "unit", ""], rows)
+    return f"### {kind.__name__}\n{inspect.getdoc(kind)}{words}\n\n" + _table(
+        ["field", "type", "unit", ""], rows
+    )
 
 
 def _text(default: object) -> str:
@@ -111,7 +114,9 @@ def _text(default: object) -> str:
     return {None: "nil", (): "empty"}.get(default, str(default).lower())
 
 
-def _unit(kind: type[Message], name: str) -> str:
+def _unit(kind: type[msgspec.Struct], name: str) -> str:
+    if name.startswith("n_"):
+        return ""  # a number of things has none
     for suffix, unit in _UNITS.items():
         if name.endswith(suffix):
             return unit
@@ -120,7 +125,7 @@ def _unit(kind: type[Message], name: str) -> str:
     return ""
 
 
-def _type(kind: type[Message], name: str) -> str:
+def _type(kind: type[msgspec.Struct], name: str) -> str:
     described = msgspec.inspect.type_info(kind)
     assert isinstance(described, msgspec.inspect.StructType)
     return _described(next(field.type for field in described.fields if field.name == name))
@@ -138,6 +143,8 @@ def _described(kind: msgspec.inspect.Type) -> str:
         case msgspec.inspect.VarTupleType(item_type=item, min_length=least, max_length=most):
             count = f"{least} to {most} " if least and most else f"at most {most} " if most else ""
             return f"array of {count}{_described(item)}"
+        case msgspec.inspect.TupleType(item_types=items):
+            return f"array of {len(items)} {_described(items[0])}"
         case msgspec.inspect.NoneType():
             return "nil"
     name = type(kind).__name__.removesuffix("Type").lower()

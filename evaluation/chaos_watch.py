@@ -99,7 +99,7 @@ class ChaosWatch:
 def _snapshot(robot: Robot) -> Snapshot:
     supervisor = robot.supervisor
     coupling = supervisor.motion.coupling
-    effector = robot.plant.read()
+    effector = robot.embodiment.plant.read()
     return Snapshot(
         boot=supervisor.stamp().boot,
         mode=ControlMode(supervisor.mode),

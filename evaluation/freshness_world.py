@@ -22,6 +22,7 @@ from common.task import PointTask, Target
 from remote_site.config import RemoteConfig
 from remote_site.perception import OscillatingTarget, SimulatedPerception
 from remote_site.plant import PointPlant
+from remote_site.point_embodiment import PointEmbodiment
 from remote_site.supervisor import Supervisor
 
 DT_S = 0.02
@@ -184,7 +185,13 @@ class World:
         self._clock = BootClock(f"boot {self._boots}", lambda: round(self.now_s * 1e9))
         sight = SimulatedPerception.of_oscillating(OscillatingTarget(_TASK.target), 0.0, 0)
         return Supervisor(
-            _TASK, RemoteConfig(), self._plant, sight, self._clock, _nowhere, _nowhere, _nowhere
+            _TASK,
+            RemoteConfig(),
+            PointEmbodiment(_TASK, self._plant, sight),
+            self._clock,
+            _nowhere,
+            _nowhere,
+            _nowhere,
         )
 
 

@@ -125,7 +125,9 @@ def _robot_killed(sites: RealSites, last: Heard) -> list[str]:
         "it is not DISARMED": any(report.mode is not ControlMode.DISARMED for report in reports),
         "it moves": any(_apart_m(first.report, report) > _STILL_M for report in reports),
     }
-    if last.report.phase is Phase.APPROACHING and last.report.elapsed_s > 0.0:
+    # What was on its way when it was killed says whether it had arrived meanwhile.
+    final = [heard.report for heard in sites.heard if heard.boot == last.boot][-1]
+    if final.phase is Phase.APPROACHING:
         told = sites.console.wait_for(lambda p: _says(p, "interrupted"), 5.0)
         broken["it does not tell of the interruption"] = not told
     return [what for what, so in broken.items() if so]

@@ -37,7 +37,8 @@ Case = dict[str, Any]
 
 TRIALS = 10_000
 _TASK_FILE = Path(__file__).parents[1] / "deploy" / "tasks" / "planar.toml"
-_CONFIG = RemoteConfig(control_hz=20.0, telemetry_hz=10.0)
+_CONTROL_HZ = 20.0
+_CONFIG = RemoteConfig(control_hz=_CONTROL_HZ, telemetry_hz=10.0)
 _LONGEST_MISHAP_S = 6.0
 _ATTEMPTS = 25
 """Each 2 s: a command that the bad link has lost is waited for up to 30 s before it may be given again."""
@@ -84,7 +85,7 @@ class _Run:
         self.schedule: Schedule = random_schedule(seed)
         self.sites = VirtualSites(task, library, self.schedule.timeline.at(0.0), _CONFIG)
         sites = self.sites
-        self.watch = ChaosWatch(task, 1.0 / _CONFIG.control_hz, _CONFIG.max_age_s, sites.time.now_s)
+        self.watch = ChaosWatch(task, 1.0 / _CONTROL_HZ, _CONFIG.max_age_s, sites.time.now_s)
         self.operator = ChaosOperator(sites, seed)
         sites.hooks = Hooks(
             lambda: self.watch.before(sites.robot),

@@ -26,13 +26,13 @@ from common.link_control import RelayControl
 from evaluation.real_sites import PATIENCE_S, Process, RealSites, free_port
 from local_site import intents
 from local_site.picture import Picture
-from remote_site.config import RemoteConfig
+from remote_site.point_embodiment import CONTROL_HZ
 
 Case = dict[str, Any]
 
 DELAYS_S = (0.0, 0.3, 1.0, 3.0, 5.0)
 TRANSPORT_LIMIT_MS = 2.0
-COMMAND_LIMIT_MS = 1000.0 / RemoteConfig().control_hz + 3.0
+COMMAND_LIMIT_MS = 1000.0 / CONTROL_HZ + 3.0
 _HOST = "127.0.0.1"
 _QUESTIONS, _COMMANDS = 400, 40
 _QUESTION_S = 0.02

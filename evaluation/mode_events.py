@@ -13,7 +13,8 @@ import msgspec
 
 from common.control_mode import Action, ControlMode
 from common.messages import Wish
-from evaluation.mode_world import DT_S, Operator, World, good_model
+from evaluation.mode_surroundings import DT_S, good_model
+from evaluation.mode_world import Operator, World
 
 STALE_S = 10.0
 """Age of a message that an outage held up: far beyond what is usual, below what is ever accepted."""

@@ -1,20 +1,18 @@
 """The shipped supervisor with its surroundings, all of it copyable, in virtual time.
 
-The world of the exhaustive check: a point plant that can feel a force, sight that can be lost, operators
-whose every message is made here, and a network that keeps old messages to deliver them once more.
+The world of the exhaustive check: its surroundings, operators whose every message is made here, and a network
+that keeps old messages to deliver them once more.
 """
 
 from __future__ import annotations
 
 import copy
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import msgspec
 import numpy as np
 
-from common import model_file
 from common.clock import BootClock
 from common.control_mode import Action, ControlMode, Phase
 from common.keys import Channel
@@ -24,96 +22,19 @@ from common.messages import (
     Heartbeat,
     LeaseRequest,
     Message,
-    ModelTransfer,
     OperatorInput,
     PlannedPath,
     Stamp,
     Stop,
     Wish,
 )
-from common.task import Limits, PointTask, Sample, Target
-from common.task_frame import TaskFrame
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from local_site.samples import sample_strokes
-from remote_site.config import RemoteConfig
+from evaluation.mode_surroundings import CONFIG, DT_S, START_M, TASK, FeelingPlant, Sight, Source, good_model
 from remote_site.planner import PlanRequest
-from remote_site.plant import EffectorState, PointPlant
+from remote_site.point_embodiment import PointEmbodiment
 from remote_site.supervisor import Supervisor
 
-DT_S = 0.05
-"""A slow control loop: the rules are about modes, and a tick costs the search time."""
 ROUND_TRIP_S = 0.1
 _HEARTBEAT_TICKS, _RENEWAL_TICKS = 2, 20
-_START_M, _ORIGIN_M = (0.2, 0.5), (0.5, 0.5)
-
-TASK = PointTask(
-    name="check",
-    n_dims=2,
-    frame_names=("goal",),
-    workspace_m=(1.0, 1.0),
-    start_m=_START_M,
-    target=Target(origin_m=_ORIGIN_M, amplitude_m=(0.0, 0.0)),
-    require_preview=True,
-    lost_link="hold",
-    retract_m=(-0.1, 0.0),
-    samples=(Sample(waypoints_m=(_START_M, (0.35, 0.52), _ORIGIN_M), duration_s=1.0),),
-    limits=Limits(speed_m_s=0.6, acceleration_m_s2=4.0),
-)
-CONFIG = RemoteConfig(control_hz=1.0 / DT_S)
-
-
-@cache
-def good_model() -> ModelTransfer:
-    """A model of the task, as it travels."""
-    learner = OnlineLearner(LearnerSettings(max_distance_m=0.1, min_std_m=0.01), 2, TASK.frame_names)
-    frames = [TaskFrame(np.eye(2), np.array(_ORIGIN_M))]
-    for stroke in sample_strokes(TASK):
-        learner.start()
-        learner.observe_many(stroke.position_m, frames, stroke.time_s.tolist())
-        learner.end()
-    content = model_file.encode(learner.model())
-    return ModelTransfer(task=TASK.name, sha256=model_file.content_hash(content), content=content)
-
-
-class Source:
-    """The virtual time behind a clock [ns]."""
-
-    def __init__(self, start_s: float):
-        self.ns = round(start_s * 1e9)
-
-    def __call__(self) -> int:
-        """Now."""
-        return self.ns
-
-
-class FeelingPlant(PointPlant):
-    """The point with a force on it that the world sets [N]."""
-
-    force_n = 0.0
-
-    def read(self) -> EffectorState:
-        """See `Plant.read`."""
-        state = super().read()
-        return EffectorState(state.position_m, state.velocity_m_s, np.array([-self.force_n, 0.0]))
-
-
-class Sight:
-    """Perception of a target that stands still, while it is seen."""
-
-    def __init__(self) -> None:
-        self.seen, self.offset_m, self.broken = True, 0.0, False
-
-    def observe(self, now_s: float) -> list[TaskFrame] | None:
-        """See `Perception.observe`."""
-        del now_s
-        if not self.seen:
-            return None
-        x = np.nan if self.broken else _ORIGIN_M[0] + self.offset_m
-        return [TaskFrame(np.eye(2), np.array([x, _ORIGIN_M[1]]))]
-
-    def true_origin_m(self, now_s: float) -> None:
-        """See `Perception.true_origin_m`."""
-        del now_s
 
 
 @dataclass
@@ -146,7 +67,7 @@ class World:
 
     def __init__(self, n_operators: int):
         self.operators = [Operator(name) for name in ("ann", "bob")[:n_operators]]
-        self.plant = FeelingPlant(np.array(_START_M), np.ones(2), 0.6, 4.0)
+        self.plant = FeelingPlant(np.array(START_M), np.ones(2), 0.6, 4.0)
         self.sight = Sight()
         self.n_boots = 0
         self.counter = 0
@@ -159,8 +80,9 @@ class World:
         self.clock = BootClock(f"boot {self.n_boots}", self.source)
         self.said: list[Message] = []
         self.plan_request: PlanRequest | None = None
+        embodiment = PointEmbodiment(TASK, self.plant, self.sight, 1.0 / DT_S)
         self.robot = Supervisor(
-            TASK, CONFIG, self.plant, self.sight, self.clock, self._hear, self._take_plan, _forget
+            TASK, CONFIG, embodiment, self.clock, self._hear, self._take_plan, _forget
         )  # fmt: skip
 
     def restart(self) -> None:

@@ -38,6 +38,7 @@ from local_site.picture import Picture
 from local_site.task_library import TaskLibrary
 from remote_site.config import RemoteConfig
 from remote_site.coupling import INPUT_SILENCE_S
+from remote_site.point_embodiment import CONTROL_HZ
 
 Case = dict[str, Any]
 
@@ -53,7 +54,7 @@ _TASK = PointTask(
     target=Target(origin_m=(0.5, 0.5), amplitude_m=(0.0, 0.0)),
 )  # fmt: skip
 _CONFIG = RemoteConfig()
-_PERIOD_S = 1.0 / _CONFIG.control_hz
+_PERIOD_S = 1.0 / CONTROL_HZ
 LIMIT_S = INPUT_SILENCE_S + _TASK.limits.speed_m_s / _TASK.limits.acceleration_m_s2 + 2.0 * _PERIOD_S
 """0.5 s, braking from full speed, and that both begin with a control period [s]."""
 
@@ -166,7 +167,7 @@ class _Drive:
             self._newest_input_s = self._sites.time.now_s()
 
     def _speed_m_s(self) -> float:
-        return float(np.linalg.norm(self._sites.robot.plant.read().velocity_m_s))
+        return float(np.linalg.norm(self._sites.robot.embodiment.plant.read().velocity_m_s))
 
     def _watch(self) -> None:
         if self._speed_m_s() > _STANDING_M_S:

@@ -118,7 +118,7 @@ class VirtualSites:
         self.hooks.between()
         self.robot.move()
         self.hooks.after()
-        due_s += 1.0 / self.config.control_hz
+        due_s += 1.0 / self.robot.embodiment.control_hz
         self.time.call_at(due_s, partial(self._robot_tick, life, due_s))
 
     def _plan(self, request: PlanRequest) -> None:

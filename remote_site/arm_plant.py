@@ -80,7 +80,7 @@ class ArmPlant:
         velocity = servo.kinematics.jacobian() @ self.simulation.joint_velocities
         load = np.concatenate([servo.wrist.force, servo.wrist.torque])
         setpoint = (servo.setpoint.pose.copy(), servo.setpoint.velocity.copy())
-        return EffectorState(servo.tip, velocity, load, setpoint)
+        return EffectorState(servo.tip, velocity, load, setpoint, servo.carried)
 
     def accelerate(self, acceleration: Array, dt_s: float) -> None:
         """See `Plant.accelerate`."""

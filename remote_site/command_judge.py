@@ -6,6 +6,7 @@ from common.control_mode import Action, ControlMode, Phase, mode_after, modes_al
 from common.messages import Command, Stamp
 from common.task import Task
 from remote_site.contact import OperatorContact
+from remote_site.embodiment import Embodiment
 from remote_site.execution import start_refusal
 from remote_site.model_store import ModelStore
 from remote_site.plans import Plans
@@ -21,13 +22,20 @@ class CommandJudge:
         models: What was received.
         plans: What was previewed.
         sensing: Whether the target is seen, and where the robot is.
+        embodiment: What it can do from there.
     """
 
     def __init__(
-        self, task: Task, contact: OperatorContact, models: ModelStore, plans: Plans, sensing: Sensing
+        self,
+        task: Task,
+        contact: OperatorContact,
+        models: ModelStore,
+        plans: Plans,
+        sensing: Sensing,
+        embodiment: Embodiment,
     ):
         self._task, self._contact, self._models = task, contact, models
-        self._plans, self._sensing = plans, sensing
+        self._plans, self._sensing, self._embodiment = plans, sensing, embodiment
 
     def refusal(
         self, command: Command, mode: ControlMode, phase: Phase, now: Stamp
@@ -47,7 +55,7 @@ class CommandJudge:
             return self._motion_refusal(command, mode, now)
         if command.action is Action.RETRACT and self._task.retract_m is None:
             return "this task says nowhere to retract to (`retract_m`)", None
-        return "", None
+        return self._embodiment.refusal(command.action, self._sensing), None
 
     def _motion_refusal(
         self, command: Command, mode: ControlMode, now: Stamp

@@ -19,7 +19,8 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Name of a task that comes with Farhand, or a task file."""
     seed: Annotated[int, Meta(ge=0)] = 0
     """Of the simulated measurement noise and of the target's phase."""
-    control_hz: Annotated[float, Meta(ge=10, le=1000)] = 50.0
+    control_hz: Annotated[float, Meta(ge=10, le=1000)] | None = None
+    """Control rate [Hz]; none: what suits the robot. An arm's is 100 Hz, and no other."""
     telemetry_hz: Annotated[float, Meta(gt=0, le=30)] = 25.0
     max_age_s: Positive = 15.0
     """No command older than this is ever accepted [s]."""

@@ -10,8 +10,8 @@ from typing import Any
 from common import keys
 from common.control_mode import TABLE, Action, Cause, ControlMode, Guard, Phase, mode_after
 from common.messages import Command, Stamp, Stop
-from common.task import PointTask
 from remote_site.coupling import Coupling
+from remote_site.embodiment import Embodiment
 from remote_site.events import Announce, Events
 from remote_site.execution import Execution
 from remote_site.manoeuvre import Manoeuvre, Manoeuvres
@@ -27,6 +27,7 @@ from remote_site.watch import Trip
 _KINDS = {
     Guard.COUPLING_ENDED: "decoupled",
     Guard.FORCE: "backing off",
+    Guard.JAMMED: "gave up",
     Guard.PERCEPTION_LOST: "paused",
     Guard.LINK_LOST_HOLD: "paused",
     Guard.LINK_LOST_RETRACT: "retracting",
@@ -38,7 +39,7 @@ class ModeMachine:
     """Owner of the mode: where it goes is looked up in the one table, and here it is done.
 
     Args:
-        task: Where manoeuvres lead to.
+        embodiment: The robot.
         sensing: The newest measurements.
         motion: What moves the robot.
         plans: Makes rollouts.
@@ -49,7 +50,7 @@ class ModeMachine:
 
     def __init__(
         self,
-        task: PointTask,
+        embodiment: Embodiment,
         sensing: Sensing,
         motion: Motion,
         plans: Plans,
@@ -57,10 +58,10 @@ class ModeMachine:
         announce: Announce,
         now: Callable[[], Stamp],
     ):
-        self._task, self._sensing, self._motion = task, sensing, motion
+        self._embodiment, self._sensing, self._motion = embodiment, sensing, motion
         self._plans, self._events, self._now = plans, events, now
         self.previews = Previews(plans)
-        self._manoeuvres = Manoeuvres(task, sensing)
+        self._manoeuvres = Manoeuvres(embodiment, sensing)
         self._stops = Stops(partial(announce, keys.STOP_ACK))
         self._coupling_count = 0
         self._until_standing: list[Command] = []
@@ -131,7 +132,7 @@ class ModeMachine:
 
     def arrived(self, execution: Execution) -> None:
         """An execution has come to the end of its motion, and goes on tracking."""
-        self.complete(execution.command, f"arrived after {execution.arrived_after_s:.2f} s")
+        self.complete(execution.command, f"{execution.phase} after {execution.arrived_after_s:.2f} s")
 
     def end_manoeuvre(self, manoeuvre: Manoeuvre) -> None:
         """A manoeuvre has come to its end."""
@@ -198,11 +199,11 @@ class ModeMachine:
         self.complete(command, f"the pace is {command.pace:.0%}")
 
     def _execute(self, command: Command, stored: StoredModel) -> None:
-        sensed = self._sensing
+        now = self._now()
         self.last_execution = Execution(
-            command, stored, self._plans.settings, sensed.effector, sensed.frames, self._now(),
-            self._task.limits.contact_n,
-        )  # fmt: skip
+            command, stored, self._plans.settings, self._embodiment, self._sensing, now
+        )
+        self._embodiment.begin(now.t_ns * 1e-9)
         self._motion.begin(self.last_execution)
         self.tell("executing", f"executing {stored.sha256[:8]}", command_id=command.command_id)
         self._plans.forget_commit()

@@ -55,8 +55,9 @@ class ModelStore:
         if transfer.task != self._task.name:
             raise InvalidModel("model", "task", f"{self._task.name!r}, got {transfer.task!r}")
         model = decode(content)
-        if model.manifold.oriented:
-            raise InvalidModel("model", "means", "positions, as the task has; these are poses")
+        if model.manifold.oriented != self._task.space.oriented:
+            kinds = ("positions", "poses")[:: -1 if model.manifold.oriented else 1]
+            raise InvalidModel("model", "means", f"{kinds[1]}, as the task has; these are {kinds[0]}")
         if (model.n_dims, model.n_frames) != (self._task.space.n_dims, len(self._task.frame_names)):
             expected = f"{self._task.space.n_dims} dimensions and {len(self._task.frame_names)} frames"
             raise InvalidModel("model", "means", f"{expected}, got {model.n_dims} and {model.n_frames}")

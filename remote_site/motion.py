@@ -6,12 +6,10 @@ from enum import Enum, auto
 
 import numpy as np
 
-from common.task import Limits
 from remote_site.coupling import Coupling
+from remote_site.embodiment import Embodiment
 from remote_site.execution import Execution
 from remote_site.manoeuvre import Manoeuvre
-from remote_site.perception import Perception
-from remote_site.plant import Plant
 from remote_site.sensing import Sensing
 
 _STANDING_M_S = 2e-3
@@ -39,14 +37,12 @@ class Motion:
     """Moves the plant by at most one cause at a time.
 
     Args:
-        plant: The machine.
-        perception: Its surroundings, for the record of the errors.
+        embodiment: The robot.
         sensing: The newest measurements.
-        limits: Of the task.
     """
 
-    def __init__(self, plant: Plant, perception: Perception, sensing: Sensing, limits: Limits):
-        self._plant, self._perception, self._sensing, self._limits = plant, perception, sensing, limits
+    def __init__(self, embodiment: Embodiment, sensing: Sensing):
+        self.embodiment, self._plant, self._sensing = embodiment, embodiment.plant, sensing
         self.mover: Mover | None = None
         """What moves the robot, or would if it were not paused."""
         self.paused = False
@@ -61,6 +57,11 @@ class Motion:
     def execution(self) -> Execution | None:
         """The execution of a model, also while it is paused."""
         return self.mover if isinstance(self.mover, Execution) else None
+
+    @property
+    def executing(self) -> bool:
+        """Whether a model moves the robot now."""
+        return self.execution is not None and not self.paused
 
     @property
     def manoeuvre(self) -> Manoeuvre | None:
@@ -100,29 +101,41 @@ class Motion:
         """Come to rest, whatever moves the robot; an execution that goes on later is localised anew."""
         self._interrupted = True
         self._plant.brake(dt_s)
-        speed_m_s = float(np.linalg.norm(self._plant.read().velocity_m_s))
-        return Outcome.STANDING if speed_m_s <= _STANDING_M_S else Outcome.MOVING
+        standing = self._plant.read().own_speed_m_s <= _STANDING_M_S
+        return Outcome.STANDING if standing else Outcome.MOVING
 
     def _follow(self, coupling: Coupling, now_s: float, dt_s: float) -> bool:
         """Follow the hand. False while there is no input to follow."""
-        reference = coupling.reference_m(now_s)
+        reference = coupling.reference(now_s)
         if reference is None:
-            coupling.stop_here(self._sensing.effector.position_m)
+            coupling.stop_here(self._sensing.effector.controlled[0])
             return False
-        self._plant.follow(reference, self._limits.speed_m_s * coupling.speed_scale(now_s), dt_s)
+        allowed = self.embodiment.confined(reference, self._sensing)
+        if allowed is not reference:
+            coupling.confine(allowed)
+        self._plant.follow(allowed, self.embodiment.max_speed_m_s * coupling.speed_scale(now_s), dt_s)
         return True
 
     def _execute(self, execution: Execution, now_s: float, dt_s: float) -> Outcome:
-        sensed, under_way = self._sensing, execution.arrived_after_s is None
+        guidance, under_way = self.embodiment.guidance, execution.arrived_after_s is None
+        if guidance.waits:
+            self.brake(dt_s)
+            return Outcome.MOVING
+        if guidance.back is not None:
+            self._interrupted = True
+            execution.go_back(dt_s)
+            self._plant.follow(guidance.back, guidance.back_m_s, dt_s)
+            execution.measure(now_s, dt_s)
+            return Outcome.MOVING
         if self._interrupted:
-            execution.resume(sensed.frames)
+            execution.resume()
             self._interrupted = False
-        acceleration = execution.step(sensed.effector, sensed.frames, dt_s)
+        acceleration = execution.step(dt_s)
         if not np.isfinite(acceleration).all():
             self._plant.brake(dt_s)
             return Outcome.FAILED
         self._plant.accelerate(acceleration, dt_s)
-        execution.measure(sensed.effector, self._perception.true_origin_m(now_s), dt_s)
+        execution.measure(now_s, dt_s)
         if execution.arrived_after_s is None:
             return Outcome.UNDER_WAY
         return Outcome.ARRIVED if under_way else Outcome.MOVING

@@ -11,6 +11,7 @@ from common.mailbox import Mailbox
 from common.messages import PlannedPath, Stamp
 from common.path_points import packed
 from common.task_frame import TaskFrame
+from remote_site.embodiment import Check
 from remote_site.model_store import StoredModel
 from remote_site.plant import EffectorState
 from remote_site.reproduction.executor import Executor, ExecutorSettings, ExecutorState
@@ -34,6 +35,7 @@ class PlanRequest:
         state: Progress so far; None plans from the beginning.
         effector: Where the robot is.
         frames: The task frames at the instant.
+        check: Examines the motion too; None for nothing.
     """
 
     path_id: int
@@ -44,6 +46,7 @@ class PlanRequest:
     state: ExecutorState | None
     effector: EffectorState
     frames: tuple[TaskFrame, ...]
+    check: Callable[[], Check] | None = None
 
 
 def plan(request: PlanRequest) -> PlannedPath:
@@ -67,11 +70,17 @@ def plan(request: PlanRequest) -> PlannedPath:
     )
 
 
+def answer(request: PlanRequest) -> tuple[PlannedPath | None, str]:
+    """The path and what the operator should know of it, or None and why there is none."""
+    found = Check() if request.check is None else request.check()
+    return (None, f"refused: {found.refusal}") if found.refusal else (plan(request), found.warning)
+
+
 class Planner:
     """The worker. Of several requests that wait only the newest preview and the newest commit are done.
 
     Args:
-        deliver: Called from the worker with each request and its path, or the reason why there is none.
+        deliver: Called from the worker with each request and what `answer` gives.
     """
 
     def __init__(self, deliver: Callable[[PlanRequest, PlannedPath | None, str], None]):
@@ -104,9 +113,9 @@ class Planner:
 
     def _do(self, request: PlanRequest) -> None:
         try:
-            path = plan(request)
+            path, words = answer(request)
         except Exception as error:  # a plan that fails must not end the worker
             _log.exception("path %d could not be planned", request.path_id)
             self._deliver(request, None, f"the plan failed: {error}")
         else:
-            self._deliver(request, path, "")
+            self._deliver(request, path, words)

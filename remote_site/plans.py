@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from common.messages import Stamp
 from common.task_frame import TaskFrame
+from remote_site.embodiment import Embodiment
 from remote_site.execution import Execution
 from remote_site.model_store import StoredModel
 from remote_site.planner import PlanRequest
-from remote_site.reproduction.executor import ExecutorSettings
 from remote_site.sensing import Sensing, apart
 
 Array = NDArray[np.float64]
@@ -49,13 +49,13 @@ class Plans:
 
     Args:
         sensing: Where the robot and its frames are.
-        settings: Of the next execution.
+        embodiment: How it executes, and what it examines before.
         submit: Hands a request to the worker; never blocks.
     """
 
-    def __init__(self, sensing: Sensing, settings: ExecutorSettings, submit: Callable[[PlanRequest], None]):
-        self._sensing, self._submit = sensing, submit
-        self.settings = settings
+    def __init__(self, sensing: Sensing, embodiment: Embodiment, submit: Callable[[PlanRequest], None]):
+        self._sensing, self._embodiment, self._submit = sensing, embodiment, submit
+        self.settings = embodiment.settings
         """Of the next execution, and of the previews of it."""
         self._previews: dict[int, Situation] = {}
         self._plan_count = 0
@@ -133,5 +133,6 @@ class Plans:
                 state=state,
                 effector=self._sensing.effector,
                 frames=tuple(self._sensing.frames),
+                check=self._embodiment.check(self._sensing) if plan_id else None,
             )
         )

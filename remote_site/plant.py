@@ -24,12 +24,15 @@ class EffectorState:
             (T,); None where it is not measured.
         setpoint: Point and velocity that accelerations change, where the plant makes its effector follow a
             virtual one; None where they change the effector itself.
+        carried: Velocity of what it moves with, while it touches something that moves; a tangent at the
+            setpoint [m/s, rad/s]. Shape (T,). None in free space.
     """
 
     point: Array
     velocity: Array
     load: Array | None = None
     setpoint: tuple[Array, Array] | None = None
+    carried: Array | None = None
 
     @property
     def n_dims(self) -> int:
@@ -57,14 +60,17 @@ class EffectorState:
         return (self.point, self.velocity) if self.setpoint is None else self.setpoint
 
     @property
+    def own_speed_m_s(self) -> float:
+        """Speed of what it does by itself, not of what carries it [m/s]."""
+        if self.carried is None:
+            return float(np.linalg.norm(self.velocity_m_s))
+        return float(np.linalg.norm((self.controlled[1] - self.carried)[: self.n_dims]))
+
+    @property
     def is_finite(self) -> bool:
         """Whether every number is one."""
         measured = (self.point, self.velocity, self.load)
         return all(np.isfinite(vector).all() for vector in measured if vector is not None)
-
-    def shifted_to(self, position_m: Array) -> Array:
-        """The point with another position [m]; a pose keeps its orientation. Shape (C,)."""
-        return np.concatenate([position_m, self.point[self.n_dims :]])
 
 
 class Plant(Protocol):

@@ -14,6 +14,7 @@ from msgspec import Struct
 
 from common.log import loop_logger
 from common.mailbox import Mailbox
+from remote_site.arm_memory import ArmMemory
 from remote_site.motion import Motion
 from remote_site.sensing import Sensing
 
@@ -28,10 +29,12 @@ class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
     Args:
         position_m: Of the effector. Length D [m].
         executing: Hash of the model that was executed and had not arrived, empty for none.
+        arm: What an arm needs beyond that.
     """
 
     position_m: tuple[float, ...]
     executing: str = ""
+    arm: ArmMemory | None = None
 
     @classmethod
     def of(cls, sensing: Sensing, motion: Motion) -> PlantState:
@@ -41,6 +44,7 @@ class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
         return cls(
             tuple(sensing.effector.position_m.tolist()),
             execution.stored.sha256 if execution is not None and under_way else "",
+            motion.embodiment.memory(),
         )
 
 

@@ -34,11 +34,10 @@ from common.messages import (
     ReportRequest,
     Stop,
 )
-from common.task import PointTask
+from common.task import AnyTask
 from remote_site.config import RemoteConfig
-from remote_site.perception import OscillatingTarget, SimulatedPerception
+from remote_site.embodiments import embodiment_of
 from remote_site.planner import PlanRequest
-from remote_site.plant import PointPlant
 from remote_site.plant_memory import PlantState
 from remote_site.supervisor import Supervisor
 from remote_site.telemetry import Reporter
@@ -67,21 +66,28 @@ class Robot:
     def __init__(
         self,
         config: RemoteConfig,
-        task: PointTask,
+        task: AnyTask,
         clock: BootClock,
         link: Link,
         request_plan: Callable[[PlanRequest], None],
         write: Callable[..., Any],
         remembered: PlantState | None,
     ):
-        self._config, self._task, self._clock, self._link = config, task, clock, link
+        self._config, self._task, self._link = config, task, link
         self._inbox: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
         # A flood of other messages must push out neither a stop nor the answer to a preview.
         self._first: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
         self._ticks = 0
         self.overruns = 0
         """Control periods that came too late, as `RemoteSite` counts them."""
-        self.supervisor = self._make_supervisor(request_plan, write, remembered)
+        self.embodiment = embodiment_of(task, config, clock, remembered)
+        """What moves, with its control rate."""
+        self.supervisor = Supervisor(
+            task, config, self.embodiment, clock, self._announce, request_plan, write
+        )
+        if remembered is not None and remembered.executing:
+            why = f"the execution of {remembered.executing[:8]} was interrupted by a restart of the robot"
+            self.supervisor.machine.tell("interrupted", why, succeeded=False)
         self._reporter = Reporter(self.supervisor, clock)
         self._listen()
 
@@ -101,37 +107,15 @@ class Robot:
 
     def move(self, late_s: float = 0.0) -> None:
         """Watch, move, report."""
-        self.supervisor.tick(1.0 / self._config.control_hz, late_s)
-        if self._ticks % max(1, round(self._config.control_hz / self._config.telemetry_hz)) == 0:
-            self._announce(keys.TELEMETRY, self._reporter.report())
+        control_hz = self.embodiment.control_hz
+        self.supervisor.tick(1.0 / control_hz, late_s)
+        if self._ticks % max(1, round(control_hz / self._config.telemetry_hz)) == 0:
+            self._announce(keys.TELEMETRY, self._reporter.report(self.overruns))
         self._ticks += 1
 
-    def take_path(self, request: PlanRequest, path: PlannedPath | None, problem: str) -> None:
-        """A rollout is ready, or there is a reason why not; from any thread."""
-        self._first.put(partial(self.supervisor.on_path, request, path, problem))
-
-    def _make_supervisor(
-        self,
-        request_plan: Callable[[PlanRequest], None],
-        write: Callable[..., Any],
-        remembered: PlantState | None,
-    ) -> Supervisor:
-        task, target = self._task, self._task.target
-        phase = float(np.random.default_rng(self._config.seed).uniform(0.0, 2.0 * np.pi))
-        self._target = OscillatingTarget(target, phase)
-        perception = SimulatedPerception.of_oscillating(self._target, target.noise_std_m, self._config.seed)
-        limits = task.limits
-        start_m = np.clip(remembered.position_m if remembered else task.start_m, 0.0, task.workspace_m)
-        plant = self.plant = PointPlant(
-            start_m, np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
-        )
-        supervisor = Supervisor(
-            task, self._config, plant, perception, self._clock, self._announce, request_plan, write
-        )
-        if remembered is not None and remembered.executing:
-            why = f"the execution of {remembered.executing[:8]} was interrupted by a restart of the robot"
-            supervisor.machine.tell("interrupted", why, succeeded=False)
-        return supervisor
+    def take_path(self, request: PlanRequest, path: PlannedPath | None, words: str) -> None:
+        """A rollout is ready, or there is a reason why not (see `planner.answer`); from any thread."""
+        self._first.put(partial(self.supervisor.on_path, request, path, words))
 
     def _announce(self, channel: Channel, message: Message) -> None:
         self._link.send(channel, encode(message))
@@ -175,13 +159,12 @@ class Robot:
             self._inbox.put(lambda: request.answer(encode(handle(message))))
 
     def _on_move_target(self, message: MoveTarget) -> None:
-        """The simulated target is dragged by whoever holds the lease; it stays in the workspace."""
+        """The simulated target is dragged by whoever holds the lease, within its bounds."""
         lease = self.supervisor.contact.lease
         if not lease.lease_id or message.lease_id != lease.lease_id:
             return
-        if len(message.position_m) == self._task.n_dims:
-            mean_m = np.clip(message.position_m, 0.0, self._task.workspace_m)
-            self._target.move_to(mean_m, self._clock.now_s())
+        if len(message.position_m) == self._task.space.n_dims:
+            self.embodiment.move_target(np.array(message.position_m))
 
     def _on_report(self, _request: ReportRequest) -> ExecutionReport:
         now, last = self.supervisor.stamp(), self.supervisor.last_execution

@@ -54,8 +54,10 @@ class Sensing:
         self._recent: deque[tuple[float, list[TaskFrame]]] = deque()
         self._seen_s = -np.inf
         self.effector = plant.read()
-        self.frames = [TaskFrame.identity(self.effector.position_m.size)] * n_frames
+        self.seen = [TaskFrame.identity(self.effector.position_m.size)] * n_frames
         """The task frames as seen, or as predicted while they are not."""
+        self.frames = self.seen
+        """Where they are believed to be: what is felt may say more than what is seen."""
         self.seen_again: SeenAgain | None = None
         self.unseen_s = np.inf
         """For how long the frames have not been seen [s]; zero while they are, infinite before."""
@@ -68,28 +70,32 @@ class Sensing:
         self.seen_again = None
         if observed is None:
             self.unseen_s = now_s - self._seen_s
-            self.frames = self._predicted()
+            self.seen = self.frames = self._predicted()
             return
         if 0.0 < self.unseen_s < np.inf:
-            self.seen_again = SeenAgain(now_s - self._seen_s, *apart(self.frames[0], observed[0]))
-        self.frames = observed
+            self.seen_again = SeenAgain(now_s - self._seen_s, *apart(self.seen[0], observed[0]))
+        self.seen = self.frames = observed
         self._seen_s, self.unseen_s = now_s, 0.0
         self._seen.append(observed[0])
         self._recent.append((now_s, observed))
         while self._recent[0][0] < now_s - _VELOCITY_S - 1e-9:
             self._recent.popleft()
 
+    def believe(self, frames: list[TaskFrame]) -> None:
+        """The task frames are here, whatever is seen; holds until the next `update`."""
+        self.frames = frames
+
     def mean_frame(self) -> TaskFrame:
         """The first frame averaged over its movement."""
         if not self._seen:
-            return self.frames[0]
+            return self.seen[0]
         U, _, Vt = np.linalg.svd(np.mean([frame.A for frame in self._seen], axis=0))
         return TaskFrame(U @ Vt, np.mean([frame.b for frame in self._seen], axis=0))
 
     def _predicted(self) -> list[TaskFrame]:
         """The frames as they go on as they went, for a moment; after that they stand still."""
         if not self._recent:
-            return self.frames
+            return self.seen
         (before_s, before), (last_s, last) = self._recent[0], self._recent[-1]
         ratio = min(self.unseen_s, PREDICTED_S) / max(last_s - before_s, 1e-9)
         return [_gone_on(*pair, ratio) for pair in zip(before, last, strict=True)]

@@ -12,7 +12,7 @@ from common.event_log import EventLog
 from common.link import ZenohLink
 from common.log import loop_logger
 from common.messages import PlannedPath
-from common.task import PointTask
+from common.task import AnyTask
 from remote_site.config import RemoteConfig
 from remote_site.planner import Planner, PlanRequest
 from remote_site.plant_memory import PERIOD_S, PlantMemory, PlantState
@@ -31,7 +31,7 @@ class RemoteSite:
         data_dir: Where its events and the state of the simulated robot are kept.
     """
 
-    def __init__(self, config: RemoteConfig, task: PointTask, data_dir: Path):
+    def __init__(self, config: RemoteConfig, task: AnyTask, data_dir: Path):
         self._config, self._task = config, task
         self._data_dir = data_dir / "robot" / config.link.vehicle
         self._stop = threading.Event()
@@ -51,19 +51,19 @@ class RemoteSite:
         """
         # The planner and the link's threads must not hold up a control tick.
         sys.setswitchinterval(5e-4)
-        warm_up(self._task.n_dims)
+        warm_up(self._task.space)
         link = ZenohLink(self._config.link)
         memory = PlantMemory(self._data_dir / "state.json")
         event_log = EventLog(self._data_dir / "events.jsonl")
 
-        def take_path(request: PlanRequest, path: PlannedPath | None, problem: str) -> None:
-            robot.take_path(request, path, problem)  # which needs the planner first
+        def take_path(request: PlanRequest, path: PlannedPath | None, words: str) -> None:
+            robot.take_path(request, path, words)  # which needs the planner first
 
         planner = Planner(take_path)
         try:
             robot = Robot(
                 self._config, self._task, BootClock(), link, planner.request, event_log.append,
-                memory.load(self._task.n_dims),
+                memory.load(self._task.space.n_dims),
             )  # fmt: skip
             _log.info("the robot is ready: %s", self._config.link.listen)
             ready()
@@ -75,9 +75,9 @@ class RemoteSite:
             event_log.close()
 
     def _loop(self, robot: Robot, memory: PlantMemory) -> None:
-        period_s = 1.0 / self._config.control_hz
-        remember_every = max(1, round(PERIOD_S * self._config.control_hz))
-        rate = Rate(period_s, self._stop)
+        control_hz = robot.embodiment.control_hz
+        remember_every = max(1, round(PERIOD_S * control_hz))
+        rate = Rate(1.0 / control_hz, self._stop)
         tick = 0
         while rate.wait():
             robot.overruns = rate.overruns

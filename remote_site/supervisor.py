@@ -27,22 +27,20 @@ from common.messages import (
     Stop,
 )
 from common.path_points import duration_s
-from common.task import PointTask
+from common.task import Task
 from remote_site.black_box import BlackBox
 from remote_site.command_judge import CommandJudge
 from remote_site.command_log import CommandLog
 from remote_site.config import RemoteConfig
 from remote_site.contact import OperatorContact
+from remote_site.embodiment import Embodiment
 from remote_site.events import Announce, Events, Write
 from remote_site.execution import Execution
 from remote_site.mode_machine import ModeMachine
 from remote_site.model_store import ModelStore
 from remote_site.motion import Motion, Outcome
-from remote_site.perception import Perception
 from remote_site.planner import PlanRequest
 from remote_site.plans import Plans
-from remote_site.plant import Plant
-from remote_site.reproduction.executor import ExecutorSettings
 from remote_site.sensing import Sensing
 from remote_site.watch import Trip, Watch
 
@@ -53,8 +51,7 @@ class Supervisor:
     Args:
         task: What the robot does.
         config: Rates and limits.
-        plant: The machine.
-        perception: Its sensing.
+        embodiment: The robot.
         clock: Its time.
         announce: Sends a message to the operators; never blocks.
         request_plan: Hands a rollout to the worker; never blocks.
@@ -63,34 +60,31 @@ class Supervisor:
 
     def __init__(
         self,
-        task: PointTask,
+        task: Task,
         config: RemoteConfig,
-        plant: Plant,
-        perception: Perception,
+        embodiment: Embodiment,
         clock: BootClock,
         announce: Announce,
         request_plan: Callable[[PlanRequest], None],
         write: Write,
     ):
         self._task, self._clock, self._announce = task, clock, announce
-        settings = ExecutorSettings(
-            dt_s=1.0 / config.control_hz,
-            max_speed_m_s=task.limits.speed_m_s,
-            max_acceleration_m_s2=task.limits.acceleration_m_s2,
+        self.embodiment, control_hz = embodiment, embodiment.control_hz
+        self.sensing = Sensing(
+            embodiment.plant, embodiment.perception, len(task.frame_names), control_hz, clock.now_s()
         )
-        self.sensing = Sensing(plant, perception, len(task.frame_names), config.control_hz, clock.now_s())
         self.contact = OperatorContact(config, clock)
         self.models = ModelStore(task)
-        self.motion = Motion(plant, perception, self.sensing, task.limits)
+        self.motion = Motion(embodiment, self.sensing)
         self.events = Events(announce, self.stamp, write)
-        self._plans = Plans(self.sensing, settings, request_plan)
+        self._plans = Plans(self.sensing, embodiment, request_plan)
         self.machine = ModeMachine(
-            task, self.sensing, self.motion, self._plans, self.events, announce, self.stamp
+            embodiment, self.sensing, self.motion, self._plans, self.events, announce, self.stamp
         )
-        self._judge = CommandJudge(task, self.contact, self.models, self._plans, self.sensing)
+        self._judge = CommandJudge(task, self.contact, self.models, self._plans, self.sensing, embodiment)
         self._log = CommandLog()
         self._watch = Watch(task, self.sensing, self.contact, self.motion, config.deadline_s)
-        self._black_box = BlackBox(self.sensing, self.motion, config.control_hz, write)
+        self._black_box = BlackBox(self.sensing, self.motion, control_hz, write)
         self._holder = ""
 
     @property
@@ -147,7 +141,7 @@ class Supervisor:
         if coupling is None or theirs != (coupling.lease_id, coupling.coupling_id):
             self.contact.stale_refused += 1
         elif self.contact.input_is_fresh(message):
-            coupling.feed(message, self.sensing.effector.position_m, self._clock.now_s())
+            coupling.feed(message, self.sensing.effector.controlled[0], self._clock.now_s())
 
     def on_command(self, command: Command) -> CommandReply:
         """Run a command once, or answer it again."""
@@ -165,8 +159,14 @@ class Supervisor:
         self._log.remember(reply)
         return reply
 
-    def on_path(self, request: PlanRequest, path: PlannedPath | None, problem: str) -> None:
-        """A rollout is ready, or could not be made."""
+    def on_path(self, request: PlanRequest, path: PlannedPath | None, words: str) -> None:
+        """A rollout is ready, or could not be made.
+
+        Args:
+            request: What was asked.
+            path: The rollout, None when there is none.
+            words: Why there is none, or what the operator should know of it.
+        """
         command = self.machine.previews.finish(request, path)
         if request.plan_id and command is None:
             return  # a newer preview has replaced it
@@ -176,9 +176,9 @@ class Supervisor:
             if path is not None and self.motion.execution is not None:
                 self.machine.path_id = path.path_id
         elif path is None:
-            self.machine.fail(command, problem)
+            self.machine.fail(command, words)
         else:
-            text = f"previewed {duration_s(path):.1f} s of motion"
+            text = f"previewed {duration_s(path):.1f} s of motion" + (f"; {words}" if words else "")
             self.machine.complete(command, text, plan_id=request.plan_id)
 
     # The tick -----------------------------------------------------------------------------------
@@ -191,7 +191,7 @@ class Supervisor:
             late_s: How late it begins [s].
         """
         now_s = self._clock.now_s()
-        trip = self._sense(now_s)
+        trip = self._sense(now_s, dt_s)
         self.contact.lease.expire(now_s)
         self._tell_holder()
         trip = trip or self._watch.trip(self.mode, now_s, dt_s, late_s)
@@ -204,9 +204,10 @@ class Supervisor:
         if not fault:
             self._move(now_s, dt_s)
 
-    def _sense(self, now_s: float) -> Trip | None:
+    def _sense(self, now_s: float, dt_s: float) -> Trip | None:
         try:
             self.sensing.update(now_s)
+            self.embodiment.attend(self.sensing, self.motion.executing, now_s, dt_s)
         except InvalidInput as error:
             return Trip(Guard.FAULT, f"a measurement is wrong: {error}")
 

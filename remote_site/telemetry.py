@@ -40,8 +40,12 @@ class Reporter:
         self._supervisor, self._clock = supervisor, clock
         self._seq = 0
 
-    def report(self) -> Telemetry:
-        """The robot as it is now."""
+    def report(self, overruns: int = 0) -> Telemetry:
+        """The robot as it is now.
+
+        Args:
+            overruns: Control periods that came too late in this boot.
+        """
         self._seq += 1
         s, sensed, contact = self._supervisor, self._supervisor.sensing, self._supervisor.contact
         execution, coupling = s.motion.execution, s.motion.coupling
@@ -68,4 +72,5 @@ class Reporter:
             waiting=coupling is not None and coupling.waiting(self._clock.now_s()),
             stale_refused=contact.stale_refused,
             pace=s.machine.pace,
+            arm=s.embodiment.arm_state(sensed, overruns),
         )

@@ -86,6 +86,8 @@ class Watch:
             why, measured = self._sight.reason()
             if why:
                 return Trip(Guard.PERCEPTION_LOST, why, measured)
+            if why := self._motion.embodiment.guidance.given_up:
+                return Trip(Guard.JAMMED, why)
         paused = mode is ControlMode.PAUSED and self._motion.execution is not None
         blind = paused and self._sensing.unseen_s > 0.0
         guard, why = self._link.trip(self._contact.silent_s(now_s), executing, blind, dt_s)

@@ -133,6 +133,11 @@ class Servo:
         self._look()
         return self._track((self._carried() - self.setpoint.velocity) / _BRAKE_S, dt_s, holds=True)
 
+    @property
+    def carried(self) -> Array | None:
+        """Velocity at the setpoint of the receptacle, where that is near; None in free water. Shape (6,)."""
+        return self._carried() if self.governor.active else None
+
     def _look(self) -> None:
         self.governor.look(self._seen, self.tip, self.wrist.force)
 

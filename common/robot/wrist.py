@@ -27,7 +27,8 @@ class Wrist:
         self._kinematics = kinematics
         self._mass_kg, self._centre = kinematics.tool_weight()
         self._reach_m = kinematics.dimensions.plug.reach_m
-        self._bias, self._sum = np.zeros(6), np.zeros(6)
+        self.bias, self._sum = np.zeros(6), np.zeros(6)
+        """What is measured when nothing is touched, without the tool's weight [N, Nm]. Shape (6,)."""
         self._to_tare = 0
         self.force = np.zeros(3)
         """In the axes of the base, as measured [N]. Shape (3,)."""
@@ -39,6 +40,10 @@ class Wrist:
     def tare(self) -> None:
         """What is measured in the next 0.4 s is not a contact: from then on it counts as nothing."""
         self._to_tare, self._sum = _TARE_TICKS, np.zeros(6)
+
+    def restore(self, bias: Array) -> None:
+        """What is measured when nothing is touched is known already; it is not tared. Shape (6,)."""
+        self.bias, self._to_tare = bias, 0
 
     def update(self, measured: Array, tip: Array) -> None:
         """Take a measurement into account.
@@ -54,8 +59,8 @@ class Wrist:
             self._sum += wrench
             self._to_tare -= 1
             if not self._to_tare:
-                self._bias = self._sum / _TARE_TICKS
-        wrench = wrench - self._bias
+                self.bias = self._sum / _TARE_TICKS
+        wrench = wrench - self.bias
         wrench[3:] -= _cross((0.0, 0.0, self._reach_m), wrench[:3])
         self.force, self.torque = R @ wrench[:3], wrench[3:]
         self.smooth = self.smooth + _SMOOTHING * (wrench - self.smooth)

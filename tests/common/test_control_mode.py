@@ -53,6 +53,7 @@ GUARDS = {
     "coupling ended": {"direct": "hold"},
     "manoeuvre ended": {"autonomous": "hold"},
     "force limit": {"direct": "autonomous", "autonomous": "autonomous"},
+    "jammed too often": {"autonomous": "hold"},
     "perception lost": {"autonomous": "paused"},
     "link lost: hold": {"autonomous": "paused"},
     "link lost: retract": {"autonomous": "autonomous", "paused": "autonomous"},

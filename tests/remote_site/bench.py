@@ -25,17 +25,19 @@ from common.messages import (
     Stop,
     Wish,
 )
-from common.task import PointTask
+from common.task import AnyTask, PointTask
 from common.task_frame import TaskFrame
 from remote_site.config import RemoteConfig
+from remote_site.embodiment import Embodiment
 from remote_site.perception import OscillatingTarget, SimulatedPerception
-from remote_site.planner import PlanRequest, plan
+from remote_site.planner import PlanRequest, answer
 from remote_site.plant import EffectorState, PointPlant
+from remote_site.point_embodiment import PointEmbodiment
 from remote_site.supervisor import Supervisor
 from tests.remote_site.planar import TASK, transfer
 
 DT_S = 0.02
-_HEARTBEAT_TICKS, _RENEWAL_TICKS = 5, 50
+_HEARTBEAT_S, _RENEWAL_S = 0.1, 1.0
 
 M = TypeVar("M", bound=Message)
 
@@ -112,28 +114,43 @@ class Bench:
     Args:
         task: What the robot does.
         plant: Another machine than the task's point.
+        embodiment: Another robot than a point.
         delay_s: Age of whatever the operator echoes, when it arrives [s].
     """
 
-    def __init__(self, task: PointTask = TASK, plant: PointPlant | None = None, delay_s: float = 0.1):
+    def __init__(
+        self,
+        task: AnyTask = TASK,
+        plant: PointPlant | None = None,
+        embodiment: Embodiment | None = None,
+        delay_s: float = 0.1,
+    ):
+        self.task = task
         self.time = VirtualTime()
         self.clock = BootClock("boot", self.time)
         self.delay_s = delay_s
         self.said: list[tuple[Channel, Message]] = []
         self.plan_requests: list[PlanRequest] = []
         self.written: list[dict[str, Any]] = []
-        limits = task.limits
-        self.plant = plant or PointPlant(
-            np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
-        )
-        self.sight = Sight(task)
+        if embodiment is None:
+            embodiment = self._point(task, plant)
+        self.plant, self.dt_s = embodiment.plant, 1.0 / embodiment.control_hz
         self.robot = Supervisor(
-            task, RemoteConfig(), self.plant, self.sight, self.clock,
+            task, RemoteConfig(), embodiment, self.clock,
             lambda channel, message: self.said.append((channel, message)), self.plan_requests.append,
             lambda **fields: self.written.append(fields),
         )  # fmt: skip
         self.lease_id = ""
         self._count = self._ticks = 0
+
+    def _point(self, task: AnyTask, plant: PointPlant | None) -> Embodiment:
+        assert isinstance(task, PointTask)
+        limits = task.limits
+        plant = plant or PointPlant(
+            np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
+        )
+        self.sight = Sight(task)
+        return PointEmbodiment(task, plant, self.sight)
 
     @property
     def mode(self) -> ControlMode:
@@ -180,7 +197,7 @@ class Bench:
         self._count += 1
         usual = {
             "command_id": f"command {self._count}", "session": "session", "lease_id": self.lease_id,
-            "action": action, "echo": self.echo(), "task": TASK.name,
+            "action": action, "echo": self.echo(), "task": self.task.name,
         }  # fmt: skip
         return self.robot.on_command(Command(**(usual | fields)))
 
@@ -190,13 +207,13 @@ class Bench:
     def send_model(self, sent: ModelTransfer | None = None) -> ModelReply:
         return self.robot.on_model(sent or transfer())
 
-    def hand(self, x: float, y: float, **fields: Any) -> None:
-        """The operator's hand is at a place on their own board."""
+    def hand(self, *position_m: float, **fields: Any) -> None:
+        """The operator's hand is at a place on their own board, or before their own arm."""
         self._count += 1
         coupling = self.robot.motion.coupling
         usual = {
             "seq": self._count, "echo": self.echo(), "lease_id": self.lease_id,
-            "coupling_id": coupling.coupling_id if coupling else 0, "position_m": (x, y),
+            "coupling_id": coupling.coupling_id if coupling else 0, "position_m": position_m,
         }  # fmt: skip
         self.robot.on_input(OperatorInput(**(usual | fields)))
 
@@ -204,21 +221,21 @@ class Bench:
 
     def run(self, duration_s: float, present: bool = True) -> None:
         """Let the control loop run, with or without an operator who says that they are there."""
-        for _ in range(round(duration_s / DT_S)):
-            self.time.advance(DT_S)
+        for _ in range(round(duration_s / self.dt_s)):
+            self.time.advance(self.dt_s)
             self._ticks += 1
-            if present and self._ticks % _HEARTBEAT_TICKS == 0:
+            if present and self._ticks % round(_HEARTBEAT_S / self.dt_s) == 0:
                 alive = Heartbeat(session="session", seq=self._ticks, echo=self.echo())
                 self.robot.contact.heartbeat(alive)
-            if present and self._ticks % _RENEWAL_TICKS == 0 and self.lease_id:
+            if present and self._ticks % round(_RENEWAL_S / self.dt_s) == 0 and self.lease_id:
                 self.ask_lease()
-            self.robot.tick(DT_S)
+            self.robot.tick(self.dt_s)
 
-    def drive(self, duration_s: float, x: float, y: float = 0.0) -> None:
+    def drive(self, duration_s: float, x: float, y: float = 0.0, *z: float, **fields: Any) -> None:
         """Hold the hand at a place, as a hand does: an event in every control period."""
-        for _ in range(round(duration_s / DT_S)):
-            self.hand(x, y)
-            self.run(DT_S)
+        for _ in range(round(duration_s / self.dt_s)):
+            self.hand(x, y, *z, **fields)
+            self.run(self.dt_s)
 
     # Where tests begin --------------------------------------------------------------------------
 
@@ -264,7 +281,7 @@ class Bench:
         reply = self.command(Action.PREVIEW, model_sha256=sha256)
         assert reply.accepted, reply.reason
         request = self.plan_requests[-1]
-        self.robot.on_path(request, plan(request), "")
+        self.robot.on_path(request, *answer(request))
         return request.plan_id
 
 

@@ -5,6 +5,7 @@ from typing import Any
 from common.control_mode import ControlMode
 from remote_site.black_box import BlackBox
 from remote_site.motion import Motion
+from remote_site.point_embodiment import PointEmbodiment
 from remote_site.sensing import Sensing
 from tests.remote_site.bench import Bench, FeelingPlant, Sight
 from tests.remote_site.planar import TASK
@@ -15,7 +16,7 @@ HZ = 50.0
 def test_it_keeps_the_last_five_seconds_and_begins_anew_after_each_dump():
     plant, sight, rows = FeelingPlant(), Sight(TASK), list[dict[str, Any]]()
     sensing = Sensing(plant, sight, 1, HZ, 0.0)
-    motion = Motion(plant, sight, sensing, TASK.limits)
+    motion = Motion(PointEmbodiment(TASK, plant, sight), sensing)
     box = BlackBox(sensing, motion, HZ, lambda **fields: rows.append(fields))
     for tick in range(1000):
         box.remember(tick / HZ, ControlMode.HOLD)

@@ -19,14 +19,14 @@ def an_input(seq: int, x: float, y: float, released: bool = False) -> OperatorIn
 
 
 def reference(coupling: Coupling, now_s: float) -> np.ndarray:
-    at = coupling.reference_m(now_s)
+    at = coupling.reference(now_s)
     assert at is not None
     return at
 
 
 def test_nothing_is_followed_before_the_first_input():
     coupling = Coupling(1, "l", 0.0)
-    assert coupling.waiting(0.0) and coupling.reference_m(0.0) is None
+    assert coupling.waiting(0.0) and coupling.reference(0.0) is None
 
 
 @settings(deadline=None, derandomize=True, max_examples=50)
@@ -55,7 +55,7 @@ def test_an_input_of_another_dimension_is_ignored():
         seq=1, echo=Stamp("boot", 0), lease_id="l", coupling_id=1, position_m=(0.0, 0.0, 0.0)
     )
     coupling.feed(solid, ROBOT, 0.0)
-    assert coupling.reference_m(0.0) is None
+    assert coupling.reference(0.0) is None
 
 
 def test_after_a_pause_of_the_hand_the_robot_goes_on_from_where_it_stopped():

@@ -1,36 +1,11 @@
 from __future__ import annotations
 
-import math
-
-import numpy as np
 import pytest
 
 from common.messages import Stamp
-from remote_site.execution import TrackingRecord
-from remote_site.plant import EffectorState
 from tests.remote_site.bench import DT_S, Bench
 
 NOW = Stamp("boot", 7)
-
-
-def test_the_error_is_the_root_mean_square_of_what_was_measured():
-    record = TrackingRecord()
-    assert record.rms_m is None and record.newest_m is None
-    for distance_m in (0.003, 0.004):
-        record.add(distance_m, 0.1)
-    assert record.rms_m == pytest.approx(math.sqrt((9 + 16) / 2) * 1e-3)
-    assert record.newest_m == 0.004 and record.tracked_s == pytest.approx(0.2)
-
-
-def test_the_error_is_of_the_first_ten_seconds_and_the_newest_goes_on():
-    record = TrackingRecord()
-    for _ in range(100):
-        record.add(0.001, 0.1)
-    for _ in range(50):
-        record.add(1.0, 0.1)
-    assert record.tracked_s == pytest.approx(10.0, abs=0.11)
-    assert record.rms_m is not None and record.rms_m < 0.2
-    assert record.newest_m == 1.0
 
 
 def test_before_the_arrival_nothing_is_reported_as_an_error():
@@ -65,11 +40,3 @@ def test_the_record_outlives_the_execution():
     bench.run(0.5)
     assert bench.robot.last_execution is execution
     assert bench.robot.motion.execution is None
-
-
-def test_a_target_that_nobody_can_see_leaves_the_error_unknown():
-    execution = Bench().arrived().robot.last_execution
-    assert execution is not None
-    tracked_s = execution.record.tracked_s
-    execution.measure(EffectorState(np.zeros(2), np.zeros(2)), None, DT_S)
-    assert execution.record.tracked_s == tracked_s

@@ -7,6 +7,7 @@ from msgspec import structs
 from common.control_mode import Phase
 from common.task import PointTask
 from remote_site.manoeuvre import Manoeuvre, Manoeuvres
+from remote_site.point_embodiment import PointEmbodiment
 from remote_site.sensing import Sensing
 from tests.remote_site.bench import DT_S, FeelingPlant, Sight
 from tests.remote_site.planar import TASK
@@ -19,7 +20,7 @@ class Robot:
         self.plant, sight = FeelingPlant(task), Sight(task)
         sight.turn_rad = turn_rad
         self.sensing = Sensing(self.plant, sight, 1, 1.0 / DT_S, 0.0)
-        self.manoeuvres = Manoeuvres(task, self.sensing)
+        self.manoeuvres = Manoeuvres(PointEmbodiment(task, self.plant, sight), self.sensing)
 
     def run(self, manoeuvre: Manoeuvre, at_most_s: float = 20.0) -> float:
         """Do it to its end. Returns the time that it took [s]."""

@@ -7,10 +7,10 @@ from common.control_mode import Action, Phase
 from common.messages import Command, OperatorInput, Stamp
 from remote_site.coupling import Coupling
 from remote_site.execution import Execution
-from remote_site.manoeuvre import Manoeuvre
+from remote_site.manoeuvre import Manoeuvre, Straight
 from remote_site.model_store import StoredModel
 from remote_site.motion import Motion, Outcome
-from remote_site.reproduction.executor import ExecutorSettings
+from remote_site.point_embodiment import PointEmbodiment
 from remote_site.sensing import Sensing
 from tests.remote_site.bench import DT_S, FeelingPlant, Sight
 from tests.remote_site.planar import TASK, planar_model
@@ -24,7 +24,8 @@ class Robot:
     def __init__(self) -> None:
         self.plant, self.sight, self.now_s = FeelingPlant(), Sight(TASK), 10.0
         self.sensing = Sensing(self.plant, self.sight, 1, 1.0 / DT_S, self.now_s)
-        self.motion = Motion(self.plant, self.sight, self.sensing, TASK.limits)
+        self.embodiment = PointEmbodiment(TASK, self.plant, self.sight)
+        self.motion = Motion(self.embodiment, self.sensing)
 
     def step(self, n: int = 1, wait: bool = False) -> Outcome:
         outcome = Outcome.STANDING
@@ -44,18 +45,13 @@ class Robot:
         return coupling
 
     def execution(self) -> Execution:
-        settings = ExecutorSettings(
-            dt_s=DT_S, max_speed_m_s=TASK.limits.speed_m_s,
-            max_acceleration_m_s2=TASK.limits.acceleration_m_s2,
-        )  # fmt: skip
         stored = StoredModel("a" * 64, planar_model())
-        return Execution(
-            COMMAND, stored, settings, self.sensing.effector, self.sensing.frames, Stamp("b", 0), 5.0
-        )
+        settings = self.embodiment.settings
+        return Execution(COMMAND, stored, settings, self.embodiment, self.sensing, Stamp("b", 0))
 
     def manoeuvre(self, distance_m: float = 0.1) -> Manoeuvre:
         goal = np.add(TASK.start_m, (distance_m, 0.0))
-        return Manoeuvre(Phase.GOING_TO_READY, goal, 0.3, 5.0)
+        return Manoeuvre(Phase.GOING_TO_READY, Straight(goal, 0.3, 5.0))
 
 
 def test_nothing_moves_a_robot_that_nothing_was_begun_on():
@@ -92,7 +88,7 @@ def test_what_was_ended_brakes_until_the_robot_stands():
 def test_an_execution_that_stood_still_finds_its_place_anew(way: str, monkeypatch: pytest.MonkeyPatch):
     robot, resumed = Robot(), []
     execution = robot.execution()
-    monkeypatch.setattr(execution, "resume", resumed.append)
+    monkeypatch.setattr(execution, "resume", lambda: resumed.append(True))
     robot.motion.begin(execution)
     robot.step(30)
     assert not resumed

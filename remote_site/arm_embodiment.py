@@ -1,0 +1,213 @@
+"""The arm with its plug before a receptacle, simulated: physics, servo, sight, touch, and the way in and out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from common.control_mode import Action, Phase
+from common.disturbances import PRESETS as DISTURBANCES
+from common.disturbances import Disturbances
+from common.errors import InvalidConfiguration, InvalidInput
+from common.log import loop_logger
+from common.manifold import POSE
+from common.messages import ArmState
+from common.robot.kinematics import Kinematics
+from common.robot.placement import ACCEPTANCE, Placement
+from common.robot.poses import AT_ORIGIN, difference
+from common.robot.preflight import Preflights
+from common.robot.servo import ServoSettings
+from common.robot.setpoint import MotionLimits
+from common.robot.simulation import TICK_S, Simulation
+from common.task import ArmTask
+from remote_site.adaptive_filter import AdaptiveFilter
+from remote_site.arm_memory import ArmMemory
+from remote_site.arm_plant import ArmPlant
+from remote_site.arm_stage import Stage
+from remote_site.arm_ways import AlongAxis, confined, free_speed_m_s, in_bore, shifted
+from remote_site.config import RemoteConfig
+from remote_site.embodiment import Check, Guidance, Way
+from remote_site.guards import force_of
+from remote_site.manoeuvre import BACK_OFF_M, BACK_OFF_S, Straight
+from remote_site.marker_tracker import PRESETS as TRACKERS
+from remote_site.marker_tracker import MarkerTracker
+from remote_site.perception import SimulatedPerception
+from remote_site.plant_memory import PlantState
+from remote_site.plug_record import PlugRecord
+from remote_site.recovery import Recovery
+from remote_site.reproduction.executor_settings import ExecutorSettings
+from remote_site.sensing import Sensing
+from remote_site.touch import Touch, pose_of
+
+Array = NDArray[np.float64]
+
+_log = loop_logger(__name__)
+
+CONTROL_HZ = 1.0 / TICK_S
+"""The only rate of an arm's controller [Hz]."""
+_HORIZON_S = 0.6
+_LOOK_S = 0.5
+"""Before an execution begins the receptacle is looked at, and the wrist's sensor tared, for so long [s]."""
+_BACK_M_S = 0.08
+_DEPTH_M, _LATERAL_M = (0.075, 0.095), 0.010
+"""A plug is seated when it is believed to be so deep, and not further from the axis than sight is wrong."""
+
+
+class ArmEmbodiment:
+    """An arm; see `Embodiment` for what each method says.
+
+    Args:
+        task: What it does.
+        config: Its seed.
+        remembered: Where it was in its last boot.
+
+    Raises:
+        InvalidConfiguration: When another control rate is configured.
+    """
+
+    control_hz = CONTROL_HZ
+
+    def __init__(self, task: ArmTask, config: RemoteConfig, remembered: PlantState | None):
+        if config.control_hz not in (None, CONTROL_HZ):
+            expected = f"{CONTROL_HZ:g} for an arm, got {config.control_hz:g}"
+            raise InvalidConfiguration("remote configuration", "control_hz", expected)
+        limits = MotionLimits()
+        self._task, self.must_seat = task, task.skill == "insert"
+        self.max_speed_m_s = min(task.limits.speed_m_s, limits.speed_m_s)
+        self._acceleration = min(task.limits.acceleration_m_s2, limits.acceleration_m_s2)
+        self.settings = ExecutorSettings(
+            dt_s=TICK_S,
+            horizon_s=_HORIZON_S,
+            max_speed_m_s=self.max_speed_m_s,
+            max_angular_speed_rad_s=limits.angular_speed_rad_s,
+        )
+        self.simulation = Simulation()
+        self._random = np.random.default_rng([config.seed, 1])
+        self._happening = Disturbances(DISTURBANCES[task.disturbances], (config.seed, 2))
+        self.plant, self._stage = self._start(remembered.arm if remembered is not None else None)
+        noise = TRACKERS[task.tracker]
+        self.perception = SimulatedPerception(
+            lambda _: self.simulation.mouth,
+            MarkerTracker(POSE, noise, config.seed),
+            AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
+        )
+        self._touch = Touch(self.plant, self.perception, Recovery())
+        kinematics = Kinematics(self.simulation.dimensions)
+        self._home = kinematics.tip
+        self._preflights = Preflights(kinematics)
+        self._look_until_s, self.guidance = -np.inf, Guidance()
+
+    def _start(self, remembered: ArmMemory | None) -> tuple[ArmPlant, Stage]:
+        """The arm where it was, or else where its seed puts it."""
+        limits = MotionLimits(speed_m_s=self.max_speed_m_s, acceleration_m_s2=self._acceleration)
+        settings = ServoSettings(limits=limits)
+        if remembered is not None:
+            stage = Stage(np.array(remembered.receptacle), self._happening, ACCEPTANCE, remembered.time_s)
+            try:
+                plant = ArmPlant(self.simulation, stage, settings, np.array(remembered.joints_rad))
+            except InvalidInput as error:
+                _log.warning("the arm starts anew: %s", error)
+            else:
+                plant.servo.wrist.restore(np.array(remembered.tare))
+                return plant, stage
+        placed = Placement.sample(self._random, ACCEPTANCE, self.simulation.dimensions)
+        stage = Stage(placed.receptacle, self._happening, ACCEPTANCE)
+        return ArmPlant(self.simulation, stage, settings, placed.joints_rad), stage
+
+    # In every control period ---------------------------------------------------------------------
+
+    def attend(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> None:
+        """See `Embodiment`."""
+        waits = now_s < self._look_until_s
+        back = self._touch.update(sensing, executing and not waits, now_s, dt_s)
+        given_up = "jammed too often" if self._touch.recovery.given_up else ""
+        self.guidance = Guidance(waits, back, _BACK_M_S, given_up)
+
+    def begin(self, now_s: float) -> None:
+        """See `Embodiment`: in free water what was felt is forgotten, and the wrist's sensor tared."""
+        before = self._touch.recovery
+        self._touch.recovery = Recovery()
+        if self.plant.servo.governor.active:
+            self._touch.recovery.correction = before.correction
+        else:
+            self.plant.servo.wrist.tare()
+        self._look_until_s, self.guidance = now_s + _LOOK_S, Guidance(waits=True)
+
+    def confined(self, reference: Array, sensing: Sensing) -> Array:
+        """See `Embodiment`."""
+        return confined(reference, sensing)
+
+    def end_phase(self, sensing: Sensing) -> Phase:
+        """See `Embodiment`."""
+        x, y, z = sensing.frames[0].to_local(sensing.effector.point)[:3]
+        inside = _DEPTH_M[0] <= z <= _DEPTH_M[1] and np.hypot(x, y) < _LATERAL_M
+        pressed = (force_of(sensing.effector) or 0.0) >= self._task.limits.contact_n
+        return Phase.SEATED if inside and pressed else Phase.ARRIVED
+
+    # What is asked -------------------------------------------------------------------------------
+
+    def way(self, phase: Phase, sensing: Sensing) -> Way | None:
+        """See `Embodiment`."""
+        speed_m_s = free_speed_m_s(self.max_speed_m_s)
+        along = partial(AlongAxis, sensing=sensing, servo=self.plant.servo, speed_m_s=speed_m_s)
+        if phase is Phase.BACKING_OFF:
+            back = shifted(sensing, np.array([0.0, 0.0, -BACK_OFF_M]))
+            return along(back, distance_m=BACK_OFF_M, time_limit_s=BACK_OFF_S)
+        if phase is Phase.RETRACTING and self._task.retract_m is not None:
+            by_m = np.array(self._task.retract_m)
+            return along(shifted(sensing, by_m), distance_m=float(np.linalg.norm(by_m)))
+        if phase is Phase.GOING_TO_READY:
+            return Straight.to(self._home, sensing.effector.point, speed_m_s)
+        return None
+
+    def refusal(self, action: Action, sensing: Sensing) -> str:
+        """See `Embodiment`."""
+        if action is Action.GO_TO_READY and in_bore(sensing):
+            return "the plug is in the receptacle: retract it first"
+        if action is Action.RETRACT and not np.isfinite(sensing.unseen_s):
+            return "the robot has not seen its receptacle: it does not know the way out"
+        return ""
+
+    def check(self, sensing: Sensing) -> Callable[[], Check] | None:
+        """See `Embodiment`: the kinematic pre-flight of an insertion."""
+        if self._task.skill != "insert":
+            return None
+        return partial(self._examine, self.simulation.joints_rad, pose_of(sensing.frames[0]))
+
+    def _examine(self, joints_rad: Array, receptacle: Array) -> Check:
+        found = self._preflights.examine(joints_rad, receptacle)
+        return Check(found.refusal, found.warning)
+
+    def move_target(self, position_m: Array) -> None:
+        """See `Embodiment`."""
+        self._stage.move_to(position_m, self.plant.time_s)
+
+    # What is told --------------------------------------------------------------------------------
+
+    def new_record(self) -> PlugRecord:
+        """See `Embodiment`."""
+        return PlugRecord(self.simulation)
+
+    def memory(self) -> ArmMemory:
+        """See `Embodiment`; rounded, so that an arm at rest is not written again and again."""
+        time_s, still = self.plant.time_s, self._task.disturbances == "calm"
+        return ArmMemory(
+            _rounded(self.simulation.joints_rad),
+            _rounded(self._stage.rest(time_s), 9),
+            0.0 if still else self._stage.disturbed_s(time_s),
+            _rounded(self.plant.servo.wrist.bias),
+        )
+
+    def arm_state(self, sensing: Sensing, overruns: int) -> ArmState:
+        """See `Embodiment`."""
+        rotation = difference(AT_ORIGIN, sensing.effector.point)[3:]
+        joints = tuple(self.simulation.joints_rad.tolist())
+        x, y, z = rotation.tolist()
+        return ArmState((x, y, z), joints, force_of(sensing.effector) or 0.0, overruns)
+
+
+def _rounded(numbers: Array, digits: int = 5) -> tuple[float, ...]:
+    return tuple(np.round(numbers, digits).tolist())

@@ -1,0 +1,134 @@
+"""The paper's point: nothing but a plant, a target and a place to be ready at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from msgspec import UNSET, UnsetType
+from numpy.typing import NDArray
+
+from common.clock import BootClock
+from common.control_mode import Action, Phase
+from common.messages import ArmState
+from common.task import PointTask
+from remote_site.arm_memory import ArmMemory
+from remote_site.config import RemoteConfig
+from remote_site.embodiment import Check, Guidance, Way
+from remote_site.guards import force_of
+from remote_site.manoeuvre import BACK_OFF_M, BACK_OFF_S, SPEED, Straight
+from remote_site.perception import OscillatingTarget, Perception, SimulatedPerception
+from remote_site.plant import Plant, PointPlant
+from remote_site.plant_memory import PlantState
+from remote_site.reproduction.executor_settings import ExecutorSettings
+from remote_site.sensing import Sensing
+from remote_site.tracking_record import TrackingRecord
+
+Array = NDArray[np.float64]
+
+CONTROL_HZ = 50.0
+"""Its control rate where the configuration says nothing [Hz]."""
+
+
+class PointEmbodiment:
+    """A point; see `Embodiment` for what each method says.
+
+    Args:
+        task: What it does.
+        plant: It.
+        perception: Its sight.
+        control_hz: Its control rate [Hz].
+    """
+
+    must_seat = False
+    guidance = Guidance()
+
+    def __init__(self, task: PointTask, plant: Plant, perception: Perception, control_hz: float = CONTROL_HZ):
+        self.plant, self.perception, self.control_hz = plant, perception, control_hz
+        self._task = task
+        self.max_speed_m_s = task.limits.speed_m_s
+        self.settings = ExecutorSettings(
+            dt_s=1.0 / control_hz,
+            max_speed_m_s=task.limits.speed_m_s,
+            max_acceleration_m_s2=task.limits.acceleration_m_s2,
+        )
+
+    def attend(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> None:
+        """See `Embodiment`: it believes what it sees."""
+
+    def begin(self, now_s: float) -> None:
+        """See `Embodiment`: it is ready at once."""
+
+    def confined(self, reference: Array, sensing: Sensing) -> Array:
+        """See `Embodiment`."""
+        return reference
+
+    def way(self, phase: Phase, sensing: Sensing) -> Way | None:
+        """See `Embodiment`."""
+        effector, task = sensing.effector, self._task
+        speed_m_s = SPEED * task.limits.speed_m_s
+        if phase is Phase.BACKING_OFF and effector.force_n is not None:
+            # The way back is where the force on the tool pushes it.
+            away = effector.force_n / max(float(np.linalg.norm(effector.force_n)), 1e-9)
+            return Straight(effector.point + BACK_OFF_M * away, speed_m_s, BACK_OFF_S)
+        if phase is Phase.RETRACTING and task.retract_m is not None:
+            goal = effector.point + sensing.frames[0].A @ np.array(task.retract_m)
+        elif phase is Phase.GOING_TO_READY:
+            goal = np.array(task.start_m if task.ready_m is None else task.ready_m)
+        else:
+            return None
+        return Straight.to(np.clip(goal, 0.0, task.workspace_m), effector.point, speed_m_s)
+
+    def refusal(self, action: Action, sensing: Sensing) -> str:
+        """See `Embodiment`."""
+        return ""
+
+    def end_phase(self, sensing: Sensing) -> Phase:
+        """See `Embodiment`."""
+        force_n = force_of(sensing.effector)
+        seated = force_n is not None and force_n >= self._task.limits.contact_n
+        return Phase.SEATED if seated else Phase.ARRIVED
+
+    def new_record(self) -> TrackingRecord:
+        """See `Embodiment`."""
+        return TrackingRecord(self.perception)
+
+    def check(self, sensing: Sensing) -> Callable[[], Check] | None:
+        """See `Embodiment`."""
+
+    def move_target(self, position_m: Array) -> None:
+        """See `Embodiment`: a target that is none of the simulation stays where it is."""
+
+    def memory(self) -> ArmMemory | None:
+        """See `Embodiment`."""
+
+    def arm_state(self, sensing: Sensing, overruns: int) -> ArmState | UnsetType:
+        """See `Embodiment`."""
+        return UNSET
+
+
+class SimulatedPoint(PointEmbodiment):
+    """A point and its target, simulated.
+
+    Args:
+        task: What it does.
+        config: Its rate, and the seed of its target's phase and noise.
+        clock: The target's time.
+        remembered: Where it was in its last boot.
+    """
+
+    def __init__(
+        self, task: PointTask, config: RemoteConfig, clock: BootClock, remembered: PlantState | None
+    ):
+        self._clock = clock
+        phase = float(np.random.default_rng(config.seed).uniform(0.0, 2.0 * np.pi))
+        self._target = OscillatingTarget(task.target, phase)
+        sight = SimulatedPerception.of_oscillating(self._target, task.target.noise_std_m, config.seed)
+        limits = task.limits
+        start_m = np.clip(remembered.position_m if remembered else task.start_m, 0.0, task.workspace_m)
+        plant = PointPlant(start_m, np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2)
+        super().__init__(task, plant, sight, config.control_hz or CONTROL_HZ)
+
+    def move_target(self, position_m: Array) -> None:
+        """See `Embodiment`: it stays in the workspace."""
+        self._target.move_to(np.clip(position_m, 0.0, self._task.workspace_m), self._clock.now_s())

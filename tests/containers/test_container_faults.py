@@ -1,0 +1,61 @@
+"""Each container paused, killed and disconnected while the robot executes: afterwards the job can be done."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from local_site.operators_place import RealTime
+from tests.containers.engine import BUILD_S, RUN_S, Engine
+
+pytestmark = [pytest.mark.containers, pytest.mark.soak, pytest.mark.timeout(BUILD_S + 3 * RUN_S)]
+
+_FAULT_S = 5.0
+_EXECUTING = "the robot is in AUTONOMOUS"
+# The network over which a container speaks with the others' side.
+_NETWORK = {"remote": "subsea", "link": "subsea", "local": "shore"}
+
+
+def pause(engine: Engine, service: str) -> None:
+    container = engine.container(service)
+    engine.do("pause", container)
+    RealTime().pause(_FAULT_S)
+    engine.do("unpause", container)
+
+
+def kill(engine: Engine, service: str) -> None:
+    container = engine.container(service)
+    engine.do("kill", container)
+    RealTime().pause(_FAULT_S)
+    engine.do("start", container)
+
+
+def disconnect(engine: Engine, service: str) -> None:
+    container, network = engine.container(service), f"{engine.project}_{_NETWORK[service]}"
+    engine.do("network", "disconnect", network, container)
+    RealTime().pause(_FAULT_S)
+    engine.do("network", "connect", "--alias", service, network, container)
+
+
+_ALL = [(fault, service) for fault in (pause, kill, disconnect) for service in ("link", "remote", "local")]
+
+
+@pytest.mark.parametrize(
+    ("fault", "service"),
+    _ALL,
+    ids=[f"{fault.__name__} {service}" for fault, service in _ALL],
+)
+def test_after_a_fault_of_a_container_the_job_can_be_done(engine: Engine, fault, service: str) -> None:
+    engine.compose_run("down", "--timeout", "5", timeout_s=120)
+    up = engine.compose_run("up", "--no-build", "--detach", timeout_s=RUN_S, FARHAND_LINK_PROFILE="geo")
+    assert up.returncode == 0, up.stderr
+    engine.await_words("local", _EXECUTING, RUN_S)
+    fault(engine, service)
+    local = engine.container("local")
+    if engine.do("wait", local, timeout_s=RUN_S) != "0":
+        # The job did not survive it: the operator begins anew, with the robot as it is now.
+        engine.do("start", local)
+        status = engine.do("wait", local, timeout_s=RUN_S)
+        assert status == "0", engine.run(engine.docker, "logs", "--tail", "40", local, timeout_s=30).stderr
+    assert json.loads(engine.output_of("local").strip().splitlines()[-1])["success"] is True

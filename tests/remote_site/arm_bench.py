@@ -1,0 +1,86 @@
+"""The simulated arm and its operator in virtual time."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from msgspec import structs
+
+from common.control_mode import Action, Phase
+from common.messages import ExecutionReport, ModelReply, ModelTransfer
+from common.model_file import content_hash, encode
+from common.robot.simulation import Simulation
+from common.task import ArmTask, load_toml
+from common.tphsmm import TPHSMM
+from local_site.demonstration import Demonstration
+from local_site.learning.online_learner import LearnerSettings
+from local_site.offline_learning import learn
+from remote_site.arm_embodiment import ArmEmbodiment
+from remote_site.config import RemoteConfig
+from remote_site.plant_memory import PlantState
+from tests.remote_site.bench import Bench
+
+_DEPLOY = Path(__file__).parents[2] / "deploy"
+HOT_STAB = load_toml(_DEPLOY / "tasks" / "hot-stab.toml", ArmTask)
+
+
+@functools.cache
+def hot_stab_model() -> TPHSMM:
+    """What the demonstrations that come with the task teach."""
+    files = sorted((_DEPLOY / "samples").glob("hot-stab-*.npz"))
+    learning = HOT_STAB.learning
+    assert learning.max_distance_m is not None
+    settings = LearnerSettings(learning.max_distance_m, min_std_m=learning.min_std_m)
+    return learn([Demonstration.load(file) for file in files], settings)
+
+
+class ArmBench(Bench):
+    """The supervisor of a simulated arm, and an operator."""
+
+    def __init__(self, seed: int = 0, remembered: PlantState | None = None, **changes: Any):
+        task = structs.replace(HOT_STAB, **changes)
+        self.arm = ArmEmbodiment(task, RemoteConfig(seed=seed), remembered)
+        super().__init__(task, embodiment=self.arm)
+
+    @property
+    def simulation(self) -> Simulation:
+        return self.arm.simulation
+
+    @property
+    def depth_m(self) -> float:
+        """How deep the plug really is [m]."""
+        return self.simulation.insertion.depth_m
+
+    @property
+    def force_n(self) -> float:
+        return float(np.linalg.norm(self.arm.plant.servo.wrist.force))
+
+    @property
+    def report(self) -> ExecutionReport:
+        assert self.robot.last_execution is not None
+        return self.robot.last_execution.report(self.robot.stamp(), 0)
+
+    def send_model(self, sent: ModelTransfer | None = None) -> ModelReply:
+        content = encode(hot_stab_model())
+        whole = ModelTransfer(task=self.task.name, sha256=content_hash(content), content=content)
+        return super().send_model(sent or whole)
+
+    def executing(self) -> ArmBench:
+        self.armed()
+        self.run(1.0)
+        sha256 = self.send_model().sha256
+        plan_id = self.preview(sha256)
+        reply = self.command(Action.EXECUTE, model_sha256=sha256, plan_id=plan_id)
+        assert reply.accepted, reply.reason
+        return self
+
+    def run_until(self, *phases: Phase, at_most_s: float = 20.0) -> float:
+        """Let the control loop run until it is at a phase. Returns the time that it took [s]."""
+        for tick in range(round(at_most_s / self.dt_s)):
+            if self.robot.phase in phases:
+                return tick * self.dt_s
+            self.run(self.dt_s)
+        raise AssertionError(f"it is {self.robot.mode} {self.robot.phase} after {at_most_s} s")
