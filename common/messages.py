@@ -15,7 +15,7 @@ from common.control_mode import Action, ControlMode, Phase
 
 SCHEMA = 1
 """Version of all messages together; a site refuses another one by name."""
-MAX_TELEMETRY_BYTES = 260
+MAX_TELEMETRY_BYTES = 264
 """No report is longer [B]."""
 
 Id = Annotated[str, Meta(max_length=64)]
@@ -70,7 +70,7 @@ class Telemetry(
         "arm": "a",
     },
 ):  # fmt: skip
-    """The robot's report of itself, newest only. A point's has at most 200 B, an arm's 260 B: short names, single precision."""
+    """The robot's report of itself, newest only. A point's has at most 200 B, an arm's 264 B: short names, single precision."""
 
     schema: int = SCHEMA  # said again, for its short name to count
     seq: Count

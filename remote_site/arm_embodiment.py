@@ -98,6 +98,7 @@ class ArmEmbodiment:
         kinematics = Kinematics(self.simulation.dimensions)
         self._home = kinematics.tip
         self._preflights = Preflights(kinematics)
+        self._joints_rad = self.simulation.joints_rad  # of the same moment as what is sensed
         self._look_until_s, self.guidance = -np.inf, Guidance()
 
     def _start(self, remembered: ArmMemory | None) -> tuple[ArmPlant, Stage]:
@@ -121,6 +122,7 @@ class ArmEmbodiment:
 
     def attend(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> None:
         """See `Embodiment`."""
+        self._joints_rad = self.simulation.joints_rad
         waits = now_s < self._look_until_s
         back = self._touch.update(sensing, executing and not waits, now_s, dt_s)
         given_up = "jammed too often" if self._touch.recovery.given_up else ""
@@ -175,7 +177,7 @@ class ArmEmbodiment:
         """See `Embodiment`: the kinematic pre-flight of an insertion."""
         if self._task.skill != "insert":
             return None
-        return partial(self._examine, self.simulation.joints_rad, pose_of(sensing.frames[0]))
+        return partial(self._examine, self._joints_rad, pose_of(sensing.frames[0]))
 
     def _examine(self, joints_rad: Array, receptacle: Array) -> Check:
         found = self._preflights.examine(joints_rad, receptacle)
@@ -204,7 +206,7 @@ class ArmEmbodiment:
     def arm_state(self, sensing: Sensing, overruns: int) -> ArmState:
         """See `Embodiment`."""
         rotation = difference(AT_ORIGIN, sensing.effector.point)[3:]
-        joints = tuple(self.simulation.joints_rad.tolist())
+        joints = tuple(self._joints_rad.tolist())
         x, y, z = rotation.tolist()
         return ArmState((x, y, z), joints, force_of(sensing.effector) or 0.0, overruns)
 

@@ -20,7 +20,7 @@ def rotation_of(frame: TaskFrame) -> tuple[float, ...]:
         return (math.atan2(frame.A[1, 0], frame.A[0, 0]),)
     from scipy.spatial.transform import Rotation
 
-    return tuple(Rotation.from_matrix(frame.A).as_rotvec())
+    return tuple(Rotation.from_matrix(frame.A).as_rotvec().tolist())
 
 
 def _cut(text: str, n_bytes: int) -> str:

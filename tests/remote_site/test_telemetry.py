@@ -6,9 +6,11 @@ from scipy.spatial.transform import Rotation
 
 from common.codec import decode, encode
 from common.control_mode import Action, ControlMode, Phase
-from common.messages import Telemetry
+from common.messages import MAX_TELEMETRY_BYTES, ArmState, Telemetry
+from common.robot.kinematics import Kinematics
 from common.task_frame import TaskFrame
 from remote_site.telemetry import Reporter, rotation_of
+from tests.remote_site.arm_bench import ArmBench
 from tests.remote_site.bench import Bench, in_mode
 
 BUDGET_B = 200
@@ -109,3 +111,26 @@ def test_a_frame_is_reported_by_its_rotation():
     assert rotation_of(TaskFrame(plane, np.ones(2))) == (pytest.approx(angle),)
     space = Rotation.from_rotvec([0.1, -0.4, 0.2])
     assert rotation_of(TaskFrame(space.as_matrix(), np.ones(3))) == pytest.approx((0.1, -0.4, 0.2))
+
+
+def test_an_arm_reports_its_tool_its_joints_and_its_force_within_264_bytes():
+    bench = ArmBench().executing()
+    bench.run(2.0)
+    bench.time.ns, bench.clock.boot = 2**62, "12345678"
+    bench.robot.contact.stale_refused = bench.robot.contact.heartbeat_seq = 2**31
+    bench.robot.machine.path_id, bench.robot.contact.heartbeat_received_ns = 2**16, 0
+    bench.robot.contact.lease.holder = "ü" * 30
+    reporter = reports(bench)
+    reporter._seq = 2**31
+    data = encode(reporter.report(overruns=2**31))
+    assert len(data) <= MAX_TELEMETRY_BYTES
+    report = decode(data, Telemetry)
+    arm = report.arm
+    assert isinstance(arm, ArmState) and arm.overruns == 2**31
+    tip = bench.robot.sensing.effector.point
+    turn = Rotation.from_rotvec(arm.rotation_rad).as_matrix()
+    np.testing.assert_allclose(turn, TaskFrame.at(tip).A, atol=1e-5)
+    kinematics = Kinematics(bench.simulation.dimensions)
+    kinematics.update(np.array(arm.joints_rad))
+    np.testing.assert_allclose(kinematics.tip[:3], tip[:3], atol=1e-5)
+    np.testing.assert_allclose(report.position_m, tip[:3], atol=1e-5)
