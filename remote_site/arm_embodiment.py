@@ -40,7 +40,7 @@ from remote_site.plug_record import PlugRecord
 from remote_site.recovery import Recovery
 from remote_site.reproduction.executor_settings import ExecutorSettings
 from remote_site.sensing import Sensing
-from remote_site.touch import Touch, pose_of
+from remote_site.touch import BACK_M_S, Touch, pose_of
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,6 @@ CONTROL_HZ = 1.0 / TICK_S
 _HORIZON_S = 0.6
 _LOOK_S = 0.5
 """Before an execution begins the receptacle is looked at, and the wrist's sensor tared, for so long [s]."""
-_BACK_M_S = 0.08
 _DEPTH_M, _LATERAL_M = (0.075, 0.095), 0.010
 """A plug is seated when it is believed to be so deep, and not further from the axis than sight is wrong."""
 
@@ -94,7 +93,7 @@ class ArmEmbodiment:
             MarkerTracker(POSE, noise, config.seed),
             AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
         )
-        self._touch = Touch(self.plant, self.perception, Recovery())
+        self._touch = Touch(self.plant, self.perception, Recovery(), _LOOK_S)
         kinematics = Kinematics(self.simulation.dimensions)
         self._home = kinematics.tip
         self._preflights = Preflights(kinematics)
@@ -126,16 +125,16 @@ class ArmEmbodiment:
         waits = now_s < self._look_until_s
         back = self._touch.update(sensing, executing and not waits, now_s, dt_s)
         given_up = "jammed too often" if self._touch.recovery.given_up else ""
-        self.guidance = Guidance(waits, back, _BACK_M_S, given_up)
+        self.guidance = Guidance(waits, back, BACK_M_S, given_up)
 
     def begin(self, now_s: float) -> None:
         """See `Embodiment`: in free water what was felt is forgotten, and the wrist's sensor tared."""
-        before = self._touch.recovery
-        self._touch.recovery = Recovery()
+        recovery = Recovery(enters=self._task.skill == "insert")
         if self.plant.servo.governor.active:
-            self._touch.recovery.correction = before.correction
+            recovery.correction = self._touch.recovery.correction
         else:
             self.plant.servo.wrist.tare()
+        self._touch.renew(recovery)
         self._look_until_s, self.guidance = now_s + _LOOK_S, Guidance(waits=True)
 
     def confined(self, reference: Array, sensing: Sensing) -> Array:

@@ -1,42 +1,26 @@
 """An insertion, executed: the model says how to move, sight and touch say where to, the guards when not to.
 
 A plug is taken out alike: the recovery knows which.
-
-What it needs of an arm is more than a `Plant` has: the torque on the tool, and that it is told where the
-receptacle is. The first task frame is that of the receptacle: its origin in the mouth, z into the bore.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from common.robot.compliance import SeenReceptacle
 from common.task import Limits
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from remote_site.guards import ForceGuard, SightGuard
 from remote_site.perception import SimulatedPerception
-from remote_site.plant import EffectorState, Plant
-from remote_site.recovery import Felt, Recovery
+from remote_site.recovery import Recovery
 from remote_site.reproduction.executor import Executor, ExecutorSettings
 from remote_site.sensing import Sensing
+from remote_site.touch import BACK_M_S, Arm, Touch, pose_of
 
 Array = NDArray[np.float64]
-
-_BACK_M_S = 0.08
-
-
-class Arm(Plant, Protocol):
-    """A plant whose points are poses of a plug's tip, and that knows of its receptacle."""
-
-    def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
-        """Where the receptacle is believed to be, and whether the plug is to be pressed into it: `Servo.see`."""
-        ...
 
 
 class Insertion:
@@ -66,16 +50,20 @@ class Insertion:
         now_s: float = 0.0,
         look_s: float = 0.5,
     ):
-        self._arm, self._perception, self._dt_s = arm, perception, settings.dt_s
+        self._arm, self._dt_s = arm, settings.dt_s
         self._sensing = Sensing(arm, perception, model.n_frames, 1.0 / settings.dt_s, now_s)
         self._sight, self._force = SightGuard(self._sensing), ForceGuard(limits)
         self._preflight = preflight
+        self._touch = Touch(arm, perception, recovery, look_s)
         self.recovery = recovery
         self.executor = Executor(model, settings)
         self._begun = self._interrupted = False
         self._look_until_s = now_s + look_s
-        self.jumps = 0
+
+    @property
+    def jumps(self) -> int:
         """How often the receptacle was found elsewhere."""
+        return self._touch.jumps
 
     def tick(self, now_s: float) -> str:
         """Move for one control period; why it must not go on, empty while it may.
@@ -89,30 +77,16 @@ class Insertion:
         if reason:
             self._arm.brake(dt_s)
             return reason
-        newest = self._perception.newest
-        quiet = newest is not None and newest.quiet
-        if newest is not None and newest.jumps > self.jumps:
-            self.jumps = newest.jumps
-            self.recovery.jumped()
-        felt = _felt(sensing.effector)
-        looks, back = now_s < self._look_until_s, None
-        waits = looks or self._sight.must_wait
-        if self._begun:
-            back = self.recovery.update(felt, sensing.frames[0], quiet, now_s, dt_s)
-        elif not waits:
-            self.recovery.begin(felt.plug, sensing.frames[0])
-        frames = self.recovery.corrected(sensing.frames)
-        if math.isfinite(sensing.unseen_s) and not looks:  # the first estimates jump about
-            velocity = np.zeros(6) if newest is None else newest.velocity
-            self._arm.see(SeenReceptacle(_pose(frames[0]), velocity), self.recovery.enters)
+        waits = now_s < self._look_until_s or self._sight.must_wait
+        back = self._touch.update(sensing, self._begun or not waits, now_s, dt_s)
         if waits:
             self._interrupted = True
             self._arm.brake(dt_s)
         elif back is not None:
             self._interrupted = True
-            self._arm.follow(back, _BACK_M_S, dt_s)
+            self._arm.follow(back, BACK_M_S, dt_s)
         else:
-            return self._go_on(frames)
+            return self._go_on(sensing.frames)
         return ""
 
     def _reason(self) -> str:
@@ -128,7 +102,7 @@ class Insertion:
     def _go_on(self, frames: list[TaskFrame]) -> str:
         point, velocity = self._sensing.effector.controlled
         if not self._begun:
-            refusal = self._preflight(_pose(frames[0]))
+            refusal = self._preflight(pose_of(frames[0]))
             if refusal:
                 self._arm.brake(self._dt_s)
                 return f"refused: {refusal}"
@@ -143,12 +117,3 @@ class Insertion:
             return "a computed number is not finite"
         self._arm.accelerate(acceleration, self._dt_s)
         return ""
-
-
-def _pose(frame: TaskFrame) -> Array:
-    return np.concatenate([frame.b, frame.quat_wxyz])
-
-
-def _felt(effector: EffectorState) -> Felt:
-    load = np.zeros(6) if effector.load is None else effector.load
-    return Felt(effector.point, load[:3], TaskFrame.at(effector.point).A @ load[3:])

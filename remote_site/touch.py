@@ -7,60 +7,86 @@ receptacle is. The first task frame is that of the receptacle: its origin in the
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from common.robot.compliance import SeenReceptacle
 from common.task_frame import TaskFrame
-from remote_site.insertion import Arm
 from remote_site.perception import SimulatedPerception
-from remote_site.plant import EffectorState
+from remote_site.plant import EffectorState, Plant
 from remote_site.recovery import Felt, Recovery
 from remote_site.sensing import Sensing
 
 Array = NDArray[np.float64]
 
+BACK_M_S = 0.08
+"""How fast an execution goes back [m/s]."""
+
+
+class Arm(Plant, Protocol):
+    """A plant whose points are poses of a plug's tip, and that knows of its receptacle."""
+
+    def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
+        """Where the receptacle is believed to be, and whether the plug is to be pressed into it: `Servo.see`."""
+        ...
+
 
 class Touch:
-    """Tells the arm where its receptacle is, in every control period.
+    """Tells the arm in every control period where its receptacle is.
 
     Args:
         arm: The machine.
         perception: Sight of the receptacle.
         recovery: Its way out of jams, with what was felt.
+        look_s: For so long from the first update on the arm is told nothing: the first estimates jump about [s].
     """
 
-    def __init__(self, arm: Arm, perception: SimulatedPerception, recovery: Recovery):
-        self._arm, self._perception = arm, perception
-        self.recovery = recovery
+    def __init__(self, arm: Arm, perception: SimulatedPerception, recovery: Recovery, look_s: float):
+        self._arm, self._perception, self._look_s = arm, perception, look_s
+        self._tell_from_s: float | None = None
         self.jumps = 0
         """How often the receptacle was found elsewhere."""
+        self.renew(recovery)
+
+    def renew(self, recovery: Recovery) -> None:
+        """Another execution begins."""
+        self.recovery, self._begun = recovery, False
 
     def update(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> Array | None:
         """Take what was sensed just now into account.
 
         Args:
             sensing: The newest measurements; it is told where the receptacle is believed to be.
-            executing: Whether a model moves the arm; else nothing is learned of contact.
+            executing: Whether a model moves the arm; else contact tells nothing new.
             now_s: Now [s].
             dt_s: Control period [s].
 
         Returns:
             The pose to go back to before the execution goes on; None when it may. Shape (7,).
         """
-        newest, back = self._perception.newest, None
+        newest = self._perception.newest
         if newest is not None and newest.jumps > self.jumps:
             self.jumps = newest.jumps
             self.recovery.jumped()
-        if executing:
-            quiet = newest is not None and newest.quiet
-            back = self.recovery.update(_felt(sensing.effector), sensing.seen[0], quiet, now_s, dt_s)
+        quiet = newest is not None and newest.quiet
+        back = self._feel(sensing, quiet, now_s, dt_s) if executing else None
         sensing.believe(self.recovery.corrected(sensing.seen))
-        if math.isfinite(sensing.unseen_s):
+        if self._tell_from_s is None:
+            self._tell_from_s = now_s + self._look_s
+        if math.isfinite(sensing.unseen_s) and now_s >= self._tell_from_s:
             velocity = np.zeros(6) if newest is None else newest.velocity
-            self._arm.see(SeenReceptacle(pose_of(sensing.frames[0]), velocity))
+            receptacle = SeenReceptacle(pose_of(sensing.frames[0]), velocity)
+            self._arm.see(receptacle, executing and self.recovery.enters)
         return back
+
+    def _feel(self, sensing: Sensing, quiet: bool, now_s: float, dt_s: float) -> Array | None:
+        felt, frame = _felt(sensing.effector), sensing.seen[0]
+        if self._begun:
+            return self.recovery.update(felt, frame, quiet, now_s, dt_s)
+        self._begun = True
+        self.recovery.begin(felt.plug, frame)
 
 
 def pose_of(frame: TaskFrame) -> Array:
