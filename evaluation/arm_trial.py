@@ -13,6 +13,7 @@ from common.disturbances import CALM, Disturbances, DisturbanceSettings
 from common.errors import InvalidInput
 from common.manifold import POSE
 from common.robot.compliance import ComplianceSettings
+from common.robot.goals import Goal, Seated
 from common.robot.placement import ACCEPTANCE, Box, Placement
 from common.robot.poses import AT_ORIGIN, compose, difference, inverse, moved
 from common.robot.servo import ServoSettings
@@ -20,7 +21,6 @@ from common.robot.simulation import TICK_S, PhysicsFailed, Simulation
 from common.robot.surroundings import Surroundings
 from common.task import Limits
 from common.tphsmm import TPHSMM
-from evaluation.arm_goals import Goal, Seated
 from evaluation.arm_record import HELD_S, Record
 from remote_site.adaptive_filter import AdaptiveFilter
 from remote_site.arm_plant import ArmPlant

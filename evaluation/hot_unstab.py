@@ -30,12 +30,12 @@ from matplotlib.figure import Figure
 
 from common.disturbances import DisturbanceSettings, Sway
 from common.robot.dimensions import Dimensions
+from common.robot.goals import STANDOFF_M, Withdrawn
 from common.robot.placement import ACCEPTANCE, Placement
 from common.robot.simulation import TICK_S
 from common.tphsmm import TPHSMM
 from deploy.places import sample_files
 from evaluation import hot_stab
-from evaluation.arm_goals import STANDOFF_M, Withdrawn
 from evaluation.arm_record import Record
 from evaluation.arm_trial import Conditions, Trial
 from evaluation.dtw import dtw_rms

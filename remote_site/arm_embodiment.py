@@ -15,6 +15,8 @@ from common.errors import InvalidConfiguration, InvalidInput
 from common.log import loop_logger
 from common.manifold import POSE
 from common.messages import ArmState
+from common.robot.dimensions import Dimensions
+from common.robot.goals import Seated, Withdrawn
 from common.robot.kinematics import Kinematics
 from common.robot.placement import ACCEPTANCE, Placement
 from common.robot.poses import AT_ORIGIN, difference
@@ -62,6 +64,7 @@ class ArmEmbodiment:
         task: What it does.
         config: Its seed.
         remembered: Where it was in its last boot.
+        dimensions: Of the arm and its surroundings.
 
     Raises:
         InvalidConfiguration: When another control rate is configured.
@@ -69,7 +72,13 @@ class ArmEmbodiment:
 
     control_hz = CONTROL_HZ
 
-    def __init__(self, task: ArmTask, config: RemoteConfig, remembered: PlantState | None):
+    def __init__(
+        self,
+        task: ArmTask,
+        config: RemoteConfig,
+        remembered: PlantState | None,
+        dimensions: Dimensions | None = None,
+    ):
         if config.control_hz not in (None, CONTROL_HZ):
             expected = f"{CONTROL_HZ:g} for an arm, got {config.control_hz:g}"
             raise InvalidConfiguration("remote configuration", "control_hz", expected)
@@ -83,10 +92,9 @@ class ArmEmbodiment:
             max_speed_m_s=self.max_speed_m_s,
             max_angular_speed_rad_s=limits.angular_speed_rad_s,
         )
-        self.simulation = Simulation()
-        self._random = np.random.default_rng([config.seed, 1])
+        self.simulation = Simulation(dimensions)
         self._happening = Disturbances(DISTURBANCES[task.disturbances], (config.seed, 2))
-        self.plant, self._stage = self._start(remembered.arm if remembered is not None else None)
+        self.plant, self._stage = self._start(remembered.arm if remembered else None, config.seed)
         noise = TRACKERS[task.tracker]
         self.perception = SimulatedPerception(
             lambda _: self.simulation.mouth,
@@ -100,7 +108,7 @@ class ArmEmbodiment:
         self._joints_rad = self.simulation.joints_rad  # of the same moment as what is sensed
         self._look_until_s, self.guidance = -np.inf, Guidance()
 
-    def _start(self, remembered: ArmMemory | None) -> tuple[ArmPlant, Stage]:
+    def _start(self, remembered: ArmMemory | None, seed: int) -> tuple[ArmPlant, Stage]:
         """The arm where it was, or else where its seed puts it."""
         limits = MotionLimits(speed_m_s=self.max_speed_m_s, acceleration_m_s2=self._acceleration)
         settings = ServoSettings(limits=limits)
@@ -113,7 +121,8 @@ class ArmEmbodiment:
             else:
                 plant.servo.wrist.restore(np.array(remembered.tare))
                 return plant, stage
-        placed = Placement.sample(self._random, ACCEPTANCE, self.simulation.dimensions)
+        place = Placement.sample if self.must_seat else Placement.seated
+        placed = place(np.random.default_rng([seed, 1]), ACCEPTANCE, self.simulation.dimensions)
         stage = Stage(placed.receptacle, self._happening, ACCEPTANCE)
         return ArmPlant(self.simulation, stage, settings, placed.joints_rad), stage
 
@@ -129,7 +138,7 @@ class ArmEmbodiment:
 
     def begin(self, now_s: float) -> None:
         """See `Embodiment`: in free water what was felt is forgotten, and the wrist's sensor tared."""
-        recovery = Recovery(enters=self._task.skill == "insert")
+        recovery = Recovery(enters=self.must_seat)
         if self.plant.servo.governor.active:
             recovery.correction = self._touch.recovery.correction
         else:
@@ -174,7 +183,7 @@ class ArmEmbodiment:
 
     def check(self, sensing: Sensing) -> Callable[[], Check] | None:
         """See `Embodiment`: the kinematic pre-flight of an insertion."""
-        if self._task.skill != "insert":
+        if not self.must_seat:
             return None
         return partial(self._examine, self._joints_rad, pose_of(sensing.frames[0]))
 
@@ -190,7 +199,7 @@ class ArmEmbodiment:
 
     def new_record(self) -> PlugRecord:
         """See `Embodiment`."""
-        return PlugRecord(self.simulation)
+        return PlugRecord(self.simulation, Seated() if self.must_seat else Withdrawn())
 
     def memory(self) -> ArmMemory:
         """See `Embodiment`; rounded, so that an arm at rest is not written again and again."""

@@ -9,10 +9,10 @@ import pytest
 
 from common.disturbances import DisturbanceSettings, Sway
 from common.robot.dimensions import Dimensions
+from common.robot.goals import Withdrawn
 from common.robot.placement import WIDE, Placement
 from common.robot.receptacle import FACING_QUAT
 from evaluation import hot_unstab
-from evaluation.arm_goals import Withdrawn
 from evaluation.arm_trial import Conditions, Trial
 from evaluation.hot_stab import taught
 from remote_site.marker_tracker import TYPICAL

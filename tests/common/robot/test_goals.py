@@ -6,8 +6,8 @@ from typing import cast
 import numpy as np
 import pytest
 
+from common.robot.goals import STANDOFF_M, Seated, Withdrawn
 from common.robot.simulation import TICK_S, Simulation
-from evaluation.arm_goals import STANDOFF_M, Seated, Withdrawn
 
 
 @dataclass
