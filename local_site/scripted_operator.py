@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from common.control_mode import Action, ControlMode
+from common.control_mode import Action, ControlMode, Phase
 from common.messages import ExecutionReport
 from common.path_points import duration_s
-from common.task import AnyTask, PointTask
+from common.task import AnyTask, ArmTask, PointTask
 from local_site import intents
 from local_site.operators_place import CuttableLink, OperatedConsole, OperatorsTime, PlannedOutage, RealTime
 from local_site.picture import Picture
@@ -22,7 +22,7 @@ from local_site.scripted_skills import skill_for
 
 _DRIVE_S = 1.5
 _HAND_PERIOD_S = 1.0 / 30.0
-_POINT_TRACKING_S, _ARM_TRACKING_S = 10.0, 3.0
+_TRACKING_S = 10.0
 _ARRIVAL_S = 180.0
 
 
@@ -157,19 +157,29 @@ class ScriptedOperator:
         self._actions.say("the link is back")
 
     def _measure(self) -> ExecutionReport:
+        inserts = isinstance(self._task, ArmTask) and self._task.skill == "insert"
+
+        def there(p: Picture) -> bool:
+            return p.phase is Phase.SEATED if inserts else p.phase.at_end
+
         picture = self._actions.until(
-            "the arrival",
-            lambda p: p.phase.at_end or p.mode is not ControlMode.AUTONOMOUS,
-            _ARRIVAL_S,
+            "the arrival", lambda p: there(p) or p.mode is not ControlMode.AUTONOMOUS, _ARRIVAL_S
         )
-        if not picture.phase.at_end:
+        if not there(picture):
             raise JobFailed(f"the robot ended the execution by itself: {self._actions.last_words()}")
         self._actions.say(f"the robot reports its arrival: {picture.phase}")
-        tracking_s = _POINT_TRACKING_S if isinstance(self._task, PointTask) else _ARM_TRACKING_S
-        deadline_s = self._time.now_s() + PATIENCE_S
+        deadline_s, report = self._time.now_s() + PATIENCE_S, None
         while self._time.now_s() < deadline_s:
             report = self._console.ask_report()
-            if report is not None and report.tracked_s >= tracking_s - 1e-6:
+            if report is not None and self._settled(report):
                 return report
             self._time.pause(0.5)
-        raise JobFailed(f"the robot did not report {tracking_s:g} s of tracking")
+        if report is None or isinstance(self._task, PointTask):
+            raise JobFailed(f"the robot did not report {_TRACKING_S:g} s of tracking")
+        return report  # which says by how much it failed
+
+    def _settled(self, report: ExecutionReport) -> bool:
+        """Whether a report covers all that the task asks for."""
+        if isinstance(self._task, PointTask):
+            return report.tracked_s >= _TRACKING_S - 1e-6
+        return report.succeeded is True

@@ -15,6 +15,7 @@ from common.task_frame import TaskFrame
 from local_site import intents
 from local_site.arm_view import ArmView
 from local_site.picture import Picture
+from local_site.recording import ARM_PERIOD_S
 from local_site.samples import sample_strokes
 from local_site.scripted_actions import ATTEMPTS, JobFailed, ScriptedActions
 
@@ -26,6 +27,8 @@ Array = NDArray[np.float64]
 _DRIVE_M, _DRIVE_RAD, _DRIVE_RAD_S = 0.05, 0.1, 4.0
 _ARM_DEMONSTRATIONS = 5
 _HAND_S = 0.05
+_AHEAD = 2
+"""So many events of the hand wait at most to be done by the console."""
 _SEATED_M, _LATERAL_M, _OUT_M = 0.010, 0.004, 0.10
 
 
@@ -109,12 +112,17 @@ class Leading:
 
     def demonstrate(self, number: int) -> None:
         """See `Skill.demonstrate`; what did not end as it should is undone and tried elsewhere."""
-        for attempt in range(ATTEMPTS):
-            arm = self._lead(number, 1000 * self._seed + 10 * number + attempt)
+        seed = 1000 * self._seed + 10 * number
+        for _ in range(ATTEMPTS):
+            arm = self._lead(number, seed)
+            if not self._actions.picture.recording:
+                self._actions.say(f"demonstration {number} was interrupted: {self._actions.last_words()}")
+                continue
             if self._done(arm):
                 self._actions.submit(intents.End())
                 return
             self._actions.submit(intents.Undo())
+            seed += 1
             self._actions.say(f"demonstration {number} ended {arm.depth_m * 1e3:.0f} mm deep: once more")
         raise JobFailed(f"demonstration {number} did not end as it should, {ATTEMPTS} times")
 
@@ -133,11 +141,15 @@ class Leading:
         frame, random = TaskFrame.at(before.receptacle), np.random.default_rng(seed)
         hand = ScriptedHand(self._way(frame.to_local(before.tip), random), random)
         self._actions.submit(intents.Record())
-        times_s = np.arange(0.0, hand.duration_s, _HAND_S).tolist()
-        for time_s in times_s:
-            pose = frame.to_world(hand.target(time_s))
-            self._actions.submit(intents.Hand(tuple(pose.tolist()), time_s))
-        self._actions.submit(intents.Hand(tuple(before.tip.tolist()), times_s[-1] + _HAND_S, released=True))
+        self._actions.until("the recording", lambda p: p.recording)
+        n_events = math.ceil(hand.duration_s / _HAND_S)
+        for k in range(n_events):
+            pose = frame.to_world(hand.target(_HAND_S * k))
+            self._actions.submit(intents.Hand(tuple(pose.tolist()), _HAND_S * k))
+            if k % _AHEAD == _AHEAD - 1:
+                # The console has the robot to listen to as well.
+                self._actions.until(f"demonstration {number}", _as_far_as(number, _HAND_S * k))
+        self._actions.submit(intents.Hand(tuple(before.tip.tolist()), _HAND_S * n_events, released=True))
         return _arm(self._actions.until(f"demonstration {number}", _let_go_after(number)))
 
     def _way(self, start: Array, random: np.random.Generator) -> Way:
@@ -151,8 +163,13 @@ class Leading:
         return arm.depth_m > self._depth_m - _SEATED_M and arm.lateral_m < _LATERAL_M
 
 
+def _as_far_as(number: int, time_s: float) -> Callable[[Picture], bool]:
+    n_points = round(time_s / ARM_PERIOD_S) - 1
+    return lambda p: not p.recording or (len(p.strokes) == number and len(p.strokes[-1]) >= n_points)
+
+
 def _let_go_after(number: int) -> Callable[[Picture], bool]:
-    return lambda p: len(p.strokes) == number and not _arm(p).held and p.recording
+    return lambda p: not p.recording or (len(p.strokes) == number and not _arm(p).held)
 
 
 def _arm(picture: Picture) -> ArmView:

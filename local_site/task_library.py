@@ -168,9 +168,12 @@ class TaskLibrary:
         """
         for shown in demonstrations:
             self.record(shown.frames_at(0))
+            recording = self._recording
             try:
                 for point, time_s in zip(shown.points, shown.time_s, strict=True):
-                    self.hand(point, float(time_s))
+                    recording.hand(point, float(time_s))
+                # At once, which is the same and holds nobody up.
+                self._taught.learner.observe_many(recording.points, recording.frames, recording.times_s)
             except InvalidDemonstration:
                 self.undo()
                 raise
