@@ -9,6 +9,7 @@ from typing import Any
 from common.control_mode import Action, ControlMode
 from common.errors import FarhandError
 from local_site import intents
+from local_site.notices import Notice
 from local_site.operators_place import OperatedConsole, OperatorsTime
 from local_site.picture import Picture
 
@@ -91,6 +92,19 @@ class ScriptedActions:
         _log.warning("%s: %s", action, self.last_words())
         return False
 
+    def manoeuvre(self, action: Action) -> bool:
+        """Have the robot go somewhere by itself, and wait for its end; whether it got there.
+
+        Raises:
+            JobFailed: When the control of the robot is not to be had, or nothing was heard of the end.
+        """
+        self.until("control of the robot", lambda p: p.in_control)
+        n_told = len(self._told(action, self.picture))
+        self.submit(intents.Command(action))
+        picture = self.until(f"the end of {action}", lambda p: len(self._told(action, p)) > n_told)
+        self.say(f"{action}: {self._told(action, picture)[-1].text}")
+        return self._told(action, picture)[-1].good
+
     def preview(self) -> None:
         """Have the motion shown before it is made.
 
@@ -122,4 +136,8 @@ class ScriptedActions:
 
     @staticmethod
     def _refusals(action: Action, picture: Picture) -> int:
-        return sum(not notice.good and notice.what == action for notice in picture.notices)
+        return sum(not notice.good for notice in ScriptedActions._told(action, picture))
+
+    @staticmethod
+    def _told(action: Action, picture: Picture) -> list[Notice]:
+        return [notice for notice in picture.notices if notice.what == action]

@@ -1,6 +1,6 @@
 """An operator by script: does the whole job through the same intents as a person at the page.
 
-Demonstrates, sends, arms, couples and drives a little, clutches, previews, executes, and measures.
+Demonstrates, sends, arms, has the robot get ready, couples and drives a little, clutches, previews, executes, and measures.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class ScriptedOperator:
         command = self._actions.command
         self._demonstrate()
         self._send_model()
-        command(Action.ARM, ControlMode.HOLD)
+        self._prepare()
         self._drive()
         command(Action.CLUTCH, ControlMode.HOLD)
         self._execute()
@@ -100,6 +100,21 @@ class ScriptedOperator:
         self._actions.submit(intents.SendModel())
         self._actions.until("confirmation of the model", lambda p: p.confirmed_sha256 == learned.sha256)
         self._actions.say(f"model {learned.sha256[:8]}, {len(learned.content)} B, confirmed by the robot")
+
+    def _prepare(self) -> None:
+        """Arm the robot where the job begins: whoever was there before may have left it in any mode, anywhere."""
+        actions, mode = self._actions, self._actions.picture.mode
+        if mode is ControlMode.STOPPED:
+            actions.command(Action.RESET, ControlMode.DISARMED)
+        elif mode is not ControlMode.DISARMED:
+            actions.command(Action.DISARM, ControlMode.DISARMED)
+        actions.command(Action.ARM, ControlMode.HOLD)
+        if isinstance(self._task, ArmTask) and self._task.skill == "extract":
+            return  # it begins in its receptacle
+        # A plug in its receptacle comes out first.
+        goes = (Action.GO_TO_READY,), (Action.RETRACT, Action.GO_TO_READY)
+        if not any(all(actions.manoeuvre(each) for each in ways) for ways in goes):
+            raise JobFailed(f"the robot did not get ready: {actions.last_words()}")
 
     def _drive(self) -> None:
         """Couple and drive; again when the robot has decoupled by itself before it moved."""

@@ -36,12 +36,34 @@ def test_a_command_is_tried_three_times_and_then_fails_in_the_robots_words(tmp_p
 
 def test_where_the_robot_is_already_it_need_not_be_told_to_go(tmp_path: Path):
     with desk(tmp_path) as it:
-        it.connected(ControlMode.HOLD)
+        it.connected(ControlMode.DISARMED)
 
         def refuse(command: Command) -> None:
             it.robot.refusal = f"{command.action} is not allowed now"
+            it.robot.report(ControlMode.HOLD)
 
         it.robot.on_command = refuse
-        with pytest.raises(JobFailed, match=r"couple: .*DIRECT: .*not allowed"):
+        with pytest.raises(JobFailed, match=r"did not get ready: .*not allowed"):
             ScriptedOperator(it.console, TASK, None, None, 0).run()
-        assert [command.action for command in it.robot.heard(Command)] == [Action.COUPLE] * 3
+        asked = [command.action for command in it.robot.heard(Command)]
+        assert asked == [Action.ARM, Action.GO_TO_READY, Action.RETRACT]
+
+
+@pytest.mark.parametrize(
+    ("left", "first"), [(ControlMode.STOPPED, Action.RESET), (ControlMode.PAUSED, Action.DISARM)]
+)
+def test_whatever_another_job_has_left_the_robot_is_disarmed_first(
+    tmp_path: Path, left: ControlMode, first: Action
+):
+    with desk(tmp_path) as it:
+        it.connected(left)
+
+        def stop_here(command: Command) -> None:
+            if command.action is Action.ARM:
+                it.robot.refusal = "the test ends here"
+            it.robot.report(ControlMode.DISARMED)
+
+        it.robot.on_command = stop_here
+        with pytest.raises(JobFailed, match="the test ends here"):
+            ScriptedOperator(it.console, TASK, None, None, 0).run()
+        assert [command.action for command in it.robot.heard(Command)][:2] == [first, Action.ARM]
