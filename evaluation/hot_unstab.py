@@ -67,15 +67,15 @@ class Scenario(NamedTuple):
 
     conditions: Conditions
     required: float = 0.0
-    share: float = 0.5
+    share: float = 0.25
     inserts: bool = False
     goal: Callable[[], Withdrawn] = Withdrawn
 
 
 SCENARIOS = {
-    "clean": Scenario(Conditions(), 1.0, 0.25),
+    "clean": Scenario(Conditions(), 1.0),
     "typical": Scenario(Conditions(noise=TYPICAL), 0.98, 1.0),
-    "after its own hot-stab": Scenario(Conditions(noise=TYPICAL), 0.98, 1.0, inserts=True),
+    "after its own hot-stab": Scenario(Conditions(noise=TYPICAL), 0.98, 0.5, inserts=True),
     "sway": Scenario(_SWAYING, inserts=True, goal=partial(Withdrawn, 0.030, 0.080)),
     "bias": Scenario(Conditions(noise=_BIASED)),
     "bias, without touch": Scenario(Conditions(noise=_BIASED, correcting=False, admittance=False)),
