@@ -13,7 +13,7 @@ from common.event_log import EventLog
 from common.link import ZenohLink
 from common.link_control import RelayControl
 from common.messages import Wish
-from common.task import AnyTask, PointTask
+from common.task import AnyTask
 from local_site.config import LocalConfig
 from local_site.console import Console
 from local_site.learning.warm_up import warm_up
@@ -143,8 +143,6 @@ class _Opened:
             Page,
         )  # costs half a second, which a site without a page need not wait
 
-        if not isinstance(self._task, PointTask):
-            raise InvalidConfiguration("configuration", "task", f"one of a point, got {self._task.name!r}")
         control = relay_control(self._config.link_control)
         page = Page(self.console, self._task, control, self._config.page_host, self._page_port)
         page.start()

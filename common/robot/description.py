@@ -14,6 +14,7 @@ from common.robot.lathe import turned
 from common.robot.layers import HIDDEN
 from common.robot.poses import compose, inverse, rotation
 from common.robot.scene import compile_scene
+from common.robot.scenery import DECK
 from common.scene_description import Colour, Link, Mesh, SceneDescription
 
 Array = NDArray[np.float64]
@@ -59,31 +60,36 @@ class _Reader:
             )
         mouth, tip = (_site(data, name) for name in (receptacle.MOUTH, arm.TIP))
         holder = int(model.site_bodyid[model.site(receptacle.MOUTH).id])
+        deck = [model.geom(name).id for name in DECK]
         return SceneDescription(
             links=tuple(links),
             tip=_tuple(compose(inverse(poses[-1]), tip)),
             held=self._meshes(poses[-1], [plug]),
             home_rad=tuple(dimensions.home_rad),
             receptacle=self._meshes(mouth, [holder]),
-            platform=self._meshes(poses[0], [0]),
+            platform=self._drawn(poses[0], deck),
         )
 
     def _meshes(self, origin: Array, bodies: list[int]) -> tuple[Mesh, ...]:
-        """All that is drawn of some bodies, seen from a pose: one mesh for each colour."""
+        """All that is drawn of some bodies, seen from a pose."""
+        model = self._model
+        shown = np.isin(model.geom_bodyid, bodies) & (model.geom_group != HIDDEN)
+        return self._drawn(origin, np.flatnonzero(shown).tolist())
+
+    def _drawn(self, origin: Array, geoms: list[int]) -> tuple[Mesh, ...]:
+        """Some geoms seen from a pose: one mesh for each colour."""
         model, data = self._model, self._data
         parts: dict[Colour, list[Shape]] = {}
-        for geom in np.flatnonzero(np.isin(model.geom_bodyid, bodies) & (model.geom_group != HIDDEN)):
-            if (shape := _shape(model, geom)) is None:
-                continue
-            vertices, faces = shape
+        for geom in geoms:
+            vertices, faces = _shape(model, geom)
             turn = data.geom_xmat[geom].reshape(3, 3)
             seen = (data.geom_xpos[geom] + vertices @ turn.T - origin[:3]) @ rotation(origin)
             parts.setdefault(_colour(model, geom), []).append((seen, faces))
         return tuple(Mesh.of(colour, *_joined(shapes)) for colour, shapes in parts.items())
 
 
-def _shape(model: MjModel, geom: np.intp) -> Shape | None:
-    """Vertices and triangles of a geom in its own axes; None for what goes on for ever."""
+def _shape(model: MjModel, geom: int) -> Shape:
+    """A geom in its own axes."""
     r, half, _ = size = model.geom_size[geom]
     kind = mujoco.mjtGeom(int(model.geom_type[geom]))
     match kind.name:
@@ -94,13 +100,8 @@ def _shape(model: MjModel, geom: np.intp) -> Shape | None:
         case "mjGEOM_CYLINDER":
             vertices, _, faces = turned([(0.0, -half), (r, -half), (r, half), (0.0, half)], _ROUND)
             return vertices, faces
-        case "mjGEOM_CAPSULE":
-            arc = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 10)
-            profile = [(float(r * np.cos(a)), float(r * np.sin(a) + np.copysign(half, a))) for a in arc]
-            (_, low), (_, high) = profile[0], profile[-1]
-            vertices, _, faces = turned([(0.0, low), *profile[1:-1], (0.0, high)], _ROUND)
-            return vertices, faces
-    return None
+        case _:
+            raise NotImplementedError(f"{kind.name} is not drawn")
 
 
 def _asset(model: MjModel, mesh: int) -> Shape:
@@ -130,7 +131,7 @@ def _joined(shapes: list[Shape]) -> Shape:
     return np.concatenate([vertices for vertices, _ in shapes]), np.concatenate(faces)
 
 
-def _colour(model: MjModel, geom: np.intp) -> Colour:
+def _colour(model: MjModel, geom: int) -> Colour:
     material = model.geom_matid[geom]
     red, green, blue = (model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom])[:3]
     return round(255 * float(red)), round(255 * float(green)), round(255 * float(blue))

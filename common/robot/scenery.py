@@ -14,6 +14,9 @@ Point = tuple[float, ...]
 OPERATOR, CLOSE_UP = "operator", "close-up"
 """Cameras: over the arm's shoulder, and beside the mouth."""
 
+DECK = ("mount", "deck")
+"""Geoms that the arm stands on."""
+
 _WATER = (0.035, 0.18, 0.23)
 _SEA_BED_M = -1.30
 
@@ -83,14 +86,14 @@ def _add_water(root: MjcfElement) -> None:
 def _add_vehicle(world: MjcfElement) -> None:
     """The porch that the arm stands on."""
 
-    def box(pos: Point, size: Point, material: str) -> None:
-        world.add("geom", type="box", pos=pos, size=size, material=material, **UNTOUCHABLE)
+    def box(pos: Point, size: Point, material: str, **named: str) -> None:
+        world.add("geom", type="box", pos=pos, size=size, material=material, **UNTOUCHABLE, **named)
 
     def tube(*fromto: float, radius: float = 0.022) -> None:
         world.add("geom", type="capsule", fromto=fromto, size=(radius,), material="tube", **UNTOUCHABLE)
 
-    box((0, 0, -0.02), (0.13, 0.13, 0.02), "frame")
-    box((-0.16, 0, -0.06), (0.32, 0.36, 0.02), "frame")
+    box((0, 0, -0.02), (0.13, 0.13, 0.02), "frame", name=DECK[0])
+    box((-0.16, 0, -0.06), (0.32, 0.36, 0.02), "frame", name=DECK[1])
     for side in (-0.36, 0.36):
         tube(-0.55, side, -0.06, 0.24, side, -0.06)
         tube(-0.55, side, -0.36, 0.18, side, -0.36)

@@ -91,6 +91,10 @@ TEACH = (
     ButtonSpec("Load samples", lambda _: intents.LoadSamples(), lambda p: not p.recording, colour="gray"),
     ButtonSpec("Send model", lambda _: intents.SendModel(), _can_send, lambda p: p.sending_model),
 )
+TEACH_ARM = (
+    *TEACH,
+    ButtonSpec("New place", lambda _: intents.Renew(), lambda p: not p.recording, colour="gray"),
+)
 LIBRARY = (
     ButtonSpec("Start anew", lambda _: intents.StartAnew(), lambda p: p.can_undo and not p.recording),
     ButtonSpec("Recover", lambda _: intents.Recover(), lambda p: p.can_recover),

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from common.control_mode import ControlMode
+from common.manifold import POSE, Manifold
 from common.messages import PlannedPath
 from common.path_points import points_of
 from local_site.picture import Picture
@@ -20,12 +21,12 @@ class Ghost:
     """The prediction at one moment.
 
     Args:
-        position_m: In the task frame. Shape (D,) [m].
+        point: In the task frame, a position (D,) [m] or a pose (7,).
         left_s: Time to the end of the path [s]; not positive beyond it.
         done: The path is at its end: the motion is expected to be done.
     """
 
-    position_m: Array
+    point: Array
     left_s: float
     done: bool
 
@@ -59,5 +60,6 @@ def predict(picture: Picture, now_s: float) -> Ghost | None:
     low = int(np.clip(np.floor(at), 0, last))
     high = min(low + 1, last)
     part = float(np.clip(at - low, 0.0, 1.0))
-    position = points[low] + part * (points[high] - points[low])
-    return Ghost(position, (last - at) * path.step_s, done=at >= last)
+    space = POSE if points.shape[1] == POSE.n_coordinates else Manifold(points.shape[1])
+    point = space.exp(points[low], part * space.log(points[low], points[high]))
+    return Ghost(point, (last - at) * path.step_s, done=at >= last)

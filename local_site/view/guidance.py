@@ -11,6 +11,7 @@ from common.control_mode import ControlMode, Phase
 from local_site.notices import Notice
 from local_site.picture import Picture
 from local_site.view.html import Html, element
+from local_site.view.words import Words
 
 _SHOWN = 12
 
@@ -20,9 +21,11 @@ class Guidance:
 
     Args:
         gui: Of the server.
+        words: For the kind of task.
     """
 
-    def __init__(self, gui: viser.GuiApi):
+    def __init__(self, gui: viser.GuiApi, words: Words):
+        self._words = words
         self._advice, self._messages = Html(gui), Html(gui)
         self._own: deque[Notice] = deque(maxlen=_SHOWN)
 
@@ -34,7 +37,7 @@ class Guidance:
     def draw(self, picture: Picture) -> None:
         """Show both."""
         self._advice.show(
-            f'<div class="fh-advice"><i>next</i>{element("advice", advice(picture), tag="div")}</div>'
+            f'<div class="fh-advice"><i>next</i>{element("advice", advice(picture, self._words), tag="div")}</div>'
         )
         notices = sorted([*picture.notices[-_SHOWN:], *self._own], key=lambda notice: notice.time_s)[-_SHOWN:]
         lines = [_line(notice, newest=notice is notices[-1]) for notice in reversed(notices)]
@@ -53,7 +56,7 @@ def _line(notice: Notice, newest: bool) -> str:
     )
 
 
-def advice(picture: Picture) -> str:
+def advice(picture: Picture, words: Words) -> str:
     """The next step of the job, for someone who sees the page for the first time."""
     stop = picture.stop
     if stop is not None and not stop.standing:
@@ -65,19 +68,19 @@ def advice(picture: Picture) -> str:
     if picture.mode is ControlMode.STOPPED:
         return "Stopped. Press Reset when it is safe to go on."
     if picture.recording:
-        return "Draw with the mouse on the LOCAL board, into the U, then press End."
-    return _moving_advice(picture) or _teaching_advice(picture) or _executing_advice(picture)
+        return f"{words.teach}, then press End."
+    return _moving_advice(picture, words) or _teaching_advice(picture, words) or _executing_advice(picture)
 
 
-def _moving_advice(picture: Picture) -> str:
+def _moving_advice(picture: Picture, words: Words) -> str:
     """While something moves the robot, or would."""
     match picture.mode:
         case ControlMode.DIRECT:
-            return "Drag on the LOCAL board: the robot follows. Let go, or press Clutch, to decouple."
+            return f"{words.drive}: the robot follows. Let go, or press Clutch, to decouple."
         case ControlMode.PAUSED:
             return "Paused, and kept. Press Resume to go on, or Abort."
         case ControlMode.AUTONOMOUS if picture.phase.at_end:
-            return "Arrived: it tracks the U. Drag the robot's U, press Execute again, or Clutch to end."
+            return f"{str(picture.phase).capitalize()}: it tracks {words.target}. {words.arrived}"
         case ControlMode.AUTONOMOUS if picture.phase is not Phase.APPROACHING:
             return f"The robot is {picture.phase}. Abort ends it where it is."
         case ControlMode.AUTONOMOUS:
@@ -85,12 +88,12 @@ def _moving_advice(picture: Picture) -> str:
     return ""
 
 
-def _teaching_advice(picture: Picture) -> str:
+def _teaching_advice(picture: Picture, words: Words) -> str:
     learned = picture.learned
     if learned is None and picture.can_recover:
         return "A demonstration was under way when this site ended: press Recover to learn it."
     if learned is None:
-        return "Teach: press Record and draw into the U on the LOCAL board, or press Load samples."
+        return f"Teach: press Record and {words.recording} on the LOCAL side, or press Load samples."
     if picture.sending_model:
         return "The model is on its way: wait until the robot confirms it."
     if learned.sha256 != picture.confirmed_sha256:

@@ -12,10 +12,11 @@ import viser
 
 from common.link_control import RelayControl
 from common.log import loop_logger
-from common.task import PointTask
+from common.task import AnyTask, ArmTask
 from local_site.console import Console
 from local_site.picture import Picture
 from local_site.view import buttons
+from local_site.view.arm_scene import ArmScene
 from local_site.view.auto_send import AutoSend
 from local_site.view.buttons import Buttons, ButtonSpec
 from local_site.view.guidance import Guidance
@@ -30,6 +31,7 @@ from local_site.view.server import PageServer
 from local_site.view.status_strip import StatusStrip
 from local_site.view.tabs import Tabs
 from local_site.view.transition_graph import TransitionGraph
+from local_site.view.words import words_of
 
 _log = loop_logger(__name__)
 
@@ -43,7 +45,7 @@ class Page:
 
     Args:
         console: What is shown and asked.
-        task: Its workspace is the boards.
+        task: Its kind decides on the scene.
         control: The link process, None without one.
         host: Address to serve at.
         port: Port; 0 takes a free one.
@@ -52,17 +54,15 @@ class Page:
         PortInUse: When something else has the port.
     """
 
-    def __init__(self, console: Console, task: PointTask, control: RelayControl | None, host: str, port: int):
+    def __init__(self, console: Console, task: AnyTask, control: RelayControl | None, host: str, port: int):
         self._console = console
         self._events: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._shown: Picture = console.picture
         self._server = PageServer(host, port)
         self._host = host
         self._worker = LinkWorker(control) if control is not None else None
-        self._build_panels(self._server.gui)
-        self._scene = PlanarScene(
-            self._server.scene, task, console.submit, self._guidance.explain, self._act
-        )  # fmt: skip
+        self._build_panels(self._server.gui, task)
+        self._scene = self._make_scene(task)
         self._tabs = Tabs(self._server, self._scene.fit, self._events.put, self._scene.let_go)
         self._beat_s, self._beats = float("-inf"), 0
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
@@ -88,15 +88,28 @@ class Page:
 
     # What is on the page ------------------------------------------------------------------------
 
-    def _build_panels(self, gui: viser.GuiApi) -> None:
+    def _make_scene(self, task: AnyTask) -> PlanarScene | ArmScene:
+        if isinstance(task, ArmTask):
+            # What an arm looks like comes from its physics, which a page with boards need not load.
+            from common.robot.description import describe
+            from common.robot.dimensions import Dimensions
+
+            return ArmScene(self._server.scene, describe(Dimensions()), self._console.submit, self._act)
+        explain = self._guidance.explain
+        return PlanarScene(self._server.scene, task, self._console.submit, explain, self._act)
+
+    def _build_panels(self, gui: viser.GuiApi, task: AnyTask) -> None:
+        words = words_of(task)
         gui.main_panel.dock_left()
         gui.main_panel.set_width(_DOCK_PX)
         self._beat = Html(gui)
-        self._strip, self._graph, self._history = StatusStrip(gui), TransitionGraph(gui), LinkHistory(gui)
+        self._strip = StatusStrip(gui, words)
+        self._graph, self._history = TransitionGraph(gui), LinkHistory(gui)
         self._buttons = [Buttons(gui, (buttons.STOP,), self._on_press)]
-        self._guidance = Guidance(gui)
+        self._guidance = Guidance(gui, words)
         with gui.add_folder("Teach"):
-            self._buttons.append(Buttons(gui, buttons.TEACH, self._on_press))
+            teach = buttons.TEACH_ARM if isinstance(task, ArmTask) else buttons.TEACH
+            self._buttons.append(Buttons(gui, teach, self._on_press))
             self._auto_send = AutoSend(gui, self._console.submit, self._act)
         with gui.add_folder("Library", expand_by_default=False):
             self._library = LibraryPanel(gui, self._console.submit, self._act)
@@ -107,6 +120,8 @@ class Page:
         self._link = LinkPanel(gui, self._worker, self._act) if self._worker is not None else None
         with gui.add_folder("Control", expand_by_default=False):
             self._buttons.append(Buttons(gui, buttons.CONTROL, self._on_press))
+        with gui.add_folder("View"):
+            gui.add_button("Reset view", color="gray").on_click(self._on_reset_view)
 
     # Events, from the server's threads: they only enqueue ---------------------------------------
 
@@ -116,6 +131,10 @@ class Page:
             self._console.submit(spec.make(None))
             return
         self._act(tab, lambda: self._console.submit(spec.make(self._shown.mode)))
+
+    async def _on_reset_view(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        if (tab := event.client_id) is not None:
+            self._events.put(partial(self._tabs.reset, tab))
 
     def _act(self, tab: int, do: Callable[[], None]) -> None:
         self._events.put(partial(self._do_if_active, tab, do))

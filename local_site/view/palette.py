@@ -22,6 +22,8 @@ OLD: Rgb = (140, 140, 140)
 ACTIVE: Rgb = (255, 255, 255)
 TARGET: Rgb = (226, 232, 240)
 STROKE: Rgb = (148, 163, 184)
+WATER: Rgb = (13, 34, 43)
+WATER_ABOVE: Rgb = (36, 82, 96)
 CURRENT_STROKE: Rgb = (255, 255, 255)
 
 
@@ -30,6 +32,12 @@ def component_colour(phase: float) -> Rgb:
     hue = 0.78 - 0.64 * min(max(phase, 0.0), 1.0)
     red, green, blue = colorsys.hls_to_rgb(hue, 0.62, 0.72)
     return round(255 * red), round(255 * green), round(255 * blue)
+
+
+def mixed(colour: Rgb, other: Rgb, part: float) -> Rgb:
+    """A colour with a part of another in it."""
+    red, green, blue = (round((1.0 - part) * a + part * b) for a, b in zip(colour, other, strict=True))
+    return red, green, blue
 
 
 def many(colours: Sequence[Rgb]) -> NDArray[np.uint8]:

@@ -106,7 +106,7 @@ class RobotDrawing:
             (self._hollow, ghost is not None and ghost.done),
         ):
             if ghost is not None and shown:
-                place(mark, float(ghost.position_m[0]), float(ghost.position_m[1]), MARK_Z_M)
+                place(mark, float(ghost.point[0]), float(ghost.point[1]), MARK_Z_M)
             show(mark, shown)
 
 

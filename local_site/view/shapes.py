@@ -1,4 +1,4 @@
-"""Flat meshes in the plane of the board, looking up. Vertices (V, 3) [m], faces (F, 3)."""
+"""Meshes: flat ones in the plane of a board, looking up, and a sphere. Vertices (V, 3) [m], faces (F, 3)."""
 
 from __future__ import annotations
 
@@ -20,6 +20,24 @@ def disc(radius_m: float = 1.0) -> Mesh:
     index = np.arange(_SEGMENTS)
     faces = np.stack([np.full(_SEGMENTS, _SEGMENTS), index, (index + 1) % _SEGMENTS], axis=1)
     return np.vstack([rim, np.zeros(3)]).astype(np.float32), faces.astype(np.uint32)
+
+
+def sphere() -> Mesh:
+    """The unit sphere."""
+    n_around, n_down = 24, 13
+    around = np.linspace(0.0, 2.0 * np.pi, n_around, endpoint=False)
+    down = np.linspace(0.0, np.pi, n_down)
+    rings = np.sin(down)[:, None, None] * np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
+    rings[:, :, 2] = np.cos(down)[:, None]
+    here = np.arange(n_around) + n_around * np.arange(n_down - 1)[:, None]
+    beside = np.roll(here, -1, axis=1)
+    faces = np.concatenate(
+        [
+            np.stack([here, here + n_around, beside], -1),
+            np.stack([beside, here + n_around, beside + n_around], -1),
+        ]
+    )
+    return rings.reshape(-1, 3).astype(np.float32), faces.reshape(-1, 3).astype(np.uint32)
 
 
 def circle() -> NDArray[np.float64]:

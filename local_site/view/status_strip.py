@@ -8,13 +8,16 @@ from __future__ import annotations
 import math
 
 import viser
+from msgspec import UNSET
 
-from common.control_mode import ControlMode, Phase
+from common.control_mode import ControlMode
 from common.link_monitor import LinkHealth
 from common.messages import Telemetry
 from local_site.picture import Picture
 from local_site.view.ghost import Ghost
 from local_site.view.html import Html, element, text
+from local_site.view.reported_pose import reported_tip
+from local_site.view.words import Words
 
 _LINK_WORDS = {
     LinkHealth.NEVER: "LOST",
@@ -33,9 +36,11 @@ class StatusStrip:
 
     Args:
         gui: Of the server.
+        words: For the kind of task.
     """
 
-    def __init__(self, gui: viser.GuiApi):
+    def __init__(self, gui: viser.GuiApi, words: Words):
+        self._words = words
         self._strip, self._alarm, self._titles = Html(gui), Html(gui), Html(gui)
         self._age_s, self._age_shown_s = 0.0, float("-inf")
 
@@ -47,8 +52,8 @@ class StatusStrip:
         self._titles.show(
             '<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> '
             + element("recording", "RECORDING" if picture.recording else "", "fh-recording")
-            + f" {_local_words(picture)}</div>"
-            f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(picture, age, ghost)}</div></div>'
+            + f" {_local_words(picture, self._words)}</div>"
+            f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(picture, age, ghost, self._words)}</div></div>'
         )
 
     def _age(self, picture: Picture, now_s: float) -> str:
@@ -81,6 +86,7 @@ def _cells(picture: Picture, age: str, now_s: float) -> str:
             _cell("model", f"{element('components', n_components)} components",
                   f'<span class="fh-note">{element("demos", picture.n_demonstrations)} demos'
                   f"{element('model', _model_words(picture))}</span>"),
+            _tool_cell(picture.robot),
             _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet"),
                   element("plan", plan, "fh-note")),
         )
@@ -139,26 +145,35 @@ def _model_words(picture: Picture) -> str:
     return ", on its way" if picture.sending_model else ", robot lacks it"
 
 
-def _local_words(picture: Picture) -> str:
+def _local_words(picture: Picture, words: Words) -> str:
     if picture.recording:
-        return "draw into the U"
-    return "your hand drives the robot: drag here" if picture.coupled else "your board"
+        return words.recording
+    return words.driving if picture.coupled else words.own
 
 
-def _remote_words(picture: Picture, age: str, ghost: Ghost | None) -> str:
+def _remote_words(picture: Picture, age: str, ghost: Ghost | None, words: Words) -> str:
     robot = picture.robot
     if robot is None:
         return "no report yet"
     old = picture.link.health is not LinkHealth.OK
     seen = element("seen", f"OLD: seen {age} ago" if old else f"seen {age} ago", "fh-old" if old else "")
-    return seen + text(_motion_words(robot, ghost))
+    return seen + text(_motion_words(robot, ghost, words))
 
 
-def _motion_words(robot: Telemetry, ghost: Ghost | None) -> str:
+def _motion_words(robot: Telemetry, ghost: Ghost | None, words: Words) -> str:
     if robot.waiting:
         return " · waiting for input"
-    if robot.phase is Phase.ARRIVED:
-        return " · arrived, tracking the U"
+    if robot.phase.at_end:
+        return f" · {robot.phase}, tracking {words.target}"
     if ghost is None:
         return ""
     return " · expected done" if ghost.done else f" · {math.ceil(ghost.left_s)} s to go"
+
+
+def _tool_cell(robot: Telemetry | None) -> str:
+    """Force on the tool and where it is in the receptacle, where the robot has an arm."""
+    if robot is None or robot.arm is UNSET:
+        return ""
+    depth_mm = 1e3 * float(reported_tip(robot)[2])
+    where = f"{depth_mm:.0f} mm deep" if depth_mm > 0.0 else f"{-depth_mm:.0f} mm away"
+    return _cell("force", element("force", f"{robot.arm.force_n:.0f} N"), element("depth", where, "fh-note"))

@@ -58,6 +58,12 @@ class Tabs:
             role = self.sessions.role(tab)
             role_html.show(element("session", role.value, "fh-active", hidden="") + _banner(role))
 
+    def reset(self, tab: int) -> None:
+        """Have the scene fill a tab's page again, however it was turned."""
+        self._sizes.pop(tab, None)
+        if tab in self._clients:
+            self._fit(self._clients[tab])
+
     def _joined(self, client: viser.ClientHandle) -> None:
         self.sessions.joined(client.client_id)
         self._clients[client.client_id] = client

@@ -58,7 +58,7 @@ def graph_svg(model: TPHSMM, active: int) -> str:
     return (
         f'<div class="fh-caption">learned model: components, transitions, durations [s]</div>'
         f'<svg viewBox="0 0 {width:.0f} {height:.0f}" preserveAspectRatio="xMidYMid meet">'
-        '<defs><marker id="fh-tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="6" markerHeight="6" orient="auto">'
+        '<defs><marker id="fh-tip" viewBox="0 0 8 8" refX="7" refY="4" markerUnits="userSpaceOnUse" markerWidth="9" markerHeight="9" orient="auto">'
         '<path d="M0 0 L8 4 L0 8 z" fill="#94a3b8"/></marker></defs>' + "".join(parts) + "</svg>"
     )
 

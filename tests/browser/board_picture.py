@@ -22,9 +22,9 @@ def await_boards(tab: OperatorPage) -> None:
     """Wait until both boards are drawn where they belong: blue left and brown right."""
     corners = [(x, y) for x in (_INSIDE_M, 1.0 - _INSIDE_M) for y in (_INSIDE_M, 1.0 - _INSIDE_M)]
     for _ in range(_FRAMES):
-        picture = _picture(tab.page.screenshot())
-        blue = [_blueness(picture, tab.pixel(corner)) for corner in corners]
-        brown = [-_blueness(picture, tab.pixel(corner, remote=True)) for corner in corners]
+        picture = picture_of(tab.page.screenshot())
+        blue = [blueness(picture, tab.pixel(corner)) for corner in corners]
+        brown = [-blueness(picture, tab.pixel(corner, remote=True)) for corner in corners]
         if min(*blue, *brown) > 15:
             return
         tab.next_frame()
@@ -47,7 +47,7 @@ def seen_point(tab: OperatorPage) -> Point | None:
     left, top = tab.pixel((_INSIDE_M, 1.0 - _INSIDE_M), remote=True)
     right, bottom = tab.pixel((1.0 - _INSIDE_M, _INSIDE_M), remote=True)
     clip: FloatRect = {"x": left, "y": top, "width": right - left, "height": bottom - top}
-    red, green, blue = _picture(tab.page.screenshot(clip=clip))
+    red, green, blue = picture_of(tab.page.screenshot(clip=clip))
     rows, columns = np.nonzero((red > 150) & (red - blue > 75) & (red - green > 25) & (green > 100))
     if rows.size == 0:
         return None
@@ -57,11 +57,12 @@ def seen_point(tab: OperatorPage) -> Point | None:
     return float(_INSIDE_M + side * x), float(1.0 - _INSIDE_M - side * y)
 
 
-def _blueness(picture: NDArray[np.int_], pixel: Point) -> int:
+def blueness(picture: NDArray[np.int_], pixel: Point) -> int:
+    """How much more blue than red there is at a pixel."""
     column, row = map(int, pixel)
     return picture[2, row, column] - picture[0, row, column]
 
 
-def _picture(png: bytes) -> NDArray[np.int_]:
+def picture_of(png: bytes) -> NDArray[np.int_]:
     """Red, green and blue. Shape (3, height, width)."""
     return np.moveaxis(np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=int), -1, 0)

@@ -50,10 +50,14 @@ class OperatorPage:
         self.settle()
 
     def settle(self) -> None:
-        """Wait until the page shows the robot's mode and its own role, and the boards are drawn in place."""
+        """Wait until the page shows the robot's mode and its own role, and the scene is drawn in place."""
         self.says("mode", re.compile("^(?!UNKNOWN$)."))
         expect(self.tp("session")).to_have_text(re.compile("."), timeout=WAIT_MS)
         expect(self.canvas).to_be_visible(timeout=WAIT_MS)
+        self.await_scene()
+
+    def await_scene(self) -> None:
+        """Wait until the boards are drawn in place."""
         await_boards(self)
 
     # What it says -------------------------------------------------------------------------------

@@ -1,0 +1,84 @@
+"""Both arms: one batch of two instances for each colour of each link, the operator's and the robot's."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from numpy.typing import ArrayLike, NDArray
+
+from common.scene_description import Mesh, SceneDescription
+from local_site.view import palette
+from local_site.view.arm_camera import base_m
+from local_site.view.solids import NO_SHADOW, moved
+
+Array = NDArray[np.float64]
+
+LOCAL, REMOTE = 0, 1
+_TINT, _AGED = 0.62, 0.8
+
+
+class ArmBodies:
+    """Draws the links of both arms at their joints. Used by the page's thread.
+
+    Args:
+        scene: Of the server.
+        description: What both look like.
+    """
+
+    def __init__(self, scene: viser.SceneApi, description: SceneDescription):
+        self._description = description
+        at_rest = description.link_poses(description.home_rad)
+        self._base_m = np.stack([base_m(remote) for remote in (False, True)])
+        self._poses = np.stack([self._in_scene(side, at_rest) for side in (LOCAL, REMOTE)])
+        """As drawn. Shape (2, links, 7)."""
+        self._joints_rad: list[tuple[float, ...]] = [tuple(description.home_rad)] * 2
+        self._old = False
+        self._batches = [
+            [self._add(scene, f"/arms/{link.name}/{k}", index, mesh) for k, mesh in enumerate(link.meshes)]
+            for index, link in enumerate(description.links)
+        ]
+        self._batches[-1] += [
+            self._add(scene, f"/arms/held/{k}", -1, mesh) for k, mesh in enumerate(description.held)
+        ]
+
+    def draw(self, side: int, joints_rad: ArrayLike) -> None:
+        """Show an arm at its angles. Shape (6,) [rad]."""
+        joints = tuple(np.asarray(joints_rad, dtype=float).tolist())
+        if joints == self._joints_rad[side]:
+            return
+        self._joints_rad[side] = joints
+        poses = self._in_scene(side, self._description.link_poses(joints))
+        for index, pose in enumerate(poses):
+            if moved(self._poses[side, index], pose):
+                self._poses[side, index] = pose
+                for batch, _mesh in self._batches[index]:
+                    batch.batched_positions = self._poses[:, index, :3].astype(np.float32)
+                    batch.batched_wxyzs = self._poses[:, index, 3:].astype(np.float32)
+
+    def draw_age(self, old: bool) -> None:
+        """Show whether the robot's report is old: the robot is grey then."""
+        if old != self._old:
+            self._old = old
+            for batches in self._batches:
+                for batch, mesh in batches:
+                    batch.batched_colors = self._colours(mesh)
+
+    def _add(
+        self, scene: viser.SceneApi, name: str, index: int, mesh: Mesh
+    ) -> tuple[viser.BatchedMeshHandle, Mesh]:
+        batch = scene.add_batched_meshes_simple(
+            name, mesh.vertices_m, mesh.triangles, self._poses[:, index, 3:], self._poses[:, index, :3],
+            batched_colors=self._colours(mesh), lod="off", **NO_SHADOW,
+        )  # fmt: skip
+        return batch, mesh
+
+    def _colours(self, mesh: Mesh) -> NDArray[np.uint8]:
+        """The arms in blue and amber, what they hold in its own colours; all of the robot grey when it is old."""
+        tint = 0.0 if mesh in self._description.held else _TINT
+        local, remote = (palette.mixed(mesh.colour, site, tint) for site in (palette.LOCAL, palette.REMOTE))
+        return palette.many([local, palette.mixed(mesh.colour, palette.OLD, _AGED) if self._old else remote])
+
+    def _in_scene(self, side: int, poses: Array) -> Array:
+        out = poses.copy()
+        out[:, :3] += self._base_m[side]
+        return out

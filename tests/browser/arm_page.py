@@ -1,0 +1,69 @@
+"""The page of an arm's task as a test drives it: where things are in the picture, the arrows at the plug."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from common.task_frame import TaskFrame
+from local_site.view.arm_camera import arm_camera, base_m
+from tests.browser.board_picture import blueness, picture_of
+from tests.browser.operator_page import OperatorPage, Point
+
+Array = NDArray[np.float64]
+
+_COLUMN_M = (0.0, 0.0, 0.12)
+"""A place on every arm of this kind, whatever its joints [m]."""
+_FRAMES = 600
+_GRIP_M = 0.11
+"""Where an arrow is taken hold of, from the plug's tip [m]."""
+
+
+class ArmPage(OperatorPage):
+    """One tab of the operator's page of an arm's task."""
+
+    def await_scene(self) -> None:
+        """Wait until both arms are drawn where they belong: blue left and amber right."""
+        for _ in range(_FRAMES):
+            picture = picture_of(self.page.screenshot())
+            local, remote = (blueness(picture, self.arm_pixel(_COLUMN_M, remote)) for remote in (False, True))
+            if local > 40 and -remote > 40:
+                return
+            self.next_frame()
+        raise AssertionError("the arms are not drawn where they belong")
+
+    def arm_pixel(self, at_m: ArrayLike, remote: bool = False) -> Point:
+        """Where a point is on the page, seen from the base of one of the arms [px]."""
+        box = self.canvas.bounding_box()
+        assert box is not None
+        point = np.asarray(at_m) + base_m(remote)
+        across, down = arm_camera((box["width"], box["height"])).pixel(point)
+        return box["x"] + across, box["y"] + down
+
+    @contextmanager
+    def hold_arrow(self, tip: Array, axis: int, length_m: float, n_moves: int = 8) -> Iterator[None]:
+        """Take one of the arrows at the plug and drag it along itself; let go at the end of the block.
+
+        Args:
+            tip: Pose of the plug's tip from the base of the operator's arm. Shape (7,).
+            axis: 0, 1 or 2: of the tool.
+            length_m: How far [m].
+            n_moves: Of the mouse.
+        """
+        mouse, frame = self.page.mouse, TaskFrame.at(tip)
+        along = np.eye(3)[axis]
+        mouse.move(*self.arm_pixel(frame.to_world(_GRIP_M * along)))
+        self.next_frame()  # what is under the mouse is found when the page draws
+        self.next_frame()
+        mouse.down()
+        self.next_frame()
+        for part in np.linspace(0.0, 1.0, n_moves + 1)[1:]:
+            mouse.move(*self.arm_pixel(frame.to_world((_GRIP_M + part * length_m) * along)))
+            self.next_frame()
+        try:
+            yield
+        finally:
+            mouse.up()
