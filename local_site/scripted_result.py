@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from common.messages import ExecutionReport
-from common.task import AnyTask, PointTask
+from common.robot.dimensions import Dimensions
+from common.task import AnyTask, ArmTask, PointTask
 from local_site.operators_place import PlannedOutage
 from local_site.picture import Picture
 
@@ -32,7 +34,7 @@ def job_result(task: AnyTask, picture: Picture, report: ExecutionReport) -> dict
             "rms_error_m": report.rms_error_m,
             "rms_over_s": report.tracked_s,
             "control_overruns": report.overruns,
-            **(_of_point(task) if isinstance(task, PointTask) else _of_arm(report)),
+            **(_of_point(task) if isinstance(task, PointTask) else _of_arm(task, report)),
         },
     }
 
@@ -72,8 +74,12 @@ def _of_point(task: PointTask) -> dict[str, Any]:
     }
 
 
-def _of_arm(report: ExecutionReport) -> dict[str, Any]:
+def _of_arm(task: ArmTask, report: ExecutionReport) -> dict[str, Any]:
+    end_error_m = None
+    if task.skill == "insert" and report.depth_m is not None and report.lateral_m is not None:
+        end_error_m = math.hypot(report.depth_m - Dimensions().receptacle.depth_m, report.lateral_m)
     return {
+        "end_error_m": end_error_m,
         "depth_m": report.depth_m,
         "lateral_m": report.lateral_m,
         "peak_force_n": report.peak_force_n,

@@ -127,8 +127,10 @@ class Leading:
         raise JobFailed(f"demonstration {number} did not end as it should, {ATTEMPTS} times")
 
     def driving(self, time_s: float) -> tuple[float, ...]:
-        """See `Skill.driving`: a small circle that does not come nearer to the receptacle, and a slight turn."""
+        """See `Skill.driving`: a small circle across the bore's axis and a slight turn; in the bore, out a little."""
         angle = _DRIVE_RAD_S * time_s
+        if not self._inserts:
+            return (0.5 * _DRIVE_M * (math.cos(angle) - 1.0), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
         turn = Rotation.from_rotvec([0.0, 0.0, _DRIVE_RAD * math.sin(angle)]).as_quat(scalar_first=True)
         return (0.0, _DRIVE_M * math.cos(angle), _DRIVE_M * math.sin(angle), *turn.tolist())
 

@@ -1,5 +1,9 @@
 from __future__ import annotations
 
+import math
+
+import pytest
+
 from common import keys
 from common.codec import decode
 from common.control_mode import ControlMode
@@ -32,3 +36,12 @@ def test_the_target_is_moved_with_the_lease():
     ((channel, data),) = link.sent
     assert channel is keys.TARGET
     assert decode(data, MoveTarget) == MoveTarget(lease_id="lease", position_m=(0.4, 0.4))
+
+
+def test_a_hand_that_guides_a_pose_sends_its_rotation_too():
+    link, _ = Loopback.pair()
+    half = math.radians(15.0)
+    Teleoperation(link).hand((0.6, 0.1, 0.4, math.cos(half), 0.0, math.sin(half), 0.0), False, ROBOT, "lease")
+    message = decode(link.sent[0][1], OperatorInput)
+    assert message.position_m == (0.6, 0.1, 0.4)
+    assert message.rotation_rad == pytest.approx((0.0, math.radians(30.0), 0.0))
