@@ -202,13 +202,13 @@ class ArmEmbodiment:
         return PlugRecord(self.simulation, Seated() if self.must_seat else Withdrawn())
 
     def memory(self) -> ArmMemory:
-        """See `Embodiment`; rounded, so that an arm at rest is not written again and again."""
+        """See `Embodiment`."""
         time_s, still = self.plant.time_s, self._task.disturbances == "calm"
         return ArmMemory(
-            _rounded(self.simulation.joints_rad),
-            _rounded(self._stage.rest(time_s), 9),
+            tuple(self.simulation.joints_rad.tolist()),
+            tuple(self._stage.rest(time_s).tolist()),
             0.0 if still else self._stage.disturbed_s(time_s),
-            _rounded(self.plant.servo.wrist.bias),
+            tuple(self.plant.servo.wrist.bias.tolist()),
         )
 
     def arm_state(self, sensing: Sensing, overruns: int) -> ArmState:
@@ -217,7 +217,3 @@ class ArmEmbodiment:
         joints = tuple(self._joints_rad.tolist())
         x, y, z = rotation.tolist()
         return ArmState((x, y, z), joints, force_of(sensing.effector) or 0.0, overruns)
-
-
-def _rounded(numbers: Array, digits: int = 5) -> tuple[float, ...]:
-    return tuple(np.round(numbers, digits).tolist())

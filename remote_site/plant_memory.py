@@ -10,6 +10,7 @@ import threading
 from pathlib import Path
 
 import msgspec
+import numpy as np
 from msgspec import Struct
 
 from common.log import loop_logger
@@ -21,6 +22,8 @@ from remote_site.sensing import Sensing
 _log = loop_logger(__name__)
 
 PERIOD_S = 0.05
+_STILL = 2e-5
+"""What changes by less than this has not changed [m, rad, s, N]."""
 
 
 class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
@@ -46,6 +49,16 @@ class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
             execution.stored.sha256 if execution is not None and under_way else "",
             motion.embodiment.memory(),
         )
+
+    def is_like(self, other: PlantState | None) -> bool:
+        """Whether another state is the same but for what a robot that stands still does."""
+        if other is None or (self.executing, self.arm is None) != (other.executing, other.arm is None):
+            return False
+        return np.allclose(self._numbers(), other._numbers(), rtol=0.0, atol=_STILL)
+
+    def _numbers(self) -> list[float]:
+        arm = () if self.arm is None else msgspec.structs.astuple(self.arm)
+        return np.hstack([self.position_m, *arm]).tolist()
 
 
 class PlantMemory:
@@ -77,7 +90,7 @@ class PlantMemory:
 
     def remember(self, state: PlantState) -> None:
         """Have a state written soon; what has not changed is not written. Never blocks."""
-        if state != self._newest:
+        if not state.is_like(self._newest):
             self._newest = state
             self._box.put(state)
             self._wanted.set()

@@ -76,7 +76,9 @@ class Touch:
         if self._tell_from_s is None:
             self._tell_from_s = now_s + self._look_s
         if math.isfinite(sensing.unseen_s) and now_s >= self._tell_from_s:
-            velocity = np.zeros(6) if newest is None else newest.velocity
+            # An arm that holds still must not wander with the noise of a velocity that is none.
+            moves = newest is not None and (executing or not quiet)
+            velocity = newest.velocity if newest is not None and moves else np.zeros(6)
             receptacle = SeenReceptacle(pose_of(sensing.frames[0]), velocity)
             self._arm.see(receptacle, executing and self.recovery.enters)
         return back

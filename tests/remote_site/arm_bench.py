@@ -12,6 +12,7 @@ from msgspec import structs
 from common.control_mode import Action, Phase
 from common.messages import ExecutionReport, ModelReply, ModelTransfer
 from common.model_file import content_hash, encode
+from common.robot.dimensions import Dimensions
 from common.robot.simulation import Simulation
 from common.task import ArmTask, load_toml
 from common.tphsmm import TPHSMM
@@ -28,22 +29,38 @@ HOT_STAB = load_toml(_DEPLOY / "tasks" / "hot-stab.toml", ArmTask)
 
 
 @functools.cache
-def hot_stab_model() -> TPHSMM:
-    """What the demonstrations that come with the task teach."""
-    files = sorted((_DEPLOY / "samples").glob("hot-stab-*.npz"))
+def hot_stab_model(name: str = "hot-stab") -> TPHSMM:
+    """What the demonstrations that come with the task, or with another one, teach."""
+    files = sorted((_DEPLOY / "samples").glob(f"{name}-*.npz"))
     learning = HOT_STAB.learning
     assert learning.max_distance_m is not None
     settings = LearnerSettings(learning.max_distance_m, min_std_m=learning.min_std_m)
     return learn([Demonstration.load(file) for file in files], settings)
 
 
+@functools.cache
+def seated() -> PlantState:
+    """What is remembered of a robot that has just inserted its plug."""
+    bench = ArmBench().executing()
+    bench.run_until(Phase.SEATED)
+    bench.run(1.0)
+    return bench.remembered
+
+
 class ArmBench(Bench):
     """The supervisor of a simulated arm, and an operator."""
 
-    def __init__(self, seed: int = 0, remembered: PlantState | None = None, **changes: Any):
+    def __init__(
+        self,
+        seed: int = 0,
+        remembered: PlantState | None = None,
+        dimensions: Dimensions | None = None,
+        **changes: Any,
+    ):
         task = structs.replace(HOT_STAB, **changes)
-        self.arm = ArmEmbodiment(task, RemoteConfig(seed=seed), remembered)
+        self.arm = ArmEmbodiment(task, RemoteConfig(seed=seed), remembered, dimensions)
         super().__init__(task, embodiment=self.arm)
+        self.taught = hot_stab_model()
 
     @property
     def simulation(self) -> Simulation:
@@ -63,19 +80,32 @@ class ArmBench(Bench):
         assert self.robot.last_execution is not None
         return self.robot.last_execution.report(self.robot.stamp(), 0)
 
+    @property
+    def tip(self) -> np.ndarray:
+        """The plug's true pose."""
+        return self.simulation.tip
+
+    @property
+    def remembered(self) -> PlantState:
+        """What its memory file would hold now."""
+        return PlantState.of(self.robot.sensing, self.robot.motion)
+
     def send_model(self, sent: ModelTransfer | None = None) -> ModelReply:
-        content = encode(hot_stab_model())
+        content = encode(self.taught)
         whole = ModelTransfer(task=self.task.name, sha256=content_hash(content), content=content)
         return super().send_model(sent or whole)
 
     def executing(self) -> ArmBench:
         self.armed()
         self.run(1.0)
+        self.execute()
+        return self
+
+    def execute(self) -> None:
         sha256 = self.send_model().sha256
         plan_id = self.preview(sha256)
         reply = self.command(Action.EXECUTE, model_sha256=sha256, plan_id=plan_id)
         assert reply.accepted, reply.reason
-        return self
 
     def run_until(self, *phases: Phase, at_most_s: float = 20.0) -> float:
         """Let the control loop run until it is at a phase. Returns the time that it took [s]."""
