@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from msgspec import structs
@@ -95,7 +95,7 @@ class ArmBench(Bench):
         whole = ModelTransfer(task=self.task.name, sha256=content_hash(content), content=content)
         return super().send_model(sent or whole)
 
-    def executing(self) -> ArmBench:
+    def executing(self) -> Self:
         self.armed()
         self.run(1.0)
         self.execute()

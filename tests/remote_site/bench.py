@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -239,25 +239,25 @@ class Bench:
 
     # Where tests begin --------------------------------------------------------------------------
 
-    def armed(self) -> Bench:
+    def armed(self) -> Self:
         assert self.ask_lease().granted
         assert self.command(Action.ARM).accepted
         self.run(0.1)
         return self
 
-    def coupled(self) -> Bench:
+    def coupled(self) -> Self:
         self.armed()
         assert self.command(Action.COUPLE).accepted
         return self
 
-    def executing(self) -> Bench:
+    def executing(self) -> Self:
         self.armed()
         reply = self.send_model()
         assert self.command(Action.EXECUTE, model_sha256=reply.sha256).accepted
         self.run(0.5)
         return self
 
-    def arrived(self) -> Bench:
+    def arrived(self) -> Self:
         self.executing()
         for _ in range(30):
             if self.robot.phase is Phase.ARRIVED:
@@ -265,12 +265,12 @@ class Bench:
             self.run(0.5)
         raise AssertionError("it never arrived")
 
-    def paused(self) -> Bench:
+    def paused(self) -> Self:
         self.executing()
         assert self.command(Action.PAUSE).accepted
         return self
 
-    def stopped(self) -> Bench:
+    def stopped(self) -> Self:
         self.armed()
         self.stop()
         self.run(0.1)
