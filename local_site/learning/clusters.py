@@ -36,6 +36,7 @@ class Clusters(NamedTuple):
     shares: Array  # of the frames in the assignment, shape (capacity, P)
     means: Array  # of y, shape (capacity, P, 2 C + T + 2)
     scatters: Array  # of x, s, elapsed about their mean, shape (capacity, P, 2 T + 1, 2 T + 1)
+    places: Array  # positions of the means side by side, for the search; shape (P, D, capacity)
 
     @classmethod
     def empty(cls, capacity: int, n_frames: int, space: Manifold) -> Clusters:
@@ -48,6 +49,7 @@ class Clusters(NamedTuple):
             np.zeros((capacity, n_frames)),
             np.zeros((capacity, n_frames, 2 * space.n_coordinates + space.n_tangent + 2)),
             np.zeros((capacity, n_frames, rows, rows)),
+            np.zeros((n_frames, space.n_dims, capacity)),
         )
 
 
@@ -62,6 +64,14 @@ def new_component(clusters):
 @kernel
 def update(clusters, q, y, C, T, e):
     """Running mean and scatter: n += 1, S += (n-1)/n e e^T, mu <- exp(mu, e/n), with e = log(mu, y)."""
+    _join(clusters, q, y, C, T, e)
+    for p in range(y.shape[0]):
+        for k in range(clusters.places.shape[1]):
+            clusters.places[p, k, q] = clusters.means[q, p, k]
+
+
+@kernel
+def _join(clusters, q, y, C, T, e):
     clusters.counts[q] += 1
     n = clusters.counts[q]
     if n == 1:

@@ -48,7 +48,7 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         How many datapoints were taken in.
     """
     C, T = points.shape[2], motion.direction.shape[1]
-    means, shares, terminal = clusters.means, clusters.shares, clusters.terminal
+    squares = np.empty((2, clusters.counts.size))
     y, e = np.empty(clusters.means.shape[1:]), np.empty(clusters.scatters.shape[2])
     for t in range(points.shape[0]):
         K = clusters.size[0]
@@ -58,7 +58,7 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         travel(motion, points[t], times[t], max_distance, weights[2], e[:T])
         describe(y, motion, max_distance, weights)
         radian = weights[2] * max_distance
-        q = _nearest(means, shares, terminal, K, y, C, T, previous, max_distance, radian, hysteresis, rule)
+        q = _nearest(clusters, K, y, C, T, previous, max_distance, radian, hysteresis, rule, squares)
         if q < 0:
             q = new_component(clusters)
         if q != previous:
@@ -99,25 +99,19 @@ def add_end(clusters, motion, max_distance, weights, rule):
 
 
 @kernel
-def _nearest(means, shares, terminal, K, y, C, T, previous, max_distance, radian, hysteresis, rule):
+def _nearest(clusters, K, y, C, T, previous, max_distance, radian, hysteresis, rule, squares):
     """Nearest component that is not terminal, with hysteresis; -1 when all are beyond lambda.
 
     Most components are out of question by their position alone.
     """
-    P, n_dims = y.shape[0], C if C == T else C - 4
+    means, shares, terminal, bounds = clusters.means, clusters.shares, clusters.terminal, squares[0]
+    _position_squares(clusters.places, shares, y, K, rule, bounds, squares[1])
     best, least, stay = -1, np.inf, np.inf
     if previous >= 0:
         stay = _square(means, shares, previous, y, C, T, radian, rule)
         best, least = previous, stay
     for i in range(K):
-        bound = 0.0 if rule != _NEAREST else np.inf
-        for p in range(P):  # written out: a call takes longer than the work
-            square = 0.0
-            for k in range(n_dims):
-                difference = y[p, k] - means[i, p, k]
-                square += difference * difference
-            bound = bound + shares[i, p] * square if rule != _NEAREST else min(bound, square)
-        if bound < least and not terminal[i] and i != previous:
+        if bounds[i] < least and not terminal[i] and i != previous:
             square = _square(means, shares, i, y, C, T, radian, rule)
             if square < least:
                 best, least = i, square
@@ -125,6 +119,25 @@ def _nearest(means, shares, terminal, K, y, C, T, previous, max_distance, radian
     if stay <= max_distance and stay - nearest < hysteresis * max_distance:
         return previous
     return best if nearest <= max_distance else -1
+
+
+@kernel
+def _position_squares(places, shares, y, K, rule, total, one):
+    """Squared distances of the positions alone to all components; inner loops over these, for the vector unit."""
+    P, D = places.shape[:2]
+    for p in range(P):
+        square = total if p == 0 else one
+        for k in range(D):
+            row, x = places[p, k], y[p, k]
+            for i in range(K):
+                difference = x - row[i]
+                square[i] = difference * difference + (square[i] if k > 0 else 0.0)
+        if P > 1:
+            for i in range(K):
+                so_far = np.inf if rule == _NEAREST else 0.0
+                if p > 0:
+                    so_far = total[i]
+                total[i] = _joined(so_far, square[i], shares[i, p], rule)
 
 
 @kernel

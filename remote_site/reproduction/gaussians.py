@@ -80,6 +80,17 @@ class Gaussians:
         """Mahalanobis distance to where the demonstrations left a component."""
         return _distance(self.exits, self.way_precisions, component, point)
 
+    def is_behind_way(self, component: int, fraction: float, point: Array, gate: float) -> bool:
+        """Whether a point is behind where the demonstrations were after a fraction of a component.
+
+        Args:
+            component: Which one.
+            fraction: Of its duration.
+            point: Position or pose. Shape (C,).
+            gate: How far away from there, in standard deviations about the way.
+        """
+        return _is_behind_way(self.entries, self.exits, self.way_precisions, component, fraction, point, gate)
+
     def distance_to_way(self, component: int, following: int, point: Array) -> float:
         """Mahalanobis distance to the way through a component and on to the entry of the following one."""
         corners = [self.entries[component], self.exits[component]]
@@ -130,6 +141,22 @@ def _distance(means, precisions, component, point):
     e = np.empty(precisions.shape[1])
     log_at(means[component], point, e)
     return _length(precisions[component], e, point.size)
+
+
+@kernel
+def _is_behind_way(entries, exits, precisions, component, fraction, point, gate):
+    """Behind along the way, and outside the gate about where it should be."""
+    T = precisions.shape[1]
+    ramp, e = np.empty(T), np.empty(T)
+    log_at(entries[component], exits[component], ramp)
+    log_at(entries[component], point, e)
+    along = 0.0
+    n = T if point.size == T else T - 3
+    for k in range(T):
+        e[k] -= fraction * ramp[k]
+        if k < n:
+            along += ramp[k] * e[k]
+    return along < 0.0 and _length(precisions[component], e, point.size) > gate
 
 
 @kernel

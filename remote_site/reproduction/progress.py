@@ -39,7 +39,8 @@ class Progress:
 
     Args:
         component: Present component q.
-        elapsed_s: Time since it was entered [s].
+        elapsed_s: Time since it was entered, without that for which the robot was waited for [s].
+        behind_s: Time for which the clock stood, since the robot was behind the demonstrations in it [s].
         free: On the way to a component that was not reached yet.
         waiting: Due for the next component, but not near enough.
         arrived: The motion has come to its end.
@@ -49,6 +50,7 @@ class Progress:
 
     component: int
     elapsed_s: float = 0.0
+    behind_s: float = 0.0
     free: bool = True
     waiting: bool = False
     arrived: bool = False
@@ -102,18 +104,20 @@ class ProgressTracker:
             gaussians: The components at this instant.
             dt: Control period [s].
         """
-        q, elapsed = now.component, now.elapsed_s + dt
+        q = now.component
+        elapsed, behind = self._clocks(now, point, gaussians, dt)
         here = gaussians.distance(q, point)
         n, due = int(self.successors[q]), elapsed >= self.durations_s[q]
         if self._lost(now, here, point, gaussians):
             found = gaussians.most_likely(point, self._joinable(point, gaussians))
             # To find the same one on the way to it is no progress: its time-out must not begin anew.
-            since = elapsed if found == q and now.free else 0.0
+            again = found == q and now.free
             setbacks = now.setbacks + now.free
             return replace(
                 now,
                 component=found,
-                elapsed_s=since,
+                elapsed_s=elapsed if again else 0.0,
+                behind_s=behind if again else 0.0,
                 free=True,
                 waiting=False,
                 arrived=False,
@@ -125,10 +129,18 @@ class ProgressTracker:
             return replace(
                 now, elapsed_s=elapsed, free=free, waiting=False, arrived=now.arrived or bool(settled)
             )
-        if n >= 0 and self._may_advance(q, n, here, due, elapsed, point, gaussians):
+        if n >= 0 and self._may_advance(q, n, here, due, elapsed + behind, point, gaussians):
             on_the_way = gaussians.distance(n, point) >= _INSIDE
-            return replace(now, component=n, elapsed_s=0.0, free=on_the_way, waiting=False)
-        return replace(now, elapsed_s=elapsed, free=free, waiting=bool(due))
+            return replace(now, component=n, elapsed_s=0.0, behind_s=0.0, free=on_the_way, waiting=False)
+        return replace(now, elapsed_s=elapsed, behind_s=behind, free=free, waiting=bool(due))
+
+    def _clocks(self, now: Progress, point: Array, gaussians: Gaussians, dt: float) -> tuple[float, float]:
+        """Time in the component, and time that the robot was behind in it, one control period later [s]."""
+        q, elapsed = now.component, now.elapsed_s
+        under_way = not self.model.terminal[q] and elapsed < self.durations_s[q]
+        if under_way and gaussians.is_behind_way(q, elapsed / self.durations_s[q], point, _INSIDE):
+            return elapsed, now.behind_s + dt
+        return elapsed + dt, now.behind_s
 
     def _lost(self, now: Progress, here: float, point: Array, gaussians: Gaussians) -> bool:
         """Off the way; or on the way to a component, but no longer where that can be joined."""
@@ -140,9 +152,9 @@ class ProgressTracker:
         return here > _LOST and gaussians.distance_to_way(q, n, point) > _LOST
 
     def _may_advance(
-        self, q: int, n: int, here: float, due: bool, elapsed: float, point: Array, gaussians: Gaussians
+        self, q: int, n: int, here: float, due: bool, stayed: float, point: Array, gaussians: Gaussians
     ) -> bool:
-        if elapsed > self.durations_s[q] + _TIME_OUT_S:
+        if stayed > self.durations_s[q] + _TIME_OUT_S:
             return True
         inside = gaussians.lateral_distance(n, q, point) < _INSIDE
         if not due:

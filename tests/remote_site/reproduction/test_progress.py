@@ -15,6 +15,7 @@ from local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from remote_site.reproduction.chain import successors
 from remote_site.reproduction.gaussians import Gaussians
 from remote_site.reproduction.progress import Progress, ProgressTracker
+from remote_site.reproduction.world_components import LocalComponents
 from tests.strategies import learned, seeds
 
 DT = 0.02
@@ -142,6 +143,25 @@ def test_a_robot_that_is_held_waits_and_then_goes_on_after_the_time_out():
     waiting = [s for s in seen if s.component == first and s.waiting]
     assert len(waiting) > 80
     assert any(s.component != first for s in seen)
+
+
+def test_the_clock_of_a_component_waits_for_a_robot_that_is_held_behind():
+    model = straight()
+    tracker, ways = ProgressTracker(model), LocalComponents.of(model).seen([TaskFrame.identity(2)]).gaussians
+    q = int(np.argmax(model.initial))
+    now, entry, duration_s = Progress(q), ways.entries[q], model.duration_mean_s[q]
+    for _ in range(round(2.0 * duration_s / DT)):
+        now = tracker.advance(now, entry, np.zeros(2), ways, DT)
+    assert now.component == q
+    assert now.elapsed_s < 0.2 * duration_s < now.behind_s
+    assert not now.waiting
+    clock_s = []
+    for fraction in np.arange(0.0, 0.8, DT / duration_s):  # let go: from here on as if nothing had been
+        now = tracker.advance(now, entry + fraction * (ways.exits[q] - entry), np.zeros(2), ways, DT)
+        clock_s.append(now.elapsed_s)
+        if now.component != q:
+            break
+    assert clock_s[-2] > 0.5 * duration_s
 
 
 def test_a_robot_that_is_held_far_away_never_runs_ahead_to_where_it_could_not_come_in():
