@@ -154,7 +154,8 @@ class ArmEmbodiment:
         """See `Embodiment`."""
         x, y, z = sensing.frames[0].to_local(sensing.effector.point)[:3]
         inside = _DEPTH_M[0] <= z <= _DEPTH_M[1] and np.hypot(x, y) < _LATERAL_M
-        pressed = (force_of(sensing.effector) or 0.0) >= self._task.limits.contact_n
+        force_n = force_of(sensing.effector) or 0.0
+        pressed = self.plant.servo.governor.seated or force_n >= self._task.limits.contact_n
         return Phase.SEATED if inside and pressed else Phase.ARRIVED
 
     # What is asked -------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ from enum import Enum, auto
 
 import numpy as np
 
+from common.errors import FarhandError
 from remote_site.coupling import Coupling
 from remote_site.embodiment import Embodiment
 from remote_site.execution import Execution
@@ -30,7 +31,7 @@ class Outcome(Enum):
     ENDED = auto()
     """A manoeuvre came to its end in this very period."""
     FAILED = auto()
-    """A measured or computed number is not finite; the plant was braked instead."""
+    """A measured or computed number is not finite, or the plant itself failed: see `Motion.failure`."""
 
 
 class Motion:
@@ -46,6 +47,8 @@ class Motion:
         self.mover: Mover | None = None
         """What moves the robot, or would if it were not paused."""
         self.paused = False
+        self.failure = ""
+        """Why the last period failed that did."""
         self._interrupted = False
 
     @property
@@ -84,10 +87,16 @@ class Motion:
             dt_s: The period [s].
             wait: An execution must not go on now, for want of sight.
         """
+        try:
+            return self._step(now_s, dt_s, wait)
+        except FarhandError as error:
+            return self._failed(f"the robot cannot be moved: {error}")
+
+    def _step(self, now_s: float, dt_s: float, wait: bool) -> Outcome:
         mover, effector = self.mover, self._sensing.effector
         if not effector.is_finite:
             self._plant.brake(dt_s)
-            return Outcome.FAILED
+            return self._failed("a measured number is not finite")
         if mover is None or self.paused or (wait and isinstance(mover, Execution)):
             return self.brake(dt_s)
         if isinstance(mover, Execution):
@@ -103,6 +112,10 @@ class Motion:
         self._plant.brake(dt_s)
         standing = self._plant.read().own_speed_m_s <= _STANDING_M_S
         return Outcome.STANDING if standing else Outcome.MOVING
+
+    def _failed(self, why: str) -> Outcome:
+        self.failure = why
+        return Outcome.FAILED
 
     def _follow(self, coupling: Coupling, now_s: float, dt_s: float) -> bool:
         """Follow the hand. False while there is no input to follow."""
@@ -133,7 +146,7 @@ class Motion:
         acceleration = execution.step(dt_s)
         if not np.isfinite(acceleration).all():
             self._plant.brake(dt_s)
-            return Outcome.FAILED
+            return self._failed("a computed number is not finite")
         self._plant.accelerate(acceleration, dt_s)
         execution.measure(now_s, dt_s)
         if execution.arrived_after_s is None:

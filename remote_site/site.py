@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from remote_site.planner import Planner, PlanRequest
 from remote_site.plant_memory import PERIOD_S, PlantMemory, PlantState
 from remote_site.reproduction.warm_up import warm_up
 from remote_site.robot import Robot
+from remote_site.tick_times import TickTimes
 
 _log = loop_logger(__name__)
 
@@ -67,21 +69,24 @@ class RemoteSite:
             )  # fmt: skip
             _log.info("the robot is ready: %s", self._config.link.listen)
             ready()
-            self._loop(robot, memory)
+            self._loop(robot, memory, TickTimes(event_log.append, robot.embodiment.control_hz))
         finally:
             planner.close()
             link.close()
             memory.close()
             event_log.close()
 
-    def _loop(self, robot: Robot, memory: PlantMemory) -> None:
+    def _loop(self, robot: Robot, memory: PlantMemory, times: TickTimes) -> None:
         control_hz = robot.embodiment.control_hz
         remember_every = max(1, round(PERIOD_S * control_hz))
         rate = Rate(1.0 / control_hz, self._stop)
         tick = 0
         while rate.wait():
             robot.overruns = rate.overruns
+            began_ns = time.thread_time_ns()
             robot.step(rate.late_s)
+            times.add((time.thread_time_ns() - began_ns) * 1e-9, rate.late_s, rate.overruns)
             if tick % remember_every == 0:
                 memory.remember(PlantState.of(robot.supervisor.sensing, robot.supervisor.motion))
             tick += 1
+        times.tell(rate.overruns)

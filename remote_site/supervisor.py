@@ -69,10 +69,9 @@ class Supervisor:
         write: Write,
     ):
         self._task, self._clock, self._announce = task, clock, announce
-        self.embodiment, control_hz = embodiment, embodiment.control_hz
-        self.sensing = Sensing(
-            embodiment.plant, embodiment.perception, len(task.frame_names), control_hz, clock.now_s()
-        )
+        self.embodiment, control_hz, n_frames = embodiment, embodiment.control_hz, len(task.frame_names)
+        plant, perception = embodiment.plant, embodiment.perception
+        self.sensing = Sensing(plant, perception, n_frames, control_hz, clock.now_s())
         self.contact = OperatorContact(config, clock)
         self.models = ModelStore(task)
         self.motion = Motion(embodiment, self.sensing)
@@ -221,7 +220,7 @@ class Supervisor:
             case Outcome.ENDED if manoeuvre is not None:
                 self.machine.end_manoeuvre(manoeuvre)
             case Outcome.FAILED:
-                self._trip(Trip(Guard.FAULT, "a measured or computed number is not finite"))
+                self._trip(Trip(Guard.FAULT, self.motion.failure))
             case Outcome.STANDING:
                 self.machine.settle()
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from common.control_mode import Action, Phase
+from common.errors import InvalidInput
 from common.messages import Command, OperatorInput, Stamp
 from remote_site.coupling import Coupling
 from remote_site.execution import Execution
@@ -126,3 +127,13 @@ def test_a_force_that_is_not_finite_brakes_and_fails(mover, force_n):
     robot.plant.force_n = np.array(force_n)
     assert robot.step() is Outcome.FAILED
     assert robot.plant.told == ["brake"]
+
+
+def test_a_plant_that_fails_is_said_to_have_failed_and_why():
+    robot = Robot()
+
+    def broken(dt_s: float) -> None:
+        raise InvalidInput("plant", "brake", "a plant that brakes")
+
+    robot.plant.brake = broken
+    assert robot.step() is Outcome.FAILED and "a plant that brakes" in robot.motion.failure
