@@ -41,7 +41,7 @@ class TickTimes:
         """Write down what there is, and begin anew."""
         if not self._cpu_s:
             return
-        fields = {"n": len(self._cpu_s), "overruns": overruns}
+        fields: dict[str, float] = {"n": len(self._cpu_s), "overruns": overruns}
         for name, times_s in (("cpu", self._cpu_s), ("late", self._late_s)):
             for part, value in zip(
                 ("p50", "p99", "max"), np.quantile(times_s, (0.5, 0.99, 1.0)), strict=True
