@@ -33,7 +33,7 @@ from remote_site.arm_ways import AlongAxis, confined, free_speed_m_s, in_bore, s
 from remote_site.config import RemoteConfig
 from remote_site.embodiment import Check, Guidance, Way
 from remote_site.guards import force_of
-from remote_site.manoeuvre import BACK_OFF_M, BACK_OFF_S, Straight
+from remote_site.manoeuvre import BACK_OFF_M, BACK_OFF_S, Straight, giving_way
 from remote_site.marker_tracker import PRESETS as TRACKERS
 from remote_site.marker_tracker import MarkerTracker
 from remote_site.perception import SimulatedPerception
@@ -163,6 +163,8 @@ class ArmEmbodiment:
     def way(self, phase: Phase, sensing: Sensing) -> Way | None:
         """See `Embodiment`."""
         speed_m_s = free_speed_m_s(self.max_speed_m_s)
+        if phase is Phase.BACKING_OFF and not np.isfinite(sensing.unseen_s):
+            return giving_way(sensing.effector, speed_m_s)
         along = partial(AlongAxis, sensing=sensing, servo=self.plant.servo, speed_m_s=speed_m_s)
         if phase is Phase.BACKING_OFF:
             back = shifted(sensing, np.array([0.0, 0.0, -BACK_OFF_M]))

@@ -51,6 +51,15 @@ class Straight:
         return self.speed
 
 
+def giving_way(effector: EffectorState, speed_m_s: float) -> Straight | None:
+    """The way where the force on the tool pushes it; None where no force is measured."""
+    if effector.force_n is None:
+        return None
+    place, away = effector.point.copy(), effector.force_n / max(float(np.linalg.norm(effector.force_n)), 1e-9)
+    place[: effector.n_dims] += BACK_OFF_M * away
+    return Straight(place, speed_m_s, BACK_OFF_S)
+
+
 def patience_s(distance_m: float, speed_m_s: float) -> float:
     """How long a way may take at most [s]."""
     return _PATIENCE_S + 2.0 * distance_m / speed_m_s

@@ -16,7 +16,7 @@ from remote_site.arm_memory import ArmMemory
 from remote_site.config import RemoteConfig
 from remote_site.embodiment import Check, Guidance, Way
 from remote_site.guards import force_of
-from remote_site.manoeuvre import BACK_OFF_M, BACK_OFF_S, SPEED, Straight
+from remote_site.manoeuvre import SPEED, Straight, giving_way
 from remote_site.perception import OscillatingTarget, Perception, SimulatedPerception
 from remote_site.plant import Plant, PointPlant
 from remote_site.plant_memory import PlantState
@@ -67,10 +67,8 @@ class PointEmbodiment:
         """See `Embodiment`."""
         effector, task = sensing.effector, self._task
         speed_m_s = SPEED * task.limits.speed_m_s
-        if phase is Phase.BACKING_OFF and effector.force_n is not None:
-            # The way back is where the force on the tool pushes it.
-            away = effector.force_n / max(float(np.linalg.norm(effector.force_n)), 1e-9)
-            return Straight(effector.point + BACK_OFF_M * away, speed_m_s, BACK_OFF_S)
+        if phase is Phase.BACKING_OFF:
+            return giving_way(effector, speed_m_s)
         if phase is Phase.RETRACTING and task.retract_m is not None:
             goal = effector.point + sensing.frames[0].A @ np.array(task.retract_m)
         elif phase is Phase.GOING_TO_READY:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 from msgspec import structs
@@ -11,9 +13,11 @@ from common.robot.dimensions import Dimensions, Receptacle
 from common.robot.placement import ACCEPTANCE
 from common.robot.poses import compose, difference, inverse
 from common.task_frame import TaskFrame
+from remote_site import arm_embodiment
 from remote_site.arm_embodiment import ArmEmbodiment
 from remote_site.arm_stage import SLIDE_M_S
 from remote_site.config import RemoteConfig
+from remote_site.recovery import Recovery
 from tests.remote_site.arm_bench import HOT_STAB, ArmBench, hot_stab_model, seated
 
 MM = 1e-3
@@ -195,7 +199,8 @@ def test_an_insertion_that_is_out_of_reach_is_refused_at_its_preview():
     assert failed.action == Action.PREVIEW and "out of the arm's reach" in failed.text
 
 
-def test_a_plug_that_jams_again_and_again_gives_up_and_holds():
+def test_a_plug_that_jams_again_and_again_gives_up_and_holds(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(arm_embodiment, "Recovery", functools.partial(Recovery, attempts=1))
     blocked = Dimensions(receptacle=Receptacle(depth_m=0.030))  # where the robot expects 85 mm
     bench = ArmBench(seed=1, dimensions=blocked, tracker="clean").executing()
     bench.run_until(Phase.RECOVERING)
