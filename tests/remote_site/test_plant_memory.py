@@ -5,7 +5,9 @@ import os
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 
+from remote_site.arm_memory import ArmMemory
 from remote_site.plant_memory import PlantMemory, PlantState
 from tests.remote_site.bench import Bench
 
@@ -21,7 +23,7 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "robot" / "state.json"
 
 
-def remembered(file: Path, *states: PlantState) -> PlantState | None:
+def remembered(file: Path, *states: PlantState, n_dims: int = 2) -> PlantState | None:
     """What a later boot finds."""
     memory = PlantMemory(file)
     for state in states:
@@ -29,7 +31,7 @@ def remembered(file: Path, *states: PlantState) -> PlantState | None:
     memory.close()
     later = PlantMemory(file)
     try:
-        return later.load(2)
+        return later.load(n_dims)
     finally:
         later.close()
 
@@ -38,6 +40,27 @@ def test_a_later_boot_finds_the_newest_state_and_its_execution(file: Path):
     state = PlantState((0.3, 0.4), "a" * 64)
     assert remembered(file, PlantState((0.1, 0.2)), state) == state
     assert os.listdir(file.parent) == ["state.json"]
+
+
+def test_an_arm_is_found_with_all_that_it_needs_to_go_on(file: Path):
+    arm = ArmMemory((0.1,) * 6, (0.8, 0.0, 0.4, 0.5, 0.5, -0.5, 0.5), 12.25, (1.0,) * 6)
+    state = PlantState((0.6, 0.1, 0.4), arm=arm)
+    assert remembered(file, state, n_dims=3) == state
+
+
+def test_what_a_robot_at_rest_does_is_no_change_and_all_else_is(file: Path):
+    arm = ArmMemory((0.1,) * 6, (0.8, 0.0, 0.4, 0.5, 0.5, -0.5, 0.5), 0.0, (1.0,) * 6)
+    state = PlantState((0.6, 0.1, 0.4), arm=arm)
+    assert structs.replace(state, position_m=(0.6, 0.1, 0.40001)).is_like(state)
+    assert structs.replace(state, arm=structs.replace(arm, tare=(1.00001,) * 6)).is_like(state)
+    for other in (
+        structs.replace(state, executing="a" * 64),
+        structs.replace(state, arm=None),
+        structs.replace(state, arm=structs.replace(arm, joints_rad=(0.1001,) * 6)),
+        structs.replace(state, arm=structs.replace(arm, time_s=0.01)),
+        None,
+    ):
+        assert not state.is_like(other)
 
 
 def test_the_last_state_before_the_end_is_written_however_soon_it_comes(file: Path):
