@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from common.control_mode import Action, ControlMode, Phase
 from common.errors import InvalidConfiguration
+from common.messages import StopAck
 from common.robot.dimensions import Dimensions, Receptacle
 from common.robot.placement import ACCEPTANCE
 from common.robot.poses import compose, difference, inverse
@@ -106,7 +107,7 @@ def test_stop_in_the_bore_of_a_swaying_receptacle_holds_gently_in_its_frame():
         bench.run(bench.dt_s)
         forces_n.append(bench.force_n)
         depths_m.append(bench.depth_m)
-    assert bench.mode is ControlMode.STOPPED
+    assert bench.mode is ControlMode.STOPPED and bench.heard(StopAck)[-1].standing
     assert np.quantile(forces_n, 0.95) <= 60.0
     assert min(depths_m) > 0.06  # it went with the receptacle, which moved by up to 40 mm
 
@@ -144,8 +145,10 @@ def test_the_arm_follows_the_differences_of_the_hands_position_and_orientation()
 
 def test_in_the_bore_the_hand_leads_along_its_axis_alone_until_the_tip_has_left_the_mouth():
     bench = in_bore()
+    before = local_tip(bench)
     assert bench.command(Action.COUPLE).accepted
     bench.drive(1.2, 0.0, 0.0, 0.0)
+    assert np.linalg.norm((local_tip(bench) - before)[:3]) <= 1.0 * MM
     axis = TaskFrame.at(bench.simulation.mouth).A[:, 2]
     aside = 0.2 * np.cross(axis, (0.0, 0.0, 1.0))
     forces_n = []
