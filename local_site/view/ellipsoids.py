@@ -11,6 +11,8 @@ from common.tphsmm import TPHSMM
 from local_site.view import palette, shapes
 from local_site.view.solids import NO_SHADOW
 
+Array = NDArray[np.float64]
+
 _DEVIATIONS = 2.0
 _OPACITY, _ACTIVE_OPACITY = 0.30, 0.75
 
@@ -47,7 +49,7 @@ class Ellipsoids:
                 self._batch = None
             return
         places = model.means[-1, :, :3].astype(np.float32)
-        scales, turns = _axes(model)
+        scales, turns = axes_of(model.covariances[-1, :, :3, :3])
         colours = palette.many([palette.component_colour(float(phase)) for phase in model.phase])
         if self._batch is not None and len(self._batch.batched_positions) == model.n_components:
             batch = self._batch
@@ -65,9 +67,9 @@ def _opacities(model: TPHSMM, active: int) -> NDArray[np.float32]:
     return np.where(np.arange(model.n_components) == active, _ACTIVE_OPACITY, _OPACITY).astype(np.float32)
 
 
-def _axes(model: TPHSMM) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Half axes (K, 3) [m] and orientations (K, 4) of the ellipsoids."""
-    values, vectors = np.linalg.eigh(model.covariances[-1, :, :3, :3])
+def axes_of(covariances: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Half axes (K, 3) [m] and orientations (K, 4) of the ellipsoids of some covariances (K, 3, 3) [m^2]."""
+    values, vectors = np.linalg.eigh(covariances)
     vectors[:, :, 0] *= np.linalg.det(vectors)[:, None]  # no mirror images
     turns = Rotation.from_matrix(vectors).as_quat(scalar_first=True)
     return (_DEVIATIONS * np.sqrt(values)).astype(np.float32), turns.astype(np.float32)

@@ -57,8 +57,11 @@ class HandGizmo:
             self._drag("end", self._hand)
 
     def _drag(self, phase: str, pose: Array) -> None:
-        if not np.isfinite(pose).all() or np.abs(pose[:3]).max() > _REACH_M or not pose[3:].any():
+        """What a tab sends is checked; a bad pose changes nothing, but the hand still lets go."""
+        good = np.isfinite(pose).all() and np.abs(pose[:3]).max() <= _REACH_M and pose[3:].any()
+        if not good and phase != "end":
             return
-        pose[3:] /= np.linalg.norm(pose[3:])
-        self._hand, self._held = pose, phase != "end"
-        self._submit(intents.Hand(tuple(pose.tolist()), time.monotonic(), released=not self._held))
+        if good:
+            self._hand = np.concatenate([pose[:3], pose[3:] / np.linalg.norm(pose[3:])])
+        self._held = phase != "end"
+        self._submit(intents.Hand(tuple(self._hand.tolist()), time.monotonic(), released=not self._held))

@@ -27,6 +27,8 @@ _LINK_WORDS = {
 }
 _HOLDERS = {ControlMode.DIRECT: "OPERATOR", ControlMode.AUTONOMOUS: "REMOTE MPC"}
 _LOST_LINK = {"continue": "goes on", "hold": "pauses", "retract": "retracts"}
+_IN_M = 0.005
+"""From this depth on the plug counts as in the receptacle, for words [m]."""
 _AGE_STEP_S, _AGE_PERIOD_S = 0.03, 0.5
 """An age that changed by less, or was shown so shortly ago, is not shown anew."""
 
@@ -146,6 +148,11 @@ def _model_words(picture: Picture) -> str:
 
 
 def _local_words(picture: Picture, words: Words) -> str:
+    arm = picture.own_arm
+    if arm is not None and arm.saturated:
+        return "the arm cannot follow there"
+    if arm is not None and arm.depth_m > _IN_M:
+        return f"{1e3 * arm.depth_m:.0f} mm deep"
     if picture.recording:
         return words.recording
     return words.driving if picture.coupled else words.own
