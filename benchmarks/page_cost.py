@@ -23,6 +23,7 @@ from tests.farhand_process import FarhandProcess, running
 from tests.ports import free_port
 
 _MEASURED_S = 15.0
+_SLOWLY_PERCENT = 20.0
 
 
 def main() -> int:
@@ -39,6 +40,8 @@ def main() -> int:
             measure_still(stack)
         with farhand_up(folder / "moving", link="geo") as stack:
             measure_moving(stack)
+        with farhand_up(folder / "arm", link="geo", task="hot-stab") as stack:
+            measure_arm(stack)
     return 0
 
 
@@ -88,6 +91,28 @@ def measure_moving(stack: Stack) -> None:
             client.press(button)
             client.until(shown)
         report("the robot moves", stack, client)
+
+
+def measure_arm(stack: Stack) -> None:
+    """The arm's page while nothing moves, and while the robot's arm moves, slowly so that it lasts."""
+    with raw_connection(stack.address) as connection:
+        client = RawClient(connection)
+        client.until("DISARMED")
+        report("arm at rest", stack, client)
+        for button, shown in (
+            ("Load samples", "robot lacks it"),
+            ("Send model", "robot has it"),
+            ("Arm", "HOLD"),
+        ):
+            client.press(button)
+            client.until(shown)
+        client.set("Speed [%]", value=_SLOWLY_PERCENT)
+        client.until(f"at {_SLOWLY_PERCENT:.0f}%")
+        client.press("Preview")
+        client.until("of motion")
+        client.press("Execute")
+        client.until("APPROACHING")
+        report("the arm moves", stack, client)
 
 
 def report(what: str, stack: Stack, client: RawClient) -> None:

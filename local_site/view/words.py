@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from common.task import AnyTask, ArmTask
 
@@ -39,7 +39,7 @@ _BOARD = Words(
     target="the U",
     arrived="Drag the robot's U, press Execute again, or Clutch to end.",
 )
-_ARM = Words(
+_INSERT = Words(
     own="your arm",
     recording="drag the arrows, into the receptacle",
     driving="your hand drives the robot: drag the arrows",
@@ -48,8 +48,16 @@ _ARM = Words(
     target="the receptacle",
     arrived="Press Retract to pull the plug out, or Clutch to end.",
 )
+_EXTRACT = replace(
+    _INSERT,
+    recording="drag the arrows, out of the receptacle",
+    teach="Drag the arrows at the LOCAL plug until it is out of the receptacle",
+    arrived="Press Clutch to end.",
+)
 
 
 def words_of(task: AnyTask) -> Words:
-    """The words for a kind of task."""
-    return _ARM if isinstance(task, ArmTask) else _BOARD
+    """The words for a task."""
+    if not isinstance(task, ArmTask):
+        return _BOARD
+    return _INSERT if task.skill == "insert" else _EXTRACT

@@ -10,13 +10,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
+from tests.browser import arm_pictures
+from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import CHROMIUM, WAIT_MS, OperatorPage, launch
 from tests.browser.stack import farhand_up, slow_task
 
 FOLDER = Path(__file__).parents[2] / "docs" / "pictures"
-SIZES = [(1280, 720), (1920, 1080)]
+SMALL, LARGE = (1280, 720), (1920, 1080)
 _COLOURS = 128
 STROKE = [(0.14 + 0.58 * k / 24, 0.30 + 0.75 * (k / 24) - 0.80 * (k / 24) ** 2) for k in range(25)]
 
@@ -24,7 +26,7 @@ Take = Callable[[str], None]
 
 
 def main() -> int:
-    """Take all of them.
+    """Take all of them, or those of the kinds of tasks that are named: arm, board.
 
     Returns:
         The exit status.
@@ -33,20 +35,41 @@ def main() -> int:
         sys.stderr.write("pictures: no Chromium on this machine (Debian: apt-get install chromium)\n")
         return 1
     FOLDER.mkdir(parents=True, exist_ok=True)
+    kinds = {"arm": take_arm, "board": take_board}
     with sync_playwright() as playwright:
         browser = launch(playwright)
-        for width, height in SIZES:
-            with tempfile.TemporaryDirectory() as scratch:
-                folder = Path(scratch)
-                with farhand_up(folder / "data", link="geo", task=slow_task(folder)) as stack:
-                    page = browser.new_context(viewport={"width": width, "height": height}).new_page()
-                    tab = OperatorPage(page)
-                    tab.open(stack.address, dpr=1.0)
-                    suffix = "" if height == SIZES[0][1] else f"-{height}"
-                    play(tab, lambda name, tab=tab, suffix=suffix: take(tab, name + suffix))
-                    page.context.close()
+        for kind in sys.argv[1:] or kinds:
+            kinds[kind](browser)
         browser.close()
     return 0
+
+
+def take_arm(browser: Browser) -> None:
+    """The pictures of the arm's task."""
+    with (
+        tempfile.TemporaryDirectory() as scratch,
+        farhand_up(Path(scratch), link="geo", task="hot-stab") as stack,
+    ):
+        tab = ArmPage(_page(browser, *LARGE))
+        tab.open(stack.address, dpr=1.0)
+        arm_pictures.play(tab, lambda name: take(tab, name, few_colours=False))
+        tab.page.context.close()
+
+
+def take_board(browser: Browser) -> None:
+    """The pictures of the planar task, in two sizes."""
+    for size, suffix in ((SMALL, ""), (LARGE, f"-{LARGE[1]}")):
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = Path(scratch)
+            with farhand_up(folder / "data", link="geo", task=slow_task(folder)) as stack:
+                tab = OperatorPage(_page(browser, *size))
+                tab.open(stack.address, dpr=1.0)
+                play(tab, lambda name, tab=tab, suffix=suffix: take(tab, name + suffix))
+                tab.page.context.close()
+
+
+def _page(browser: Browser, width: int, height: int) -> Page:
+    return browser.new_context(viewport={"width": width, "height": height}).new_page()
 
 
 def play(tab: OperatorPage, shoot: Take) -> None:
@@ -71,7 +94,7 @@ def play(tab: OperatorPage, shoot: Take) -> None:
     tab.says("pending", "none")
     tab.command("Execute", "AUTONOMOUS")
     expect(tab.page.locator(".fh-remote")).to_contain_text("to go", timeout=WAIT_MS)
-    shoot("page")
+    shoot("executing")
     tab.slide("Cut for [s]", 60)
     tab.press("Cut")
     tab.says("link", "LOST")
@@ -81,10 +104,12 @@ def play(tab: OperatorPage, shoot: Take) -> None:
     shoot("stop-not-delivered")
 
 
-def take(tab: OperatorPage, name: str) -> None:
-    """One picture, small: few colours do for a page like this."""
-    picture = Image.open(io.BytesIO(tab.page.screenshot())).convert("RGB")
-    picture.quantize(_COLOURS, dither=Image.Dither.NONE).save(FOLDER / f"{name}.png", optimize=True)
+def take(tab: OperatorPage, name: str, few_colours: bool = True) -> None:
+    """One picture, small: few colours do for flat boards, not for what is shaded."""
+    picture = Image.open(io.BytesIO(tab.page.screenshot(timeout=2.0 * WAIT_MS))).convert("RGB")
+    if few_colours:
+        picture = picture.quantize(_COLOURS, dither=Image.Dither.NONE)
+    picture.save(FOLDER / f"{name}.png", optimize=True)
     sys.stderr.write(f"pictures: {FOLDER / name}.png\n")
 
 

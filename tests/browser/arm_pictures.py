@@ -1,0 +1,43 @@
+"""The arm's job for the pictures of the operator's guide, a picture of each state."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from playwright.sync_api import expect
+
+from tests.browser.arm_page import ArmPage
+from tests.browser.operator_page import WAIT_MS
+
+SLOWLY_PERCENT = 20.0
+"""So that the robot is still on its way when the picture is taken, however slow the browser draws."""
+
+_SEATED = "() => document.querySelector('[data-tp=phase]')?.textContent === 'SEATED'"
+
+
+def play(tab: ArmPage, shoot: Callable[[str], None]) -> None:
+    """Do the whole job with the samples; the link is cut on the way."""
+    shoot("arm-start")
+    tab.press("Load samples")
+    tab.says("demos", "5")
+    shoot("arm-learned")
+    tab.press("Send model")
+    tab.says("model", re.compile("robot has it"))
+    tab.command("Arm", "HOLD")
+    tab.press("Preview")
+    tab.tells(re.compile("previewed .* s of motion"))
+    shoot("arm-preview")
+    tab.slide("Speed [%]", SLOWLY_PERCENT)
+    tab.says("pace", f"at {SLOWLY_PERCENT:.0f}%")
+    tab.press("Preview")  # a picture may take longer than a preview counts
+    tab.says("plan", re.compile("^plan [0-9] s old$"))
+    tab.command("Execute", "AUTONOMOUS")
+    expect(tab.page.locator(".fh-remote")).to_contain_text("to go", timeout=WAIT_MS)
+    shoot("page")
+    tab.slide("Cut for [s]", 60)
+    tab.press("Cut")
+    tab.says("link", "LOST")
+    shoot("arm-link-cut")
+    tab.page.wait_for_function(_SEATED, timeout=5.0 * WAIT_MS)  # the outage, then the rest of the way
+    shoot("arm-seated")
