@@ -237,7 +237,7 @@ class EventsReply(Message, frozen=True, kw_only=True):
 
 
 class ModelTransfer(Message, frozen=True, kw_only=True):
-    """A learned model on its way to the robot, whole or in parts."""
+    """A learned model on its way to the robot, whole or in parts; a part without content asks whether it is there."""
 
     task: Id
     sha256: Sha256

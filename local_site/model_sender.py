@@ -42,6 +42,7 @@ class ModelSender:
         self.newest_sha256 = ""
         """The model that was sent last, confirmed or not."""
         self.confirmed_sha256 = ""
+        self._had: set[str] = set()  # what the robot had once; a restarted one may have it no more
 
     @property
     def sending(self) -> bool:
@@ -49,23 +50,28 @@ class ModelSender:
         return bool(self._sending)
 
     def send(self, learned: LearnedModel) -> None:
-        """Send a model in the background, also through outages; a newer one takes the place of an older one."""
+        """Send a model in the background, also through outages; a newer one takes the place of an older one.
+
+        The robot is asked first whether it has it already, when that may be, or spares much.
+        """
         if self._sending == learned.sha256:
             return
         self._sending = self.newest_sha256 = learned.sha256
         self._began_s = self._now_s()
-        self._send_part(learned, 0)
+        size = len(learned.content)
+        asks = learned.sha256 in self._had or size > self._part_bytes
+        self._send_part(learned, 0, 0 if asks else self._part_bytes)
 
-    def _send_part(self, learned: LearnedModel, offset: int) -> None:
+    def _send_part(self, learned: LearnedModel, offset: int, n_bytes: int) -> None:
         size = len(learned.content)
         transfer = ModelTransfer(
             task=self._task,
             sha256=learned.sha256,
             version=learned.version,
             parent_sha256=learned.parent_sha256,
-            size=size if size > self._part_bytes else 0,
+            size=size if size > n_bytes else 0,
             offset=offset,
-            content=learned.content[offset : offset + self._part_bytes],
+            content=learned.content[offset : offset + n_bytes],
         )
         answered = partial(self._on_reply, learned)
         wanted = partial(self._is_newest, learned.sha256)
@@ -79,7 +85,9 @@ class ModelSender:
         if sha256 != self.newest_sha256:
             return  # a newer one is on its way, or there already
         if reply is not None and reply.accepted and not reply.complete and reply.sha256 == sha256:
-            self._send_part(learned, reply.received)  # also after a robot's restart, which begins anew
+            self._send_part(
+                learned, reply.received, self._part_bytes
+            )  # also after a robot's restart, which begins anew
             return
         self._sending = ""
         if reply is None:
@@ -88,6 +96,7 @@ class ModelSender:
             self._tell(f"refused: {reply.reason or 'the robot confirmed another model'}", good=False)
         else:
             self.confirmed_sha256 = sha256
+            self._had.add(sha256)
             took_s = self._now_s() - self._began_s
             self._tell(f"the robot confirmed model {sha256[:8]} after {took_s:.2f} s", good=True)
 

@@ -68,7 +68,14 @@ class ModelStore:
         return stored
 
     def answer(self, transfer: ModelTransfer, now: Stamp) -> ModelReply:
-        """Receive a model or a part of one, and confirm it by its hash, or say why not."""
+        """Receive a model or a part of one, and confirm it by its hash, or say why not.
+
+        A part without content asks whether the model is here already.
+        """
+        known = self._models.get(transfer.sha256)
+        if known is not None and transfer.size and not transfer.content:
+            self.newest = known
+            return ModelReply(accepted=True, sha256=known.sha256, received=transfer.size, stamp=now)
         content = self._so_far(transfer)
         sha256, received = transfer.sha256, len(content)
         if received < transfer.size:

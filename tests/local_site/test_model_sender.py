@@ -120,3 +120,36 @@ def test_on_a_narrow_link_a_model_goes_in_parts_each_after_the_one_before_was_co
         sending.jobs.get(timeout=60.0)()
     assert bytes(got) == model.content
     assert sending.sender.confirmed_sha256 == model.sha256
+
+
+def test_what_the_robot_has_is_not_sent_again():
+    sending, first, second = Sending(), a_model(), a_model(1)
+    got = sending.serve()
+    for model in (first, second, first):
+        sending.sender.send(model)
+        sending.jobs.get(timeout=60.0)()
+        assert sending.sender.confirmed_sha256 == model.sha256
+    sending.inquiries.close()
+    asked = got[-1]
+    assert (asked.sha256, asked.content, asked.size) == (first.sha256, b"", len(first.content))
+
+
+def test_a_restarted_robot_that_has_it_no_more_gets_it_again():
+    sending, model = Sending(), a_model()
+    sending.serve()
+    sending.sender.send(model)
+    sending.jobs.get(timeout=60.0)()
+    got: list[ModelTransfer] = []
+
+    def answer(request: Request) -> None:
+        got.append(part := decode(request.data, ModelTransfer))
+        complete = bool(part.content)
+        reply = ModelReply(accepted=True, sha256=part.sha256, complete=complete, stamp=Stamp("later", 1))
+        request.answer(encode(reply))
+
+    sending.remote.serve(keys.MODEL, answer)
+    sending.sender.send(model)
+    for _ in range(2):
+        sending.jobs.get(timeout=60.0)()
+    sending.inquiries.close()
+    assert [bool(part.content) for part in got] == [False, True] and not sending.sender.sending

@@ -114,3 +114,15 @@ def test_parts_that_do_not_make_what_was_announced_are_refused_and_can_be_sent_a
     reply = [store.answer(part, NOW) for part in [*sent[:-1], wrong]][-1]
     assert not reply.accepted and "sha256" in reply.reason
     assert [store.answer(part, NOW).complete for part in sent][-1]
+
+
+def test_a_part_without_content_asks_whether_a_model_is_here():
+    store, whole = ModelStore(TASK), transfer()
+    asks = structs.replace(whole, size=len(whole.content), content=b"")
+    unknown = store.answer(asks, NOW)
+    assert unknown.accepted and not unknown.complete and unknown.received == 0
+    first = store.receive(whole, whole.content)
+    store.receive(transfer(learned()), transfer(learned()).content)
+    known = store.answer(asks, NOW)
+    assert known.accepted and known.complete and known.sha256 == whole.sha256
+    assert store.newest is first
