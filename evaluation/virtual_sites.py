@@ -9,10 +9,11 @@ from typing import Any
 
 from common.clock import BootClock
 from common.impairment import LinkSettings
-from common.task import PointTask
+from common.task import AnyTask
 from common.virtual_link import VirtualLink
 from common.virtual_time import VirtualTime
 from local_site.console import PERIOD_S, Console
+from local_site.own_place import own_place
 from local_site.task_library import TaskLibrary
 from remote_site.config import RemoteConfig
 from remote_site.planner import PlanRequest, plan
@@ -53,7 +54,7 @@ class VirtualSites:
 
     def __init__(
         self,
-        task: PointTask,
+        task: AnyTask,
         library: TaskLibrary,
         settings: LinkSettings,
         config: RemoteConfig | None = None,
@@ -135,7 +136,7 @@ class VirtualSites:
         self.console_end = self.link.local_end()
         self.console = Console(
             self.task, self._library, self.console_end, "operator", now_s=self.time.now_s,
-            rate_bps=self.config.link.rate_bps,
+            rate_bps=self.config.link.rate_bps, place=own_place(self.task, stepped=True),
         )  # fmt: skip
         self.console.listen()
         self._console_tick(life)

@@ -1,4 +1,4 @@
-"""What several tests look at: three demos, which run beside the other tests and mostly wait, and some files."""
+"""What several tests look at: two demos, which run beside the other tests and mostly wait, and some files."""
 
 from __future__ import annotations
 
@@ -30,31 +30,19 @@ class Demo:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def all_demos(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Demo]]:
-    """All demos, begun before the first test."""
+def demos(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Demo]]:
+    """Both demos, begun before the first test."""
     folder = tmp_path_factory.mktemp("demos")
-    jobs = {link: ("planar", "--link", link, *more) for link, more in DEMOS.items()}
     begun: dict[str, Demo] = {}
     try:
-        for name, job in {**jobs, "hot-stab": ("hot-stab", "--link", "geo")}.items():
-            file = folder / f"{name}.json"
-            begun[name] = Demo(FarhandProcess("demo", "--json", file, "--task", *job), file)
+        for link, more in DEMOS.items():
+            file = folder / f"{link}.json"
+            process = FarhandProcess("demo", "--task", "planar", "--link", link, "--json", file, *more)
+            begun[link] = Demo(process, file)
         yield begun
     finally:
         for demo in begun.values():
             demo.process.kill()
-
-
-@pytest.fixture(scope="session")
-def demos(all_demos: dict[str, Demo]) -> dict[str, Demo]:
-    """Those of the planar task, by their link."""
-    return {link: all_demos[link] for link in DEMOS}
-
-
-@pytest.fixture(scope="session")
-def hot_stab(all_demos: dict[str, Demo]) -> Demo:
-    """The one with arms."""
-    return all_demos["hot-stab"]
 
 
 @pytest.fixture(scope="session")

@@ -1,21 +1,33 @@
-"""The paper's job in three processes over a satellite: two arms, contact, a model of poses."""
+"""The paper's job at both sites in virtual time: two arms, contact, a model of poses, a link that is cut."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.integration.conftest import Demo
+from common.impairment import DirectionSettings, LinkSettings
+from deploy.places import find_task
+from evaluation.virtual_job import do_job
+from evaluation.virtual_sites import VirtualSites
+from local_site.operators_place import PlannedOutage
+from local_site.task_library import TaskLibrary
+from remote_site.config import RemoteConfig
 
 
 @pytest.fixture(scope="module")
-def result(hot_stab: Demo) -> dict[str, Any]:
-    return hot_stab.result()
+def result(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    task, way = find_task("hot-stab"), DirectionSettings(delay_ms=300.0)
+    settings = LinkSettings(uplink=way, downlink=way)
+    folder: Path = tmp_path_factory.mktemp("library")
+    sites = VirtualSites(task, TaskLibrary(task, folder), settings, RemoteConfig(seed=1))
+    return do_job(sites, settings, PlannedOutage("blackhole", 4.0), seed=1)
 
 
-def test_the_plug_is_seated(result: dict[str, Any]):
+def test_the_plug_is_seated_though_the_link_was_cut_on_the_way(result: dict[str, Any]):
     assert result["task"] == "hot-stab" and result["success"] is True
+    assert result["cut_in"] == "APPROACHING"
     execution = result["execution"]
     assert 0.075 <= execution["depth_m"] <= 0.095 and execution["lateral_m"] < 0.004
     assert execution["end_error_m"] < 0.010
@@ -31,11 +43,12 @@ def test_it_was_driven_previewed_and_executed_in_this_order(result: dict[str, An
     texts = [event["text"] for event in result["events"]]
     steps = [
         "demonstration 5 of 5",
-        "confirmed by the robot",
+        "confirmed",
         "couple:",
         "drove",
         "previewed",
         "execute:",
+        "cut",
         "seated",
         "disarm:",
     ]
