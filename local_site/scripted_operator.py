@@ -141,9 +141,12 @@ class ScriptedOperator:
         return moved(self._actions.until("the robot to follow the hand", lambda p: moved(p) or not p.coupled))
 
     def _execute(self) -> None:
-        """Preview and execute; both again when the robot has moved too far in between."""
+        """Preview and execute; both again when the robot has moved too far in between, or cannot begin from there."""
         for _ in range(ATTEMPTS):
-            self._actions.preview()
+            if not self._actions.preview():
+                self._actions.say(f"the preview was refused: {self._actions.last_words()}")
+                self._actions.manoeuvre(Action.GO_TO_READY)
+                continue
             self._actions.say(f"previewed {self._planned_s():.1f} s of motion")
             if self._actions.attempt(Action.EXECUTE, ControlMode.AUTONOMOUS):
                 return
