@@ -55,12 +55,14 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
         _TEXT,
         "",
         job_table([("over `geo`", first)]),
-        "",
-        f"{len(same)} seeds done twice: {sum(alike for alike, _ in same)} with the same verdict and the same model to "
-        f"the bit, their plugs {apart} in the end.",
-        *footnotes(result),
     ]
-    return summary, "\n".join(lines)
+    if same:
+        lines += [
+            "",
+            f"{len(same)} seeds done twice: {sum(alike for alike, _ in same)} with the same verdict and the same model to "
+            f"the bit, their plugs {apart} in the end.",
+        ]
+    return summary, "\n".join(lines + footnotes(result))
 
 
 def _alike(one: Case, other: Case) -> tuple[bool, float | None]:
