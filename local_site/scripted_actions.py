@@ -102,6 +102,8 @@ class ScriptedActions:
         n_told = len(self._told(action, self.picture))
         self.submit(intents.Command(action))
         picture = self.until(f"the end of {action}", lambda p: len(self._told(action, p)) > n_told)
+        if self._told(action, picture)[-1].good:
+            self.until("the report of it", lambda p: p.mode is not ControlMode.AUTONOMOUS)
         self.say(f"{action}: {self._told(action, picture)[-1].text}")
         return self._told(action, picture)[-1].good
 

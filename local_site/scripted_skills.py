@@ -29,6 +29,7 @@ _ARM_DEMONSTRATIONS = 5
 _HAND_S = 0.05
 _AHEAD = 2
 """So many events of the hand wait at most to be done by the console."""
+_PATIENT_ATTEMPTS = 10
 _SEATED_M, _LATERAL_M, _OUT_M = 0.010, 0.004, 0.10
 
 
@@ -112,19 +113,22 @@ class Leading:
 
     def demonstrate(self, number: int) -> None:
         """See `Skill.demonstrate`; what did not end as it should is undone and tried elsewhere."""
-        seed = 1000 * self._seed + 10 * number
-        for _ in range(ATTEMPTS):
+        seed, n_failed = 1000 * self._seed + 10 * number, 0
+        for _ in range(_PATIENT_ATTEMPTS):
             arm = self._lead(number, seed)
             if not self._actions.picture.recording:
+                # As when the control was lost for a moment: the same again.
                 self._actions.say(f"demonstration {number} was interrupted: {self._actions.last_words()}")
                 continue
             if self._done(arm):
                 self._actions.submit(intents.End())
                 return
             self._actions.submit(intents.Undo())
-            seed += 1
             self._actions.say(f"demonstration {number} ended {arm.depth_m * 1e3:.0f} mm deep: once more")
-        raise JobFailed(f"demonstration {number} did not end as it should, {ATTEMPTS} times")
+            seed, n_failed = seed + 1, n_failed + 1
+            if n_failed == ATTEMPTS:
+                break
+        raise JobFailed(f"demonstration {number} did not end as it should")
 
     def driving(self, time_s: float) -> tuple[float, ...]:
         """See `Skill.driving`: a small circle across the bore's axis and a slight turn; in the bore, out a little."""
