@@ -142,8 +142,13 @@ class Leading:
         """Record one motion, not ended yet; the arm at its end."""
         from local_site.scripted_hand import ScriptedHand
 
-        self._actions.submit(intents.Renew(seed))
-        before = _arm(self._actions.until("the arm at its place", lambda p: _arm(p).seed == seed))
+        for there in (
+            seed + 1,
+            seed,
+        ):  # by way of another place: it may be at this one still, half-way through
+            self._actions.submit(intents.Renew(there))
+            self._actions.until("the arm at its place", lambda p, k=there: _arm(p).seed == k)
+        before = _arm(self._actions.picture)
         frame, random = TaskFrame.at(before.receptacle), np.random.default_rng(seed)
         hand = ScriptedHand(self._way(frame.to_local(before.tip), random), random)
         self._actions.submit(intents.Record())
