@@ -21,13 +21,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from common.disturbances import PRESETS, DisturbanceSettings, Sway
 from common.robot.placement import WIDE
 from evaluation.arm_table import HEADER, row_of, summary_of
 from evaluation.arm_trial import Conditions, Trial
 from evaluation.hot_stab import taught
+from evaluation.robustness_figure import Rate, draw_rates
 from evaluation.statistics import wilson_interval
 from evaluation.study import Case, reporting_seeds
 from evaluation.tables import rate, table
@@ -138,7 +138,17 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
             for degrees in GRID_DEG
         ],
     )
-    return summary, "\n".join(["# Robustness", "", _TEXT, "", table(header, rows), "", grid])
+    parts = ["# Robustness", "", _TEXT, "", table(header, rows), "", _notes(summary), "", grid]
+    return summary, "\n".join(parts)
+
+
+def _notes(summary: Case) -> str:
+    wide, sway = summary["wide box"], summary["sway 50 mm, 0.2 Hz"]
+    most_n = max(summary[name]["peak_max_n"] for name in (*SCENARIOS, *BIASES))
+    return (
+        f"Of the wide box (12 by 30 by 25 cm) the pre-flight refuses {wide['refused']}. The largest force in the "
+        f"sway of 50 mm was {sway['peak_max_n']:.0f} N, in all of the above {most_n:.0f} N."
+    )
 
 
 _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
@@ -155,18 +165,18 @@ def _rate(results: list[Case], robot: str, mm: float, degrees: float) -> Case:
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Success over bias, for each robot."""
-    figure = Figure(figsize=(12.0, 4.0), layout="constrained")
-    for axes, degrees in zip(figure.subplots(1, len(GRID_DEG), sharey=True), GRID_DEG, strict=True):
-        for shift, robot in zip((-0.2, 0.0, 0.2), ROBOTS, strict=True):
-            rates = [_rate(results, robot, mm, degrees) for mm in GRID_MM]
-            middle = 100 * np.array([rate["success_rate"] for rate in rates])
-            low, high = 100 * np.array([rate["success_interval"] for rate in rates]).T
-            errors = np.abs([middle - low, high - middle])
-            axes.errorbar(np.array(GRID_MM) + shift, middle, errors, marker="o", capsize=3, label=robot)
-        axes.set(title=f"bias of {degrees} degrees", xlabel="bias [mm]", ylim=(-4, 104))
-        axes.label_outer()
-    figure.axes[0].set_ylabel("success [%]")
-    figure.axes[0].legend(loc="lower left", fontsize=8)
-    figure.savefig(out_dir / "robustness.png", dpi=130)
+    """Success in every scenario, and over bias for each robot."""
+    scenarios = {}
+    for name, (_, required) in (SCENARIOS | BIASES).items():
+        success = [r["success"] for r in results if r["scenario"] == name]
+        interval = wilson_interval(sum(success), len(success))
+        scenarios[name] = Rate(float(np.mean(success)), interval, required)
+    grid = {
+        robot: {
+            degrees: [Rate(*_rate(results, robot, mm, degrees).values()) for mm in GRID_MM]
+            for degrees in GRID_DEG
+        }
+        for robot in ROBOTS
+    }
+    draw_rates(scenarios, grid, GRID_MM).savefig(out_dir / "robustness.png", dpi=130)
     return ["robustness.png"]

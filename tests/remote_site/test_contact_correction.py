@@ -38,6 +38,12 @@ def test_nothing_is_learned_from_a_receptacle_that_moves():
     assert not felt((30.0, 0.0, 0.0), quiet=False).shift_m.any()
 
 
+def test_however_hard_the_contact_the_frame_moves_no_faster_than_the_arm_follows():
+    correction = felt((0.0, 300.0, 0.0), (5.0, 0.0, 0.0), for_s=0.5)
+    np.testing.assert_allclose(np.linalg.norm(correction.shift_m), 0.010, rtol=1e-3)
+    np.testing.assert_allclose(correction.turn_rad, [0.05, 0.0, 0.0])
+
+
 def test_it_is_bounded_and_can_be_cleared():
     correction = felt((0.0, 300.0, 0.0), (5.0, 0.0, 0.0), for_s=20.0)
     np.testing.assert_allclose(np.linalg.norm(correction.shift_m), 0.030)

@@ -18,11 +18,14 @@ from evaluation.hot_stab import taught
 from remote_site.marker_tracker import TYPICAL
 
 
-def test_a_learned_insertion_succeeds_with_typical_noise_and_holds_gently():
-    record = Trial(taught(), Conditions(noise=TYPICAL), 1).run()
+@pytest.mark.parametrize(
+    "seed", [1, 14]
+)  # 14: a correction faster than the arm would swing in the bore, with 133 N
+def test_a_learned_insertion_succeeds_with_typical_noise_and_holds_gently(seed: int):
+    record = Trial(taught(), Conditions(noise=TYPICAL), seed).run()
     assert record.success
     assert record.local[-1][2] > 0.080
-    assert record.peak_n < 200.0 and record.hold_n < 40.0
+    assert record.peak_n < 110.0 and record.hold_n < 25.0
 
 
 def test_what_it_inserted_comes_out_again_as_learned_without_being_pressed_further_in():
