@@ -2,12 +2,11 @@
 
 The trials take the scenarios of `robustness` in turn. After every control period the physics looks at MuJoCo's
 counters of warnings; one that is not zero ends the trial, and is counted here. Memory is what the process holds
-(its resident set) after each trial, the garbage collected.
+(its resident set) after each trial.
 """
 
 from __future__ import annotations
 
-import gc
 import os
 from pathlib import Path
 
@@ -37,7 +36,6 @@ def trial(case: Case) -> Case:
     for number, seed in enumerate(case["seeds"]):
         scenario = {"scenario": names[number % len(names)], "seed": seed}
         row = Trial(taught(), conditions_of(scenario), seed).run().row()
-        gc.collect()
         rows.append({**scenario, **row, "resident_mib": _resident_mib()})
     return {"rows": rows}
 

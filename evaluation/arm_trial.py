@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -147,11 +148,12 @@ class Trial:
 
     def _begin(self, model: TPHSMM, goal: Goal, **how: float) -> None:
         conditions, arm = self._conditions, self.arm
-        recovery = Recovery(conditions.correcting, conditions.attempts, enters=goal.enters)
-        self.insertion = Insertion(
-            arm, self.perception, model, SETTINGS, Limits(), recovery, self._preflight, arm.time_s, **how
-        )
         self.record, self._goal = Record(), goal
+        recovery = Recovery(conditions.correcting, conditions.attempts, enters=goal.enters)
+        preflight = _preflight(arm, self.record, conditions.obeying)
+        self.insertion = Insertion(
+            arm, self.perception, model, SETTINGS, Limits(), recovery, preflight, arm.time_s, **how
+        )
         self._held_s, self._until_s = 0.0, arm.time_s + self._limit_s
 
     def run(self) -> Record:
@@ -170,10 +172,6 @@ class Trial:
                 break
         record.tick_s = (time.process_time() - began_s) / max(len(record.local), 1)
         return record
-
-    def _preflight(self, receptacle: Array) -> str:
-        self.record.refusal = self.arm.preflight(receptacle).refusal
-        return self.record.refusal if self._conditions.obeying else ""
 
     def _look(self) -> None:
         """Write down what happened, and let happen what depends on where the plug is."""
@@ -198,6 +196,16 @@ class Trial:
         if self._conditions.lost_s and math.isnan(self._lost_until_s) and depth_m > _LOST_FROM_M:
             self._lost_until_s = now_s + self._conditions.lost_s
         self.perception.in_sight = not now_s < self._lost_until_s
+
+
+def _preflight(arm: ArmPlant, record: Record, obeying: bool) -> Callable[[Array], str]:
+    """Ask, write down, and obey or not; no method of the trial, which would then live until it is found as garbage."""
+
+    def ask(receptacle: Array) -> str:
+        record.refusal = arm.preflight(receptacle).refusal
+        return record.refusal if obeying else ""
+
+    return ask
 
 
 _STIFF = ComplianceSettings(lateral_m_s_n=0.0, tilt_rad_s_nm=0.0)
