@@ -39,7 +39,7 @@ def draw_rates(
         grid_mm: These biases [mm].
     """
     figure = Figure(figsize=(11.0, 8.6), layout="constrained")
-    above, below = figure.subfigures(2, 1, height_ratios=(1.15, 1.0))
+    above, below = np.asarray(figure.subfigures(2, 1, height_ratios=(1.15, 1.0)))
     _draw_scenarios(above.subplots(), scenarios)
     degrees = list(next(iter(grid.values())))
     for axes, bias_deg in zip(below.subplots(1, len(degrees), sharey=True), degrees, strict=True):
