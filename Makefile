@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 BIN := .venv/bin
 READY := .venv/.ready
-# Options for the target's own command: make test ARGS='-k link', make run ARGS='--link leo'
+# Options for the target's own command: make test ARGS='-k link', make run ARGS='--task planar'
 ARGS ?=
 
 .PHONY: help run test soak check bench pictures
@@ -15,8 +15,8 @@ ARGS ?=
 help: ## print this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST)
 
-run: $(READY) ## the planar task with its page: both sites and the delayed link on this machine, until Ctrl-C
-	@$(BIN)/farhand up --task planar $(ARGS)
+run: $(READY) ## two arms with their page: both sites and the delayed link on this machine, until Ctrl-C
+	@$(BIN)/farhand up --task hot-stab $(ARGS)
 
 test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering forbids those to skip)
 	@$(BIN)/pytest $(ARGS)

@@ -23,7 +23,7 @@ from deploy.offline_commands import Evaluate, Import, Learn, Model, Rollout, Sam
 class Up:
     """Run the local site, the remote site and a simulated link on this machine until Ctrl-C."""
 
-    task: str = "planar"
+    task: str = "hot-stab"
     """Name of a task that comes with Farhand, or a task file."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
@@ -48,7 +48,7 @@ class Demo:
     The exit status is 0 only if the task succeeded.
     """
 
-    task: str = "planar"
+    task: str = "hot-stab"
     """Name of a task that comes with Farhand, or a task file."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
