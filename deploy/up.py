@@ -190,7 +190,7 @@ def first_steps(page: str) -> list[str]:
         return []
     return [
         f"the page: {page}",
-        "  first: press `Load samples`, `Send model`, `Arm`, `Preview`, `Execute`; or `Record` and draw into the U",
+        "  first: press `Load samples`, `Send model`, `Arm`, `Preview`, `Execute`; or `Record` and show it how",
         "  Ctrl-C ends all three",
     ]
 
