@@ -22,7 +22,7 @@ from common.errors import ProcessFailed
 from common.link import ZenohLink
 from common.link_control import RelayControl
 from common.messages import Telemetry, Wish
-from deploy.child import READY_FD
+from deploy.child import PARENT_PID, READY_FD
 from deploy.places import find_point_task
 from local_site.console import Console
 from local_site.picture import Picture
@@ -48,7 +48,7 @@ class Process:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "deploy.cli", *arguments],
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                env={**os.environ, READY_FD: str(write_fd)}, pass_fds=[write_fd],
+                env={**os.environ, READY_FD: str(write_fd), PARENT_PID: str(os.getpid())}, pass_fds=[write_fd],
             )  # fmt: skip
         finally:
             os.close(write_fd)
