@@ -21,7 +21,7 @@ run: $(READY) ## two arms with their page: both sites and the delayed link on th
 test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering forbids those to skip)
 	@$(BIN)/pytest $(ARGS)
 
-soak: $(READY) ## the tests that take long: every fault of every container
+soak: $(READY) ## the tests that take long: the arm's page in a browser, every fault of every container
 	@$(BIN)/pytest -m soak $(ARGS)
 
 check: $(READY) ## lint, format, types and import contracts

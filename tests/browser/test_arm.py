@@ -15,6 +15,10 @@ from tests.browser.stack import Stack, farhand_up
 from tests.browser.test_layout import assert_legible
 
 
+# In software an arm is drawn slowly: these take two minutes on two quiet cores.
+pytestmark = pytest.mark.soak
+
+
 @pytest.fixture(scope="module")
 def stack(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
     """Both sites over the `geo` profile with the task as it is shipped."""
