@@ -14,7 +14,6 @@ from tests.browser.arm_page import ArmPage
 from tests.browser.stack import Stack, farhand_up
 from tests.browser.test_layout import assert_legible
 
-
 # In software an arm is drawn slowly: these take two minutes on two quiet cores.
 pytestmark = pytest.mark.soak
 
