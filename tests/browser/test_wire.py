@@ -15,9 +15,9 @@ from tests.browser.raw_client import RawClient, raw_connection
 from tests.browser.stack import Stack
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def raw(stack: Stack) -> Iterator[RawClient]:
-    """A raw client that came first: it is the one that may act."""
+    """A raw client that came first, before every tab here: it is the one that may act."""
     with raw_connection(stack.address) as connection:
         yield RawClient(connection)
 
