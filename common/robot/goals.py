@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 DEPTH_M, LATERAL_M = (0.075, 0.095), 0.004
 
+MAX_DRAGGED_M = 0.005
+"""A receptacle that was pulled farther from its rest than this is not left as it was [m]."""
 STANDOFF_M, AWAY_M = 0.12, 0.015
 """A plug that is out is so far before the mouth on the axis, and at most so far from there [m]."""
 AT_REST_M_S, REST_S, TOUCHED_N = 0.015, 0.5, 5.0
@@ -51,7 +53,7 @@ class Seated:
 
 
 class Withdrawn:
-    """The plug is out: at rest at the stand-off, and touches nothing.
+    """The plug is out: at rest at the stand-off, touches nothing, and the receptacle was never dragged along.
 
     Args:
         away_m: How far from the stand-off it may be [m].
@@ -77,4 +79,4 @@ class Withdrawn:
         speed_m_s = float(np.linalg.norm(local[:3] - self._way[0])) / REST_S
         away_m = math.hypot(local[0], local[1], local[2] + STANDOFF_M)
         near, at_rest = away_m <= self._away_m, speed_m_s <= self._at_rest_m_s
-        return near and at_rest and force_n <= TOUCHED_N
+        return near and at_rest and force_n <= TOUCHED_N and self.dragged_m <= MAX_DRAGGED_M

@@ -175,7 +175,7 @@ def test_no_shipped_module_imports_what_unpickles():
 
 
 _WRITER = """
-import sys, time, numpy as np
+import sys, numpy as np
 from pathlib import Path
 from common.event_log import EventLog
 from common.manifold import Manifold
@@ -191,7 +191,6 @@ for n in range(10**9):
     raw.follow(points, times)
     if n % 100 == 0:
         print(n, flush=True)
-        time.sleep(0.001)
 """
 
 

@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from common.robot.goals import STANDOFF_M, Seated, Withdrawn
+from common.robot.goals import MAX_DRAGGED_M, STANDOFF_M, Seated, Withdrawn
 from common.robot.simulation import TICK_S, Simulation
 
 
@@ -60,3 +60,10 @@ def test_it_remembers_when_the_plug_came_out_and_how_far_the_receptacle_was_drag
     watched(goal, np.full(10, -0.01), truth=truth)
     assert goal.dragged_m == 0.003
     assert goal.out_s == pytest.approx(11 * TICK_S)
+
+
+def test_a_plug_that_dragged_its_receptacle_along_has_failed_for_good():
+    goal, truth = Withdrawn(), Truth(deflection_m=MAX_DRAGGED_M + 1e-6)
+    watched(goal, np.full(10, 0.05), truth=truth)
+    truth.deflection_m = 0.0
+    assert not watched(goal, np.full(60, -STANDOFF_M), truth=truth)
