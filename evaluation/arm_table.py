@@ -23,21 +23,37 @@ HEADER = (
 )
 
 
+def outcome_of(part: list[Case], required: float) -> Case:
+    """What counts in every task: successes and their wanted rate, the causes of failure, the force at its peak."""
+    success = [r["success"] for r in part]
+    peak_n = np.array([r["peak_n"] for r in part])
+    return {
+        "success_rate": float(np.mean(success)),
+        "success_interval": wilson_interval(sum(success), len(success)),
+        "required": required,
+        "peak_median_n": float(np.median(peak_n)),
+        "peak_p95_n": float(np.quantile(peak_n, 0.95)),
+        "peak_max_n": float(np.max(peak_n)),
+        "causes": dict(Counter(r["cause"] for r in part if r["cause"])),
+        "failed_seeds": [r["seed"] for r in part if not r["success"]],
+    }
+
+
+def outcome_cells(name: str, part: list[Case], summary: Case) -> tuple[str, ...]:
+    """The first three cells of a row: the scenario, its successes, the rate that is wanted."""
+    wanted = f"{100 * summary['required']:g} %" if summary["required"] else ""
+    return name, rate([r["success"] for r in part]), wanted
+
+
 def summary_of(part: list[Case], required: float) -> Case:
     """What the trials of one scenario come to; forces while holding are those of the successes."""
-    success = [r["success"] for r in part]
     good = [r for r in part if r["success"]] or part
 
     def values(rows: list[Case], key: str) -> np.ndarray:
         return np.array([r[key] for r in rows])
 
     return {
-        "success_rate": float(np.mean(success)),
-        "success_interval": wilson_interval(sum(success), len(success)),
-        "required": required,
-        "peak_median_n": float(np.median(values(part, "peak_n"))),
-        "peak_p95_n": float(np.quantile(values(part, "peak_n"), 0.95)),
-        "peak_max_n": float(np.max(values(part, "peak_n"))),
+        **outcome_of(part, required),
         "hold_median_n": float(np.median(values(good, "hold_n"))),
         "hold_p95_n": float(np.quantile(values(good, "hold_n"), 0.95)),
         "lateral_median_m": float(np.median(values(good, "end_lateral_m"))),
@@ -47,17 +63,13 @@ def summary_of(part: list[Case], required: float) -> Case:
         "free_rms_p95_m": float(np.quantile(values(part, "free_rms_m"), 0.95)),
         "free_rms_median_rad": float(np.median(values(part, "free_rms_rad"))),
         "tick_ms": float(np.mean(values(part, "tick_ms"))),
-        "causes": dict(Counter(r["cause"] for r in part if r["cause"])),
-        "failed_seeds": [r["seed"] for r in part if not r["success"]],
     }
 
 
 def row_of(name: str, part: list[Case], summary: Case) -> tuple[str, ...]:
     """The row under `HEADER`."""
     return (
-        name,
-        rate([r["success"] for r in part]),
-        f"{100 * summary['required']:g} %" if summary["required"] else "",
+        *outcome_cells(name, part, summary),
         f"{summary['peak_median_n']:.0f} / {summary['peak_p95_n']:.0f}",
         f"{summary['hold_median_n']:.0f} / {summary['hold_p95_n']:.0f}",
         f"{summary['lateral_median_m'] * 1e3:.1f}",

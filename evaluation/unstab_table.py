@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.statistics import wilson_interval
+from evaluation.arm_table import outcome_cells, outcome_of
 from evaluation.study import Case
-from evaluation.tables import rate
 
 Array = NDArray[np.float64]
 
@@ -28,25 +26,17 @@ HEADER = (
 
 def summary_of(part: list[Case], required: float) -> Case:
     """What the trials of one scenario come to, and what rate of success is wanted."""
-    success = [r["success"] for r in part]
-    peak, dragged, away, out, reached = (
-        np.array([r[key] for r in part]) for key in ("peak_n", "dragged_m", "away_m", "out_s", "reached_s")
+    dragged, away, out, reached = (
+        np.array([r[key] for r in part]) for key in ("dragged_m", "away_m", "out_s", "reached_s")
     )
     return {
-        "success_rate": float(np.mean(success)),
-        "success_interval": wilson_interval(sum(success), len(success)),
-        "required": required,
-        "peak_median_n": float(np.median(peak)),
-        "peak_p95_n": float(np.quantile(peak, 0.95)),
-        "peak_max_n": float(peak.max()),
+        **outcome_of(part, required),
         "dragged_median_m": float(np.median(dragged)),
         "dragged_max_m": float(dragged.max()),
         "away_median_m": float(np.median(away)),
         "away_p95_m": float(np.quantile(away, 0.95)),
         "out_median_s": _median_of_known(out),
         "reached_median_s": _median_of_known(reached),
-        "causes": dict(Counter(r["cause"] for r in part if r["cause"])),
-        "failed_seeds": [r["seed"] for r in part if not r["success"]],
     }
 
 
@@ -58,9 +48,7 @@ def _median_of_known(values: Array) -> float:
 def row_of(name: str, part: list[Case], summary: Case) -> tuple[str, ...]:
     """The row under `HEADER`."""
     return (
-        name,
-        rate([r["success"] for r in part]),
-        f"{100 * summary['required']:g} %" if summary["required"] else "",
+        *outcome_cells(name, part, summary),
         f"{summary['peak_median_n']:.0f} / {summary['peak_p95_n']:.0f} / {summary['peak_max_n']:.0f}",
         f"{summary['dragged_median_m'] * 1e3:.1f} / {summary['dragged_max_m'] * 1e3:.1f}",
         f"{summary['away_median_m'] * 1e3:.1f} / {summary['away_p95_m'] * 1e3:.1f}",
