@@ -1,7 +1,8 @@
-"""What the operator's page costs: `.venv/bin/python -m benchmarks.page_cost` (a Chromium is needed).
+"""What the operator's page costs: `.venv/bin/python -m benchmarks.page_cost [start] [board] [arm]`.
 
-Prints how soon a page answers and shows the robot's mode after `farhand up --link geo`, and how much of a
-core the local site needs, and sends to one client, while nothing moves and while the robot moves.
+Prints how soon a page answers and shows the robot's mode after `farhand up --link geo` (this needs a
+Chromium), and how much of a core the local site needs, and sends to one client, while nothing moves and
+while the robot moves; all of these without an argument.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
+from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import OperatorPage, launch
 from tests.browser.raw_client import RawClient, raw_connection
 from tests.browser.stack import Stack, farhand_up, still_task
@@ -24,40 +26,45 @@ from tests.ports import free_port
 
 _MEASURED_S = 15.0
 _SLOWLY_PERCENT = 20.0
+_READY = (("Load samples", "robot lacks it"), ("Send model", "robot has it"), ("Arm", "HOLD"))
 
 
 def main() -> int:
-    """Measure and print.
+    """Measure and print all, or what is named: start, board, arm.
 
     Returns:
         The exit status: 0.
     """
+    measures = {"start": measure_start, "board": measure_board, "arm": measure_arm}
     say(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch)
-        measure_start(folder)
-        with farhand_up(folder / "still", link="geo", task=still_task(folder)) as stack:
-            measure_still(stack)
-        with farhand_up(folder / "moving", link="geo") as stack:
-            measure_moving(stack)
-        with farhand_up(folder / "arm", link="geo", task="hot-stab") as stack:
-            measure_arm(stack)
+    for name in sys.argv[1:] or measures:
+        with tempfile.TemporaryDirectory() as scratch:
+            measures[name](Path(scratch))
     return 0
 
 
 def measure_start(folder: Path) -> None:
     """Time from the command to the first answer and to the mode in a browser."""
-    port = free_port()
-    address = f"http://127.0.0.1:{port}"
+    kinds: dict[str, type[OperatorPage]] = {"planar": OperatorPage, "hot-stab": ArmPage}
     with sync_playwright() as playwright:
         browser = launch(playwright)
-        page = browser.new_page()
-        began_s = time.monotonic()
-        with running("up", "--link=geo", f"--port={port}", f"--data-dir={folder / 'start'}") as process:
-            await_answer(address, process)
-            say(f"HTTP answers after        {time.monotonic() - began_s:5.2f} s (at most 3)")
-            OperatorPage(page).open(address)
-            say(f"mode and boards seen after{time.monotonic() - began_s:5.2f} s (at most 10)")
+        for task, kind in kinds.items():
+            port = free_port()
+            address = f"http://127.0.0.1:{port}"
+            page = kind(browser.new_page())
+            began_s = time.monotonic()
+            options = (f"--task={task}", "--link=geo", f"--port={port}", f"--data-dir={folder / task}")
+            with running("up", *options) as process:
+                await_answer(address, process)
+                answered_s = time.monotonic() - began_s
+                page.goto(address)
+                seen_s = time.monotonic() - began_s
+                page.settle()
+                drawn_s = time.monotonic() - began_s
+            say(
+                f"{task + ':':16} HTTP answers after {answered_s:5.2f} s, the mode is shown after {seen_s:5.2f} s "
+                f"(at most 10), all is drawn after {drawn_s:5.2f} s"
+            )
         browser.close()
 
 
@@ -72,38 +79,33 @@ def await_answer(address: str, process: FarhandProcess) -> None:
     raise RuntimeError(process.words)
 
 
-def measure_still(stack: Stack) -> None:
-    """Nothing moves: the robot is DISARMED and its U stands still."""
-    with raw_connection(stack.address) as connection:
+def measure_board(folder: Path) -> None:
+    """The planar page while its U stands still, and while the robot tracks the swinging one."""
+    with (
+        farhand_up(folder / "still", link="geo", task=still_task(folder)) as stack,
+        raw_connection(stack.address) as connection,
+    ):
         client = RawClient(connection)
         client.until("DISARMED")
         report("nothing moves", stack, client)
-
-
-def measure_moving(stack: Stack) -> None:
-    """The robot tracks the swinging U, reported 30 times a second."""
-    with raw_connection(stack.address) as connection:
+    with farhand_up(folder / "moving", link="geo") as stack, raw_connection(stack.address) as connection:
         client = RawClient(connection)
-        for button, shown in (
-            ("Load samples", "robot lacks it"), ("Send model", "robot has it"), ("Arm", "HOLD"),
-            ("Execute", "ARRIVED"),
-        ):  # fmt: skip
+        for button, shown in (*_READY, ("Execute", "ARRIVED")):
             client.press(button)
             client.until(shown)
         report("the robot moves", stack, client)
 
 
-def measure_arm(stack: Stack) -> None:
-    """The arm's page while nothing moves, and while the robot's arm moves, slowly so that it lasts."""
-    with raw_connection(stack.address) as connection:
+def measure_arm(folder: Path) -> None:
+    """The arm's page while no arm moves, and while the robot's does, slowly so that it lasts."""
+    with (
+        farhand_up(folder / "arm", link="geo", task="hot-stab") as stack,
+        raw_connection(stack.address) as connection,
+    ):
         client = RawClient(connection)
         client.until("DISARMED")
-        report("arm at rest", stack, client)
-        for button, shown in (
-            ("Load samples", "robot lacks it"),
-            ("Send model", "robot has it"),
-            ("Arm", "HOLD"),
-        ):
+        report("no arm moves", stack, client)
+        for button, shown in _READY:
             client.press(button)
             client.until(shown)
         client.set("Speed [%]", value=_SLOWLY_PERCENT)
@@ -112,7 +114,7 @@ def measure_arm(stack: Stack) -> None:
         client.until("of motion")
         client.press("Execute")
         client.until("APPROACHING")
-        report("the arm moves", stack, client)
+        report("an arm moves", stack, client)
 
 
 def report(what: str, stack: Stack, client: RawClient) -> None:

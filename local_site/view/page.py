@@ -27,6 +27,7 @@ from local_site.view.link_panel import LinkPanel
 from local_site.view.link_worker import LinkWorker
 from local_site.view.pace import PaceSlider
 from local_site.view.planar_scene import PlanarScene
+from local_site.view.redraw import Redraw
 from local_site.view.server import PageServer
 from local_site.view.status_strip import StatusStrip
 from local_site.view.tabs import Tabs
@@ -64,6 +65,7 @@ class Page:
         self._build_panels(self._server.gui, task)
         self._scene = self._make_scene(task)
         self._tabs = Tabs(self._server, self._scene.fit, self._events.put, self._scene.let_go)
+        self._redraw = Redraw()
         self._beat_s, self._beats = float("-inf"), 0
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
 
@@ -154,7 +156,9 @@ class Page:
                 event = self._events.get(timeout=max(due_s - time.monotonic(), 0.0))
             except queue.Empty:
                 due_s = time.monotonic() + _PERIOD_S
-                event = self._draw
+                event = self._look
+            else:
+                self._redraw.soon()
             if event is None:
                 return
             try:
@@ -163,9 +167,14 @@ class Page:
                 # One bad event must not take the page away from the operator.
                 _log.exception("the page could not do something")
 
-    def _draw(self) -> None:
-        """Show the newest picture; each part sends only what has changed."""
+    def _look(self) -> None:
+        """Draw, if there is something to draw."""
         picture, now_s = self._console.picture, time.monotonic()
+        if self._redraw.due(picture, now_s):
+            self._draw(picture, now_s)
+
+    def _draw(self, picture: Picture, now_s: float) -> None:
+        """Show a picture; each part sends only what has changed."""
         self._shown = picture
         if now_s - self._beat_s >= _BEAT_S:
             self._beat_s, self._beats = now_s, self._beats + 1

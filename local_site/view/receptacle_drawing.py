@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from common.scene_description import SceneDescription
 from local_site.view import palette
 from local_site.view.palette import Rgb
-from local_site.view.solids import add_solids, put
+from local_site.view.solids import SEEN_UNCHANGED, add_solids, put
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class ReceptacleDrawing:
 
     def draw(self, pose: Array, old: bool = False) -> None:
         """Show it where it was seen, grey when that is long ago. Shape (7,)."""
-        put(self._node, pose)
+        put(self._node, pose, SEEN_UNCHANGED)
         if not self._node.visible:
             self._node.visible = True
         if old != self._old:

@@ -15,22 +15,24 @@ from local_site.view.palette import Rgb
 
 Array = NDArray[np.float64]
 
-_UNCHANGED_M, _UNCHANGED_RAD = 5e-4, 2e-3
-"""What moved less than this has not moved: sending it would make the browser draw for nothing."""
+Limits = tuple[float, float]
+
+UNCHANGED: Limits = (5e-4, 2e-3)
+"""What moved less than this has not moved: sending it would make the browser draw for nothing [m, rad]."""
+SEEN_UNCHANGED: Limits = (2e-3, 2e-2)
+"""The same of what is seen with noise: a pixel or so [m, rad]."""
 NO_SHADOW: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 
 
-def moved(before: Array, after: Array) -> bool:
+def moved(before: Array, after: Array, limits: Limits = UNCHANGED) -> bool:
     """Whether any of some poses has moved. Shapes (..., 7)."""
-    change = POSE.log(before, after)
-    return bool(
-        (np.abs(change[..., :3]) > _UNCHANGED_M).any() or (np.abs(change[..., 3:]) > _UNCHANGED_RAD).any()
-    )
+    change = np.abs(POSE.log(before, after))
+    return bool((change[..., :3] > limits[0]).any() or (change[..., 3:] > limits[1]).any())
 
 
-def put(node: viser.SceneNodeHandle, pose: Array) -> None:
+def put(node: viser.SceneNodeHandle, pose: Array, limits: Limits = UNCHANGED) -> None:
     """Move a node to a pose, unless it is there already. Shape (7,)."""
-    if moved(np.concatenate([node.position, node.wxyz]), pose):
+    if moved(np.concatenate([node.position, node.wxyz]), pose, limits):
         node.position, node.wxyz = pose[:3], pose[3:]
 
 

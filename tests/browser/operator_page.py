@@ -46,8 +46,13 @@ class OperatorPage:
 
     def open(self, address: str, dpr: float = 0.25) -> None:
         """Load the page and wait until it is all there; coarse pixels are drawn faster."""
-        self.page.goto(f"{address}?fixedDpr={dpr}")
+        self.goto(address, dpr)
         self.settle()
+
+    def goto(self, address: str, dpr: float = 0.25) -> None:
+        """Load the page and wait until it shows the robot's mode."""
+        self.page.goto(f"{address}?fixedDpr={dpr}")
+        self.says("mode", re.compile("^(?!UNKNOWN$)."))
 
     def settle(self) -> None:
         """Wait until the page shows the robot's mode and its own role, and the scene is drawn in place."""

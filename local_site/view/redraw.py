@@ -1,0 +1,76 @@
+"""When the page is drawn anew: at once when something has changed, else now and then for what only counts on."""
+
+from __future__ import annotations
+
+import operator
+
+from msgspec import UNSET
+
+from common.control_mode import ControlMode
+from common.messages import Telemetry
+from local_site.picture import Picture
+from local_site.view.solids import SEEN_UNCHANGED, UNCHANGED
+
+AT_REST_S = 0.25
+"""From one drawing to the next while nothing changes but ages [s]."""
+_equal = operator.attrgetter(
+    "mode", "phase", "link.health", "in_control", "why_not_in_control", "wish", "asked_by", "pending", "notices",
+    "recording", "n_demonstrations", "can_recover", "confirmed_sha256", "sending_model", "auto_send", "revisions",
+    "revision", "plan_id", "stop",
+)  # fmt: skip
+_identical = operator.attrgetter("learned", "forming", "own_arm", "path")
+
+
+class Redraw:
+    """Says when to draw. Used by the page's thread."""
+
+    def __init__(self) -> None:
+        self._drawn: Picture | None = None
+        self._drawn_s = float("-inf")
+
+    def due(self, picture: Picture, now_s: float) -> bool:
+        """Whether to draw this picture now; it counts as drawn then.
+
+        Args:
+            picture: What the console knows.
+            now_s: Now [s].
+        """
+        rested = now_s - self._drawn_s >= AT_REST_S
+        if not (rested or self._drawn is None or differs(self._drawn, picture)):
+            return False
+        self._drawn, self._drawn_s = picture, now_s
+        return True
+
+    def soon(self) -> None:
+        """Draw whatever comes next: the page itself has changed."""
+        self._drawn = None
+
+
+def differs(before: Picture, after: Picture) -> bool:
+    """Whether something is to be seen now that was not, or the ghost goes on."""
+    if after.mode is ControlMode.AUTONOMOUS and not after.phase.at_end:
+        return True
+    if _equal(before) != _equal(after) or moved(before.robot, after.robot):
+        return True
+    return any(a is not b for a, b in zip(_identical(before), _identical(after), strict=True))
+
+
+def moved(before: Telemetry | None, after: Telemetry | None) -> bool:
+    """Whether a later report is to be drawn elsewhere, or says something else about the execution."""
+    if before is None or after is None:
+        return before is not after
+    if (before.component, before.waiting, before.pace) != (after.component, after.waiting, after.pace):
+        return True
+    return (
+        _apart(_own(before), _own(after), min(UNCHANGED))
+        or _apart(before.frame_origin_m, after.frame_origin_m, SEEN_UNCHANGED[0])
+        or _apart(before.frame_rotation_rad, after.frame_rotation_rad, SEEN_UNCHANGED[1])
+    )
+
+
+def _own(robot: Telemetry) -> tuple[float, ...]:
+    return robot.position_m if robot.arm is UNSET else (*robot.position_m, *robot.arm.joints_rad)
+
+
+def _apart(before: tuple[float, ...], after: tuple[float, ...], limit: float) -> bool:
+    return any(abs(a - b) > limit for a, b in zip(before, after, strict=False))

@@ -1,0 +1,81 @@
+"""When the page is drawn anew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+
+from common.control_mode import ControlMode, Phase
+from common.messages import ArmState, Stamp, Telemetry
+from local_site.notices import Notice
+from local_site.picture import Picture
+from local_site.view.redraw import AT_REST_S, Redraw
+from tests.local_site.robot_end import TASK, desk
+
+ROBOT = Telemetry(
+    seq=1, stamp=Stamp("boot", 1), mode=ControlMode.DISARMED, position_m=(0.5, 0.0, 0.4),
+    frame_origin_m=(0.7, 0.0, 0.3), frame_rotation_rad=(0.0, 0.0, 0.1),
+    arm=ArmState((0.0, 0.0, 0.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 0.0, 0),
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def at_rest(tmp_path_factory: pytest.TempPathFactory) -> Picture:
+    folder: Path = tmp_path_factory.mktemp("library")
+    with desk(folder, TASK) as it:
+        return replace(it.picture, robot=ROBOT)
+
+
+def drawn_at_once(before: Picture, after: Picture) -> bool:
+    redraw = Redraw()
+    assert redraw.due(before, 0.0)
+    return redraw.due(after, 0.1 * AT_REST_S)
+
+
+def reported(picture: Picture, **changes: object) -> Picture:
+    return replace(picture, robot=structs.replace(ROBOT, seq=2, stamp=Stamp("boot", 2), **changes))
+
+
+def test_at_rest_it_is_drawn_only_now_and_then(at_rest: Picture) -> None:
+    redraw = Redraw()
+    times_s = [0.05 * AT_REST_S * k for k in range(81)]
+    assert sum(redraw.due(reported(at_rest), time_s) for time_s in times_s) <= 5
+
+
+def test_what_an_operator_must_see_is_drawn_at_once(at_rest: Picture) -> None:
+    arm = ROBOT.arm
+    assert isinstance(arm, ArmState)
+    for after in (
+        reported(at_rest, mode=ControlMode.HOLD),
+        reported(at_rest, component=3),
+        reported(at_rest, waiting=True),
+        reported(at_rest, position_m=(0.5, 0.0, 0.401)),
+        reported(at_rest, frame_origin_m=(0.7, 0.0, 0.303)),
+        reported(at_rest, arm=structs.replace(arm, joints_rad=(0.1, 0.2, 0.3, 0.4, 0.5, 0.601))),
+        replace(at_rest, notices=(Notice(0.0, "arm", "refused", good=False),)),
+        replace(at_rest, recording=True),
+        replace(at_rest, robot=None),
+    ):
+        assert drawn_at_once(at_rest, after)
+
+
+def test_the_noise_of_what_is_seen_is_no_motion(at_rest: Picture) -> None:
+    noisy = reported(at_rest, frame_origin_m=(0.701, 0.0, 0.299), frame_rotation_rad=(0.0, 0.01, 0.1))
+    assert not drawn_at_once(at_rest, noisy)
+
+
+def test_the_ghost_goes_on_without_reports_until_the_end(at_rest: Picture) -> None:
+    going = reported(at_rest, mode=ControlMode.AUTONOMOUS, phase=Phase.APPROACHING)
+    assert drawn_at_once(going, going)
+    there = reported(at_rest, mode=ControlMode.AUTONOMOUS, phase=Phase.SEATED)
+    assert not drawn_at_once(there, there)
+
+
+def test_a_page_that_changed_itself_is_drawn_at_once(at_rest: Picture) -> None:
+    redraw = Redraw()
+    assert redraw.due(at_rest, 0.0)
+    redraw.soon()
+    assert redraw.due(at_rest, 0.1 * AT_REST_S)
