@@ -126,13 +126,22 @@ class Commanding:
         answered = partial(self._on_reply, action, command.command_id, now_s)
         self._inquiries.ask(keys.COMMAND, command, CommandReply, _GIVE_UP_S, answered)
 
-    def on_event(self, event: Event, now_s: float) -> None:
-        """The robot reported; a command's second answer settles it."""
+    def on_event(self, event: Event, now_s: float, late_s: float = 0.0) -> None:
+        """The robot reported; a command's second answer settles it.
+
+        Args:
+            event: What it reported.
+            now_s: Now [s].
+            late_s: How much older than the newest report it is, on the robot's clock [s].
+        """
         for action, pending in list(self.pending.items()):
             if event.command_id and pending.command_id == event.command_id:
                 del self.pending[action]
         what = event.action or event.kind
-        self._notify(Notice(now_s, what, event.text, event.succeeded, event.measured, event.who))
+        robot_s = event.stamp.t_ns * 1e-9
+        self._notify(
+            Notice(now_s, what, event.text, event.succeeded, event.measured, event.who, robot_s, late_s)
+        )
 
     def on_report(self, robot: Telemetry) -> None:
         """A newer report of the robot: it shows what an accepted command led to."""

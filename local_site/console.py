@@ -231,7 +231,7 @@ class Console:
         self._tell("restart", "the robot was restarted: send the model again", good=False)
 
     def _on_event(self, event: Event) -> None:
-        self._commanding.on_event(event, self._now_s())
+        self._commanding.on_event(event, self._now_s(), self._reports.later_s(event.stamp))
 
     def _on_path(self, path: PlannedPath) -> None:
         self._reports.on_path(path, self._now_s())

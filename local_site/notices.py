@@ -21,6 +21,8 @@ class Notice:
         good: False for a refusal or a failure.
         measured: A measured value that goes with it, if any.
         who: The site that caused it; empty for the robot itself, and for this site.
+        robot_s: When it happened at the robot, on the robot's own clock [s]; None for what happened here.
+        late_s: How much longer than usual it was on its way, by the robot's clock: an outage held it up [s].
     """
 
     time_s: float
@@ -29,6 +31,8 @@ class Notice:
     good: bool = True
     measured: float | None = None
     who: str = ""
+    robot_s: float | None = None
+    late_s: float = 0.0
 
 
 class Notices:
@@ -47,8 +51,9 @@ class Notices:
         self._newest.append(notice)
         if self._log is not None:
             self._log.append(
-                what=notice.what, who=notice.who, text=notice.text, good=notice.good, measured=notice.measured
-            )
+                what=notice.what, who=notice.who, text=notice.text, good=notice.good, measured=notice.measured,
+                robot_s=notice.robot_s,
+            )  # fmt: skip
 
     def newest(self) -> tuple[Notice, ...]:
         """The newest last."""

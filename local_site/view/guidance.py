@@ -1,23 +1,17 @@
-"""What to do next, and what was said last: refusals with their reasons, ends of commands."""
+"""What to do next."""
 
 from __future__ import annotations
-
-import time
-from collections import deque
 
 import viser
 
 from common.control_mode import ControlMode, Phase
-from local_site.notices import Notice
 from local_site.picture import Picture
 from local_site.view.html import Html, element
 from local_site.view.words import Words
 
-_SHOWN = 12
-
 
 class Guidance:
-    """The advice and the newest messages. Used by the page's thread.
+    """The advice. Used by the page's thread.
 
     Args:
         gui: Of the server.
@@ -26,34 +20,13 @@ class Guidance:
 
     def __init__(self, gui: viser.GuiApi, words: Words):
         self._words = words
-        self._advice, self._messages = Html(gui), Html(gui)
-        self._own: deque[Notice] = deque(maxlen=_SHOWN)
-
-    def explain(self, words: str) -> None:
-        """Tell the operator why the page itself did nothing."""
-        if not self._own or self._own[-1].text != words or time.monotonic() - self._own[-1].time_s > 1.0:
-            self._own.append(Notice(time.monotonic(), "page", words, good=False))
+        self._html = Html(gui)
 
     def draw(self, picture: Picture) -> None:
-        """Show both."""
-        self._advice.show(
+        """Show it."""
+        self._html.show(
             f'<div class="fh-advice"><i>next</i>{element("advice", advice(picture, self._words), tag="div")}</div>'
         )
-        notices = sorted([*picture.notices[-_SHOWN:], *self._own], key=lambda notice: notice.time_s)[-_SHOWN:]
-        lines = [_line(notice, newest=notice is notices[-1]) for notice in reversed(notices)]
-        self._messages.show(
-            '<div class="fh-lower fh-log"><div class="fh-caption">messages, the newest first</div>'
-            f'<div class="fh-messages" data-tp="messages">{"".join(lines)}</div></div>'
-        )
-
-
-def _line(notice: Notice, newest: bool) -> str:
-    measured = f" ({notice.measured:.3g})" if notice.measured is not None else ""
-    kind = "fh-said" if notice.good else "fh-refused"
-    by = f" [{notice.who}]" if notice.who else ""
-    return element(
-        "message", f"{notice.what}{by}: {notice.text}{measured}", f"{kind}{' fh-newest' * newest}", "div"
-    )
 
 
 def advice(picture: Picture, words: Words) -> str:

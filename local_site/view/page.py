@@ -19,6 +19,7 @@ from local_site.view import buttons
 from local_site.view.arm_scene import ArmScene
 from local_site.view.auto_send import AutoSend
 from local_site.view.buttons import Buttons, ButtonSpec
+from local_site.view.event_panel import EventPanel
 from local_site.view.guidance import Guidance
 from local_site.view.html import Html, element
 from local_site.view.library_panel import LibraryPanel
@@ -97,7 +98,7 @@ class Page:
             from common.robot.dimensions import Dimensions
 
             return ArmScene(self._server.scene, describe(Dimensions()), self._console.submit, self._act)
-        explain = self._guidance.explain
+        explain = self._happened.explain
         return PlanarScene(self._server.scene, task, self._console.submit, explain, self._act)
 
     def _build_panels(self, gui: viser.GuiApi, task: AnyTask) -> None:
@@ -108,7 +109,7 @@ class Page:
         self._strip = StatusStrip(gui, words)
         self._graph, self._history = TransitionGraph(gui), LinkHistory(gui)
         self._buttons = [Buttons(gui, (buttons.STOP,), self._on_press)]
-        self._guidance = Guidance(gui, words)
+        self._guidance, self._happened = Guidance(gui, words), EventPanel(gui)
         with gui.add_folder("Teach"):
             teach = buttons.TEACH_ARM if isinstance(task, ArmTask) else buttons.TEACH
             self._buttons.append(Buttons(gui, teach, self._on_press))
@@ -147,7 +148,7 @@ class Page:
         if self._tabs.sessions.acts(tab):
             do()
         else:
-            self._guidance.explain("another tab is active, this one watches: close that one to act here")
+            self._happened.explain("another tab is active, this one watches: close that one to act here")
 
     def _run(self) -> None:
         due_s = time.monotonic()
@@ -188,6 +189,7 @@ class Page:
         self._library.draw(picture)
         self._pace.draw(picture, now_s)
         self._guidance.draw(picture)
+        self._happened.draw(picture)
         self._strip.draw(picture, ghost, now_s)
         self._graph.draw(picture)
         self._history.draw(picture, self._link.link_name if self._link else "link", now_s)

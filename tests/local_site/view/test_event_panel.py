@@ -1,0 +1,19 @@
+"""What the event panel says."""
+
+from __future__ import annotations
+
+from local_site.notices import Notice
+from local_site.view.event_panel import robot_clock, words
+
+
+def test_a_line_names_who_what_and_the_measured_value() -> None:
+    assert words(Notice(0.0, "arm", "completed")) == "arm: completed"
+    refused = Notice(0.0, "execute", "refused: moved", good=False, measured=0.01234, who="pier 2")
+    assert words(refused) == "execute [pier 2]: refused: moved (0.0123)"
+
+
+def test_an_event_that_an_outage_held_up_says_so() -> None:
+    event = Notice(50.0, "force", "backing off", robot_s=900.0, late_s=19.7)
+    assert words(event) == "force: backing off, heard 20 s later"
+    assert "900.00 s on the robot's clock" in robot_clock(event)
+    assert "heard" not in words(Notice(50.0, "force", "backing off", robot_s=900.0, late_s=0.04))
