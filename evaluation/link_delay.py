@@ -23,7 +23,8 @@ from common.endpoint import EndpointSettings
 from common.errors import ProcessFailed
 from common.link import ZenohLink
 from common.link_control import RelayControl
-from evaluation.real_sites import PATIENCE_S, Process, RealSites, free_port
+from evaluation.real_process import HOST, Process, free_port
+from evaluation.real_sites import PATIENCE_S, RealSites
 from local_site import intents
 from local_site.picture import Picture
 from remote_site.point_embodiment import CONTROL_HZ
@@ -33,7 +34,6 @@ Case = dict[str, Any]
 DELAYS_S = (0.0, 0.3, 1.0, 3.0, 5.0)
 TRANSPORT_LIMIT_MS = 2.0
 COMMAND_LIMIT_MS = 1000.0 / CONTROL_HZ + 3.0
-_HOST = "127.0.0.1"
 _QUESTIONS, _COMMANDS = 400, 40
 _QUESTION_S = 0.02
 _LONGEST_S = 60.0
@@ -90,14 +90,14 @@ def _demo(delay_s: float) -> Case:
 def _transport_ms(delay_s: float, n: int) -> list[float]:
     """What relay and transport add to one way, for each question [ms]."""
     port = free_port()
-    echo = ZenohLink(EndpointSettings(listen=f"tcp/{_HOST}:{port}"))
+    echo = ZenohLink(EndpointSettings(listen=f"tcp/{HOST}:{port}"))
     echo.serve(keys.REPORT, lambda request: request.answer(request.data))
     relay = Process(
-        "link", f"--listen={_HOST}:0", f"--target={_HOST}:{port}", f"--control={_HOST}:0", "--profile=lan"
+        "link", f"--listen={HOST}:0", f"--target={HOST}:{port}", f"--control={HOST}:0", "--profile=lan"
     )
     settings = {"delay_ms": 1000.0 * delay_s}
-    RelayControl(_HOST, relay.ready["control_port"]).set(uplink=settings, downlink=settings)
-    asker = ZenohLink(EndpointSettings(connect=f"tcp/{_HOST}:{relay.ready['port']}"))
+    RelayControl(HOST, relay.ready["control_port"]).set(uplink=settings, downlink=settings)
+    asker = ZenohLink(EndpointSettings(connect=f"tcp/{HOST}:{relay.ready['port']}"))
     try:
         while asker.ask_and_wait(keys.REPORT, b"there?", PATIENCE_S) is None:
             pass  # not connected yet: answered with nothing at once

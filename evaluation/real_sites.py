@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import socket
 import subprocess
 import sys
 import tempfile
@@ -22,49 +20,14 @@ from common.errors import ProcessFailed
 from common.link import ZenohLink
 from common.link_control import RelayControl
 from common.messages import Telemetry, Wish
-from deploy.child import PARENT_PID, READY_FD
-from deploy.places import find_point_task
+from deploy.places import find_task
+from evaluation.real_process import HOST, Process, free_port
 from local_site.console import Console
+from local_site.own_place import own_place
 from local_site.picture import Picture
 from local_site.task_library import TaskLibrary
 
-_HOST = "127.0.0.1"
 PATIENCE_S = 120.0
-
-
-class Process:
-    """One `farhand` process.
-
-    Args:
-        arguments: Of the command line.
-
-    Raises:
-        ProcessFailed: It ended before it was ready.
-    """
-
-    def __init__(self, *arguments: str):
-        read_fd, write_fd = os.pipe()
-        try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "deploy.cli", *arguments],
-                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                env={**os.environ, READY_FD: str(write_fd), PARENT_PID: str(os.getpid())}, pass_fds=[write_fd],
-            )  # fmt: skip
-        finally:
-            os.close(write_fd)
-        with os.fdopen(read_fd) as pipe:
-            said = pipe.read()
-        if not said:
-            raise ProcessFailed(f"farhand {' '.join(arguments)} ended with status {self._process.wait()}")
-        self.ready: dict[str, Any] = json.loads(said)
-        """What it said when it was ready."""
-        self.ready_s = time.monotonic()
-        """When that was [s]."""
-
-    def kill(self) -> None:
-        """End it at once, as a crash does."""
-        self._process.kill()
-        self._process.wait()
 
 
 @dataclass(frozen=True)
@@ -124,10 +87,10 @@ class RealSites:
     def __enter__(self) -> RealSites:
         self.robot = self._start_robot()
         self._link = Process(
-            "link", f"--listen={_HOST}:0", f"--target={_HOST}:{self._robot_port}", f"--control={_HOST}:0",
+            "link", f"--listen={HOST}:0", f"--target={HOST}:{self._robot_port}", f"--control={HOST}:0",
             f"--profile={self._profile}",
         )  # fmt: skip
-        self.control = RelayControl(_HOST, self._link.ready["control_port"])
+        self.control = RelayControl(HOST, self._link.ready["control_port"])
         if self._delay_s is not None:
             settings = {"delay_ms": 1000.0 * self._delay_s}
             self.control.set(uplink=settings, downlink=settings)
@@ -164,6 +127,19 @@ class RealSites:
         """Begin the job that `run_demo` does, and go on at once; the caller ends it."""
         return Process(*self._demo_arguments())
 
+    def start_page(self) -> Process:
+        """Begin a site that watches and serves its page; the caller ends it."""
+        where = f"{HOST}:{self._link.ready['port']}"
+        return Process(
+            "local", "--watch", "--site-name=page", f"--port={free_port()}", f"--connect=tcp/{where}",
+            f"--task={self._task}", f"--data-dir={self.folder / 'page'}", f"--link-rate-bps={self._rate_bps:g}",
+        )  # fmt: skip
+
+    @property
+    def robot_events(self) -> Path:
+        """What the robot has written down, a line of JSON each."""
+        return self.folder / "robot" / EndpointSettings().vehicle / "events.jsonl"
+
     def open_console(
         self, site_name: str = "operator", wish: Wish = Wish.CONTROL, folder: Path | None = None
     ) -> float:
@@ -174,12 +150,14 @@ class RealSites:
             wish: Whether it takes the control of the robot, or watches.
             folder: Where its library is; the one of `run_demo` when not given.
         """
-        endpoint = f"tcp/{_HOST}:{self._link.ready['port']}"
+        task = find_task(self._task)
+        place, library = own_place(task), TaskLibrary(task, folder or self.folder)
+        endpoint = f"tcp/{HOST}:{self._link.ready['port']}"
         self.link = ZenohLink(EndpointSettings(connect=endpoint, rate_bps=self._rate_bps))
         opened_s = time.monotonic()
-        task = find_point_task(self._task)
-        library = TaskLibrary(task, folder or self.folder)
-        self.console = Console(task, library, self.link, site_name, wish=wish, rate_bps=self._rate_bps)
+        self.console = Console(
+            task, library, self.link, site_name, wish=wish, rate_bps=self._rate_bps, place=place
+        )
         self.link.subscribe(keys.TELEMETRY, self._hear)
         self.console.start()
         return opened_s
@@ -229,14 +207,14 @@ class RealSites:
     def _demo_arguments(self) -> list[str]:
         ready = self._link.ready
         return [
-            "local", "--demo", f"--connect=tcp/{_HOST}:{ready['port']}", f"--task={self._task}",
-            f"--data-dir={self.folder}", f"--link-control={_HOST}:{ready['control_port']}",
+            "local", "--demo", f"--connect=tcp/{HOST}:{ready['port']}", f"--task={self._task}",
+            f"--data-dir={self.folder}", f"--link-control={HOST}:{ready['control_port']}",
             f"--seed={self._seed}", f"--link-rate-bps={self._rate_bps:g}",
         ]  # fmt: skip
 
     def _start_robot(self) -> Process:
         return Process(
-            "remote", f"--listen=tcp/{_HOST}:{self._robot_port}", f"--task={self._task}", f"--seed={self._seed}",
+            "remote", f"--listen=tcp/{HOST}:{self._robot_port}", f"--task={self._task}", f"--seed={self._seed}",
             f"--data-dir={self._folder.name}", f"--link-rate-bps={self._rate_bps:g}",
         )  # fmt: skip
 
@@ -245,10 +223,3 @@ class RealSites:
         with self._arrived:
             self.heard.append(heard)
             self._arrived.notify_all()
-
-
-def free_port() -> int:
-    """A port that nobody uses now."""
-    with socket.socket() as probe:
-        probe.bind((_HOST, 0))
-        return probe.getsockname()[1]

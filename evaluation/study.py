@@ -59,6 +59,7 @@ STUDIES = {
     "cuts": "evaluation.cuts",
     "cuts-real": "evaluation.real_cuts",
     "kills": "evaluation.kills",
+    "tick": "evaluation.tick",
     "modes": "evaluation.modes",
     "freshness": "evaluation.freshness",
 }
