@@ -68,6 +68,9 @@ class Action(StrEnum):
     RETRACT = "retract"
     GO_TO_READY = "go to ready"
     SET_PACE = "set pace"
+    RECORD = "record"
+    """The robot records how it is driven."""
+    END_RECORDING = "end recording"
     STOP = "stop"
     RESET = "reset"
 
@@ -124,6 +127,8 @@ TABLE: dict[Cause, Row] = {
     Action.RETRACT: _row(_M.HOLD, _M.PAUSED, to=_M.AUTONOMOUS, phase=Phase.RETRACTING, at_end=True),
     Action.GO_TO_READY: _row(_M.HOLD, _M.PAUSED, to=_M.AUTONOMOUS, phase=Phase.GOING_TO_READY, at_end=True),
     Action.SET_PACE: Row(frozenset(_M), None),
+    Action.RECORD: _row(_M.DIRECT, to=None),
+    Action.END_RECORDING: _row(_M.DIRECT, to=None),
     Action.STOP: Row(frozenset(_M), _M.STOPPED),
     Action.RESET: _row(_M.STOPPED, to=_M.DISARMED),
     Guard.COUPLING_ENDED: _row(_M.DIRECT, to=_M.HOLD),

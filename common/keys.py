@@ -47,6 +47,8 @@ TARGET = Channel("op/target", Urgency.EVENT, must_arrive=True, keep=4)
 MODEL = Channel("op/model", Urgency.BULK, must_arrive=True)
 REPORT = Channel("op/report", Urgency.EVENT, must_arrive=True)
 EVENTS = Channel("op/events", Urgency.EVENT, must_arrive=True)
+CATALOGUE = Channel("op/catalogue", Urgency.EVENT, must_arrive=True)
+BLOB = Channel("op/blob", Urgency.BULK, must_arrive=True)
 
 # From the robot
 STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True, keep=16)
@@ -64,6 +66,8 @@ ALL = (
     MODEL,
     REPORT,
     EVENTS,
+    CATALOGUE,
+    BLOB,
     STOP_ACK,
     TELEMETRY,
     EVENT,

@@ -67,7 +67,7 @@ class Telemetry(
         "phase": "f", "component": "c", "elapsed_s": "e", "path_id": "i", "model": "g",
         "coupling_id": "k", "holder": "h", "lease": "l", "heartbeat_echo": "b", "heartbeat_held_ms": "d",
         "waiting": "w", "stale_refused": "x", "pace": "q", "seq": "s", "schema": "v",
-        "arm": "a",
+        "arm": "a", "recorded_s": "u",
     },
 ):  # fmt: skip
     """The robot's report of itself, newest only. A point's has at most 200 B, an arm's 264 B: short names, single precision."""
@@ -107,6 +107,8 @@ class Telemetry(
     """How fast executions and manoeuvres go, as a share of how they were meant."""
     arm: ArmState | UnsetType = UNSET
     """Of an arm only."""
+    recorded_s: float | UnsetType = UNSET
+    """While a motion in DIRECT is recorded: for how long by now [s]."""
 
 
 class Heartbeat(Message, frozen=True, kw_only=True):
@@ -203,6 +205,10 @@ class CommandReply(Message, frozen=True, kw_only=True):
     stamp: Stamp
 
 
+RECORDED = "recorded"
+"""Kind of the event that says how a recording in DIRECT ended, good or bad."""
+
+
 class Event(Message, frozen=True, kw_only=True):
     """Something that happened at the robot; for a command its second answer: completed or failed."""
 
@@ -264,6 +270,57 @@ class ModelReply(Message, frozen=True, kw_only=True):
     received: Count = 0
     """How many bytes from the beginning the robot has; the next part begins there."""
     reason: Text = ""
+    stamp: Stamp
+
+
+class CatalogueRequest(Message, frozen=True, kw_only=True):
+    """Asks what the robot has to fetch."""
+
+
+class RecordingOffer(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """A motion that the robot recorded while it was driven."""
+
+    sha256: Sha256
+    """Of its content, see `common.recorded_motion`."""
+    site_name: Id
+    """Who drove."""
+    whole: bool
+    """Whether whoever drove ended it, and nothing else did."""
+    duration_s: float
+
+
+class CatalogueReply(Message, frozen=True, kw_only=True):
+    """What the robot has to fetch, each by its hash."""
+
+    scene_sha256: Sha256 = ""
+    """What the robot looks like, see `common.scene_description`; empty for a point."""
+    recordings: Annotated[tuple[RecordingOffer, ...], Meta(max_length=8)] = ()
+    """Of this boot, the newest last."""
+    stamp: Stamp
+
+
+class BlobRequest(Message, frozen=True, kw_only=True):
+    """Asks for a part of what the catalogue names."""
+
+    sha256: Sha256
+    """Of the whole content."""
+    offset: Count = 0
+    """Where the part begins [B]."""
+    n_bytes: Annotated[int, Meta(ge=1, le=65_536)]
+    """How long it may be [B]."""
+
+
+class BlobReply(Message, frozen=True, kw_only=True):
+    """A part of some content; who has all of it compares its hash."""
+
+    sha256: Sha256
+    """Of the whole content."""
+    size: Annotated[int, Meta(ge=0, le=4_000_000)]
+    """Of the whole content [B]; 0: the robot does not have it."""
+    offset: Count = 0
+    """Where the part begins [B]."""
+    content: Annotated[bytes, Meta(max_length=65_536)] = b""
+    """The part."""
     stamp: Stamp
 
 

@@ -14,7 +14,7 @@ from common import keys, messages
 from common.budget import budget_bytes_s
 from common.codec import MAX_BYTES
 from common.keys import Channel
-from common.messages import ArmState, Message, Stamp
+from common.messages import ArmState, Message, RecordingOffer, Stamp
 from docs.protocol_words import ERRORS, HEAD, SHARED_FIELDS, TAIL
 
 PAGE = Path(__file__).parent / "protocol.md"
@@ -45,6 +45,8 @@ FLOWS = (
     Flow(keys.MODEL, messages.ModelTransfer, messages.ModelReply),
     Flow(keys.REPORT, messages.ReportRequest, messages.ExecutionReport),
     Flow(keys.EVENTS, messages.EventsRequest, messages.EventsReply),
+    Flow(keys.CATALOGUE, messages.CatalogueRequest, messages.CatalogueReply),
+    Flow(keys.BLOB, messages.BlobRequest, messages.BlobReply),
     Flow(keys.STOP_ACK, messages.StopAck),
     Flow(keys.TELEMETRY, messages.Telemetry),
     Flow(keys.EVENT, messages.Event),
@@ -61,6 +63,7 @@ def page() -> str:
         "## Messages",
         _stamp(),
         _message(ArmState, " An array of four, in this order."),
+        _message(RecordingOffer, " An array of four, in this order."),
         *map(_message, kinds),
         "## Errors",
         _table(["where", "words", "when", "then"], [error[:4] for error in ERRORS]),

@@ -26,7 +26,8 @@ TAIL = """
 The robot computes `age = its now - the echoed stamp` on its own clock. A command, renewal or input counts when its age is
 at most the reference (the smallest age of the last ten accepted renewals) plus a time that follows their spread, and
 never when it is above `max_age_s`; the limits stand in [safety.md](safety.md). Without an echo, or with one of another
-boot, only Stop, LeaseRequest, ModelTransfer, ReportRequest and EventsRequest are answered; their answers carry a stamp.
+boot, only Stop, LeaseRequest, ModelTransfer, ReportRequest, EventsRequest, CatalogueRequest and BlobRequest are
+answered; their answers carry a stamp.
 
 ## Answers
 A command is answered twice: by its CommandReply (received, or refused with the reason and the measured value), then by an
@@ -34,6 +35,25 @@ Event with its `command_id` (`completed` or `failed`). It runs at most once in a
 first answer. A stop is sent every 0.2 s with one id until both acknowledgements came. A model counts when the robot has
 returned the hash of what it decoded. Events carry numbers without a gap: who misses some asks for them (`op/events`), the
 robot has the last 256.
+
+## What is fetched
+The robot lists what it looks like and the motions that it recorded (`op/catalogue`), each by its hash; a site asks at the
+first report of a boot and after each event `recorded` of its own. A content is fetched in parts (`op/blob`), each asked for
+when the one before has come, after an outage from where it was; it counts when its hash is right.
+
+A content of `common.recorded_motion` is a MessagePack map: `task`, `frame_names`, `n_dims`, `oriented`, `began` (a stamp)
+and `rows`, single precision, little-endian: for each sample the time since the first one [s], the position [m] or pose, and
+for each task frame, as perceived at that moment, its origin [m] and one angle [rad] or a quaternion. At most 100 samples in
+a second, none more than 0.1 s after the one before, at most 120 s.
+
+| a recording | is | when |
+| --- | --- | --- |
+| whole | fetched and learned by the site that asked for it | who drove ended it: `end recording`, Clutch, Execute, the hand let go |
+| interrupted | kept; who drove may fetch and learn it (`Recover`) | Stop, Disarm, a guard, the lease or the link lost, 10 s without input |
+| incomplete | not kept | 0.1 s without a sample, longer than 120 s, not driven at all |
+
+The robot keeps the newest eight until its process ends; after its restart they are gone, and the site says so. A restarted
+site learns none of them by itself: what is not in its library can be recovered.
 """
 
 SHARED_FIELDS = {

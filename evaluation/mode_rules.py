@@ -28,6 +28,8 @@ _LEADS: dict[Action, dict[str, ControlMode]] = {
     Action.RETRACT: dict.fromkeys(("hold", "paused", "end"), _M.AUTONOMOUS),
     Action.GO_TO_READY: dict.fromkeys(("hold", "paused", "end"), _M.AUTONOMOUS),
     Action.RESET: {"stopped": _M.DISARMED},
+    Action.RECORD: {"direct": _M.DIRECT},
+    Action.END_RECORDING: {"direct": _M.DIRECT},
     Action.SET_PACE: {mode.value: mode for mode in _M} | {"end": _M.AUTONOMOUS},
 }
 
@@ -145,6 +147,8 @@ def _standing_rules(before: Before, step: Step, world: World) -> str:
     robot, mode = world.robot, world.robot.mode
     if (mode is _M.DIRECT) != (robot.motion.coupling is not None):
         return "DIRECT has a coupling, and only DIRECT"
+    if mode is not _M.DIRECT and robot.recordings.recorded_s is not None:
+        return "a recording ends with DIRECT"
     faster = world.speed_m_s > before.speed_m_s + 1e-9
     if not is_moving(before.mode) and not is_moving(mode) and faster:
         return "nothing moves the robot but DIRECT and AUTONOMOUS"

@@ -66,6 +66,7 @@ def state_of(world: World) -> Hashable:
         execution is not None,
         manoeuvre is not None,
         motion.paused,
+        robot.recordings.recorded_s is not None,
         robot.models.newest is not None,
         world.plan_request is not None,
         min(world.n_boots, 2),

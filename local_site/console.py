@@ -22,17 +22,10 @@ from common.errors import FarhandError
 from common.event_log import EventLog
 from common.link import Link
 from common.link_monitor import LinkMonitor
-from common.messages import (
-    Event,
-    ExecutionReport,
-    PlannedPath,
-    ReportRequest,
-    StopAck,
-    Telemetry,
-    Wish,
-)
+from common.messages import Event, ExecutionReport, PlannedPath, ReportRequest, StopAck, Telemetry, Wish
 from common.task import AnyTask
 from local_site import intents
+from local_site.catalogue import Catalogue
 from local_site.command_check import check
 from local_site.commanding import Commanding
 from local_site.event_follower import EventFollower
@@ -45,6 +38,7 @@ from local_site.owner import Owner
 from local_site.parts import Parts
 from local_site.picture import Picture
 from local_site.reports import Reports
+from local_site.robot_scene import KnownScenes
 from local_site.stop_sender import StopSender
 from local_site.task_library import TaskLibrary
 from local_site.taught import NotNow
@@ -70,6 +64,7 @@ class Console:
         now_s: The clock of this site [s].
         rate_bps: What the link carries [bit/s]; 0 for more than enough.
         place: What the operator's hand moves; None makes the one that the task needs.
+        known: What robots look like as far as it need not be fetched; None when nobody draws the robot.
     """
 
     def __init__(
@@ -83,6 +78,7 @@ class Console:
         now_s: Callable[[], float] = time.monotonic,
         rate_bps: float = 0.0,
         place: OwnPlace | None = None,
+        known: KnownScenes | None = None,
     ):
         self._task, self._library, self._link, self._now_s = task, library, link, now_s
         self.owner = Owner("console", PERIOD_S, self._tick, self._redraw, now_s)
@@ -94,12 +90,13 @@ class Console:
         self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(monitor, self._events, self._on_restart)
         self._place = place or own_place(task)
+        self._catalogue = Catalogue(self._inquiries, library, task, site_name, self._tell, rate_bps, known)
         self._teaching = Teaching(library, self._place, self._models, self._tell)
         self._stop = StopSender(link, site_name)
         self._teleoperation = Teleoperation(link)
         limit_flows(link, rate_bps)
         self._parts = Parts(
-            task, library, self._place, self._teaching, self._models, self._commanding, self._stop, self._reports,
+            task, library, self._place, self._catalogue, self._teaching, self._models, self._commanding, self._stop, self._reports,
             monitor, self._notices,
         )  # fmt: skip
         self._changed = threading.Condition()
@@ -117,7 +114,7 @@ class Console:
         hear = partial(listen, self._link, self.owner.put)
         hear(keys.TELEMETRY, Telemetry, self._on_telemetry)
         hear(keys.EVENT, Event, self._events.received)
-        hear(keys.PATH, PlannedPath, self._on_path)
+        hear(keys.PATH, PlannedPath, lambda path: self._reports.on_path(path, self._now_s()))
         hear(keys.STOP_ACK, StopAck, self._stop.acknowledged)
         self._place.start(self.owner.put, self._on_moved)
 
@@ -179,6 +176,8 @@ class Console:
 
     def _on_intent(self, intent: intents.Intent) -> None:
         try:
+            if (action := self._catalogue.recordings.action_for(intent, self.picture)) is not None:
+                intent = intents.Command(action)
             match intent:
                 case intents.Command():
                     self._command(intent)
@@ -188,8 +187,10 @@ class Console:
                     self._commanding.wish(intent.wish)
                 case intents.MoveTarget():
                     self._teleoperation.move_target(intent.position_m, self._commanding.lease_id)
+                case intents.Recover() if self._teaching.left_over is None:
+                    self._catalogue.recordings.recover()
                 case _:
-                    self._teaching.do(intent, self.picture)
+                    self._teaching.do(intent)
         except FarhandError as error:
             what = intent.action if isinstance(intent, intents.Command) else type(intent).__name__.lower()
             self._tell(what, f"refused: {error}", good=False)
@@ -225,6 +226,7 @@ class Console:
     def _on_telemetry(self, report: Telemetry) -> None:
         if self._reports.on_telemetry(report, self._now_s()):
             self._commanding.on_report(report)
+            self._catalogue.on_report(report)
 
     def _on_restart(self) -> None:
         self._models.confirmed_sha256 = ""
@@ -232,9 +234,7 @@ class Console:
 
     def _on_event(self, event: Event) -> None:
         self._commanding.on_event(event, self._now_s(), self._reports.later_s(event.stamp))
-
-    def _on_path(self, path: PlannedPath) -> None:
-        self._reports.on_path(path, self._now_s())
+        self._catalogue.on_event(event)
 
     def _tell(self, what: str, text: str, good: bool = True) -> None:
         self._notices.add(Notice(self._now_s(), what, text, good))

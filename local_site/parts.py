@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from common.link_monitor import LinkMonitor
 from common.task import AnyTask
+from local_site.catalogue import Catalogue
 from local_site.commanding import Commanding
 from local_site.model_sender import ModelSender
 from local_site.notices import Notices
@@ -25,6 +26,7 @@ class Parts:
         task: What is taught and done.
         library: Demonstrations and models.
         place: What the operator's hand moves.
+        catalogue: What the robot has to fetch.
         teaching: Recording, undoing, sending by itself.
         models: What the robot has confirmed.
         commanding: The control of the robot, and what was asked of it.
@@ -37,6 +39,7 @@ class Parts:
     task: AnyTask
     library: TaskLibrary
     place: OwnPlace
+    catalogue: Catalogue
     teaching: Teaching
     models: ModelSender
     commanding: Commanding
@@ -61,7 +64,10 @@ class Parts:
             recording=library.recording,
             n_demonstrations=len(library.demonstrations),
             can_undo=library.can_undo,
-            can_recover=self.teaching.left_over is not None,
+            can_recover=self.teaching.left_over is not None or self.catalogue.recordings.can_recover,
+            fetching=self.catalogue.recordings.fetching,
+            robot_scene=self.catalogue.scene.description,
+            scene_fetching=self.catalogue.scene.fetching,
             learned=library.learned,
             forming=library.forming(),
             confirmed_sha256=self.models.confirmed_sha256,

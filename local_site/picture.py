@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from msgspec import UNSET
 from numpy.typing import NDArray
 
 from common.control_mode import Action, ControlMode, Phase
 from common.link_monitor import LinkView
 from common.messages import PlannedPath, Telemetry, Wish
+from common.scene_description import SceneDescription
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from local_site.arm_view import ArmView
@@ -53,7 +55,10 @@ class Picture:
         recording: Whether a demonstration is being made.
         n_demonstrations: Learned ones.
         can_undo: Whether there is one to forget.
-        can_recover: Whether a demonstration is left over that an earlier process was recording.
+        can_recover: Whether a demonstration is left over that was recorded here, or by the robot, and not learned.
+        fetching: The part of a recording of the robot that is here, from 0 to 1; None while none is on its way.
+        robot_scene: What the robot looks like; None while that is not known.
+        scene_fetching: The part of it that is here, from 0 to 1; None while it is not on its way.
         learned: The model of all ended demonstrations.
         forming: The model with the demonstration under way, None without one.
         confirmed_sha256: The model that the robot has confirmed last.
@@ -89,6 +94,9 @@ class Picture:
     n_demonstrations: int
     can_undo: bool
     can_recover: bool
+    fetching: float | None
+    robot_scene: SceneDescription | None
+    scene_fetching: float | None
     learned: LearnedModel | None
     forming: TPHSMM | None
     confirmed_sha256: str
@@ -123,3 +131,13 @@ class Picture:
     def coupled(self) -> bool:
         """Whether the operator's hand moves the robot."""
         return self.mode is ControlMode.DIRECT
+
+    @property
+    def recorded_s(self) -> float | None:
+        """For how long the robot has been recording how it is driven [s]; None while it does not."""
+        return None if self.robot is None or self.robot.recorded_s is UNSET else self.robot.recorded_s
+
+    @property
+    def robot_records(self) -> bool:
+        """Whether the robot records how it is driven."""
+        return self.recorded_s is not None

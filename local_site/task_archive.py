@@ -7,6 +7,7 @@ file that no revision names.
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,6 +30,12 @@ class Kept:
 
     name: str
     demonstration: Demonstration
+
+    @classmethod
+    def made_now(cls, demonstration: Demonstration) -> Kept:
+        """One that was made just now."""
+        name = f"demonstration-{time.strftime('%Y%m%dT%H%M%S')}-{time.time_ns() % 10**9 // 1000:06d}.npz"
+        return cls(name, demonstration)
 
 
 class TaskArchive:

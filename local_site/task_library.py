@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from common.task import AnyTask
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from local_site.demonstration import Demonstration
+from local_site.goal_view import seen_from_goal
 from local_site.recording import Recording
 from local_site.revisions import Revision
 from local_site.task_archive import Kept
@@ -68,7 +68,7 @@ class TaskLibrary:
     @property
     def strokes(self) -> tuple[Array, ...]:
         """Those that count, and the one under way. Each of shape (T, C)."""
-        ended = tuple(each.points for each in self.demonstrations)
+        ended = tuple(seen_from_goal(each) for each in self.demonstrations)
         return (*ended, np.array(self.current)) if self.recording and self.current else ended
 
     @property
@@ -142,8 +142,7 @@ class TaskLibrary:
             self.undo()
             raise NotNow("the demonstration was too short and was not kept: draw the whole motion")
         self._taught.learner.end()
-        name = f"demonstration-{time.strftime('%Y%m%dT%H%M%S')}-{time.time_ns() % 10**9 // 1000:06d}.npz"
-        made = Kept(name, self._recording.demonstration())
+        made = Kept.made_now(self._recording.demonstration())
         self._recording.forget()
         self._taught.add(made)
         assert self.learned is not None
@@ -160,13 +159,19 @@ class TaskLibrary:
         self.learn([self.left_over])
 
     def learn(self, demonstrations: Sequence[Demonstration]) -> None:
-        """Learn whole demonstrations, one after the other. Their task frames must stand still.
+        """Learn whole demonstrations, one after the other.
+
+        Those whose task frames move are learned as they are, others at the learning rate.
 
         Raises:
             NotNow: When one is being recorded.
             InvalidDemonstration: When one is no motion, see `hand`; it is forgotten.
         """
         for shown in demonstrations:
+            if shown.frames_move:
+                self._not_while_recording()
+                self._taught.learn(Kept.made_now(shown))
+                continue
             self.record(shown.frames_at(0))
             recording = self._recording
             try:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from common.errors import FarhandError
+from common.errors import FarhandError, InvalidDemonstration
 from common.log import loop_logger
 from common.model_file import content_hash, decode, encode
 from common.task import AnyTask, PointTask
 from common.tphsmm import TPHSMM
+from local_site.demonstration import Demonstration
 from local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from local_site.offline_learning import LAMBDA_FRACTION
 from local_site.revisions import Revision
@@ -83,6 +84,16 @@ class Taught:
         self.demonstrations = (*self.demonstrations, demonstration)
         self._count()
 
+    def learn(self, demonstration: Kept) -> None:
+        """Learn a whole demonstration, as it is, and have it count.
+
+        Raises:
+            InvalidDemonstration: When it is no motion; nothing is learned.
+            NotSaved: When it counts, but not on disk.
+        """
+        _learn(self.learner, demonstration.demonstration)
+        self.add(demonstration)
+
     def become(self, demonstrations: tuple[Kept, ...]) -> None:
         """Learn these demonstrations, and nothing else.
 
@@ -122,10 +133,7 @@ class Taught:
     def _learner_of(self, demonstrations: tuple[Kept, ...]) -> OnlineLearner:
         learner = OnlineLearner(self._settings, self._task.space, self._task.frame_names)
         for each in demonstrations:
-            learner.start()
-            motion = each.demonstration
-            learner.observe_many(motion.points, motion.frames(), motion.time_s)
-            learner.end()
+            _learn(learner, each.demonstration)
         return learner
 
     def _count(self) -> None:
@@ -151,6 +159,16 @@ class Taught:
             self.become(self._archive.load(revision))
         except FarhandError as error:
             _log.error("what was taught before cannot be had again, the task begins empty: %s", error)
+
+
+def _learn(learner: OnlineLearner, motion: Demonstration) -> None:
+    learner.start()
+    try:
+        learner.observe_many(motion.points, motion.frames(), motion.time_s)
+    except InvalidDemonstration:
+        learner.discard()
+        raise
+    learner.end()
 
 
 def _lambda_m(task: AnyTask) -> float:

@@ -8,7 +8,6 @@ from local_site import intents
 from local_site.demonstration import Demonstration
 from local_site.model_sender import ModelSender
 from local_site.own_place import OwnPlace
-from local_site.picture import Picture
 from local_site.task_library import TaskLibrary
 from local_site.taught import NotNow
 
@@ -36,7 +35,7 @@ class Teaching:
         """A demonstration that was being recorded when it was rolled back, or its process ended."""
         return self._library.left_over
 
-    def do(self, intent: intents.Teach, picture: Picture) -> None:
+    def do(self, intent: intents.Teach) -> None:
         """Do one of them.
 
         Raises:
@@ -44,7 +43,8 @@ class Teaching:
         """
         match intent:
             case intents.Record():
-                self._record(picture)
+                self._library.record(self._place.frames)
+                self._tell("record", "recording a demonstration")
             case intents.End():
                 learned = self._library.end()
                 self._tell("end", f"learned: {learned.model.n_components} components")
@@ -82,12 +82,6 @@ class Teaching:
         if self._library.recording:
             self._library.set_aside()
             self._tell("recording", f"rolled back: {why}; what was recorded can be recovered")
-
-    def _record(self, picture: Picture) -> None:
-        if picture.coupled:
-            raise NotNow("coupled: your hand drives the robot now; clutch first")
-        self._library.record(self._place.frames)
-        self._tell("record", "recording a demonstration")
 
     def _load_samples(self) -> None:
         samples = self._place.samples()

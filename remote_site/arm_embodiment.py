@@ -15,6 +15,7 @@ from common.errors import InvalidConfiguration, InvalidInput
 from common.log import loop_logger
 from common.manifold import POSE
 from common.messages import ArmState
+from common.robot.description import describe
 from common.robot.dimensions import Dimensions
 from common.robot.goals import Seated, Withdrawn
 from common.robot.kinematics import Kinematics
@@ -220,3 +221,7 @@ class ArmEmbodiment:
         joints = tuple(self._joints_rad.tolist())
         x, y, z = rotation.tolist()
         return ArmState((x, y, z), joints, force_of(sensing.effector) or 0.0, overruns)
+
+    def scene(self) -> bytes:
+        """See `Embodiment`."""
+        return describe(self.simulation.dimensions).content

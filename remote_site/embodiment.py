@@ -160,3 +160,7 @@ class Embodiment(Protocol):
     def arm_state(self, sensing: Sensing, overruns: int) -> ArmState | UnsetType:
         """What an arm reports beyond what a point does."""
         ...
+
+    def scene(self) -> bytes:
+        """What it looks like, see `common.scene_description`; takes long, and is empty for a point."""
+        ...

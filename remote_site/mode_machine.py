@@ -19,6 +19,7 @@ from remote_site.model_store import StoredModel
 from remote_site.motion import Motion
 from remote_site.plans import Plans
 from remote_site.previews import Previews
+from remote_site.recordings import Recordings
 from remote_site.sensing import Sensing
 from remote_site.stops import Stops
 from remote_site.watch import Trip
@@ -46,6 +47,7 @@ class ModeMachine:
         events: Takes what happened.
         announce: Sends a message to the operators; never blocks.
         now: The present stamp.
+        recordings: Of how the robot is driven.
     """
 
     def __init__(
@@ -57,7 +59,9 @@ class ModeMachine:
         events: Events,
         announce: Announce,
         now: Callable[[], Stamp],
+        recordings: Recordings,
     ):
+        self._recordings = recordings
         self._embodiment, self._sensing, self._motion = embodiment, sensing, motion
         self._plans, self._events, self._now = plans, events, now
         self.previews = Previews(plans)
@@ -103,6 +107,10 @@ class ModeMachine:
             return
         if action is Action.SET_PACE:
             self._set_pace(command)
+            return
+        if action in (Action.RECORD, Action.END_RECORDING):
+            why_not = self._recordings.run(action)
+            self.fail(command, why_not) if why_not else self.complete(command, "done")
             return
         for overtaken in self._until_standing:
             self.fail(overtaken, f"{action} came before the robot stood still")
@@ -174,6 +182,7 @@ class ModeMachine:
         target = mode_after(self.mode, self.phase, cause)
         if target is None:
             raise AssertionError(f"{cause} was not checked in {self.mode}")
+        self._recordings.leave(cause, why)
         if target is not ControlMode.PAUSED and cause is not Action.RESUME:
             self._leave_motion(why)
         self._motion.paused = target is ControlMode.PAUSED

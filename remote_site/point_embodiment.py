@@ -104,6 +104,10 @@ class PointEmbodiment:
         """See `Embodiment`."""
         return UNSET
 
+    def scene(self) -> bytes:
+        """See `Embodiment`."""
+        return b""
+
 
 class SimulatedPoint(PointEmbodiment):
     """A point and its target, simulated.

@@ -21,6 +21,10 @@ from common.link import Link, Request
 from common.log import loop_logger
 from common.mailbox import Mailbox
 from common.messages import (
+    BlobReply,
+    BlobRequest,
+    CatalogueReply,
+    CatalogueRequest,
     Command,
     EventsRequest,
     ExecutionReport,
@@ -88,6 +92,8 @@ class Robot:
         if remembered is not None and remembered.executing:
             why = f"the execution of {remembered.executing[:8]} was interrupted by a restart of the robot"
             self.supervisor.machine.tell("interrupted", why, succeeded=False)
+        if scene := self.embodiment.scene():
+            self.supervisor.recordings.catalogue.show(scene)
         self._reporter = Reporter(self.supervisor, clock)
         self._listen()
 
@@ -137,7 +143,9 @@ class Robot:
             (keys.LEASE, LeaseRequest, supervisor.on_lease),
             (keys.MODEL, ModelTransfer, supervisor.on_model),
             (keys.REPORT, ReportRequest, self._on_report),
-            (keys.EVENTS, EventsRequest, supervisor.on_events),
+            (keys.EVENTS, EventsRequest, supervisor.events.answer),
+            (keys.CATALOGUE, CatalogueRequest, self._on_catalogue),
+            (keys.BLOB, BlobRequest, self._on_blob),
         ):
             self._link.serve(channel, partial(self._on_request, kind, handle))
 
@@ -169,3 +177,9 @@ class Robot:
     def _on_report(self, _request: ReportRequest) -> ExecutionReport:
         now, last = self.supervisor.stamp(), self.supervisor.last_execution
         return last.report(now, self.overruns) if last else ExecutionReport(stamp=now)
+
+    def _on_catalogue(self, _request: CatalogueRequest) -> CatalogueReply:
+        return self.supervisor.recordings.catalogue.list(self.supervisor.stamp())
+
+    def _on_blob(self, request: BlobRequest) -> BlobReply:
+        return self.supervisor.recordings.catalogue.part(request, self.supervisor.stamp())

@@ -15,8 +15,6 @@ from common.errors import InvalidInput
 from common.messages import (
     Command,
     CommandReply,
-    EventsReply,
-    EventsRequest,
     LeaseReply,
     LeaseRequest,
     ModelReply,
@@ -41,6 +39,7 @@ from remote_site.model_store import ModelStore
 from remote_site.motion import Motion, Outcome
 from remote_site.planner import PlanRequest
 from remote_site.plans import Plans
+from remote_site.recordings import Recordings
 from remote_site.sensing import Sensing
 from remote_site.watch import Trip, Watch
 
@@ -77,9 +76,12 @@ class Supervisor:
         self.motion = Motion(embodiment, self.sensing)
         self.events = Events(announce, self.stamp, write)
         self._plans = Plans(self.sensing, embodiment, request_plan)
-        self.machine = ModeMachine(
-            embodiment, self.sensing, self.motion, self._plans, self.events, announce, self.stamp
+        self.recordings = Recordings(
+            task, self.sensing, self.motion, self.contact.lease, self.events, self.stamp
         )
+        self.machine = ModeMachine(
+            embodiment, self.sensing, self.motion, self._plans, self.events, announce, self.stamp, self.recordings
+        )  # fmt: skip
         self._judge = CommandJudge(task, self.contact, self.models, self._plans, self.sensing, embodiment)
         self._log = CommandLog()
         self._watch = Watch(task, self.sensing, self.contact, self.motion, config.deadline_s)
@@ -124,10 +126,6 @@ class Supervisor:
         if not reply.accepted:
             self.events.refused("model", "", reply.reason, self.mode, None)
         return reply
-
-    def on_events(self, request: EventsRequest) -> EventsReply:
-        """Tell again what an outage has swallowed."""
-        return self.events.answer(request)
 
     def on_stop(self, stop: Stop) -> None:
         """Stop, whoever asks and in whatever mode."""
@@ -200,6 +198,7 @@ class Supervisor:
             self.motion.brake(dt_s)  # before any word about it
         if trip is not None:
             self._trip(trip)
+        self.recordings.sample()
         if not fault:
             self._move(now_s, dt_s)
 

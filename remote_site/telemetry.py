@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from msgspec import UNSET
 
 from common.clock import BootClock
 from common.messages import Telemetry
@@ -51,7 +52,7 @@ class Reporter:
         execution, coupling = s.motion.execution, s.motion.coupling
         now = s.stamp()
         held_ms = (now.t_ns - contact.heartbeat_received_ns) * 1e-6 if contact.heartbeat_seq else 0.0
-        newest = s.models.newest
+        newest, recorded_s = s.models.newest, s.recordings.recorded_s
         return Telemetry(
             seq=self._seq,
             stamp=now,
@@ -73,4 +74,5 @@ class Reporter:
             stale_refused=contact.stale_refused,
             pace=s.machine.pace,
             arm=s.embodiment.arm_state(sensed, overruns),
+            recorded_s=UNSET if recorded_s is None else recorded_s,
         )

@@ -27,7 +27,14 @@ ALLOWED = {
         "disarm": "disarmed",
         "stop": "stopped",
     },
-    "direct": {"clutch": "hold", "execute": "autonomous", "disarm": "disarmed", "stop": "stopped"},
+    "direct": {
+        "clutch": "hold",
+        "execute": "autonomous",
+        "record": "direct",
+        "end recording": "direct",
+        "disarm": "disarmed",
+        "stop": "stopped",
+    },
     "autonomous": {"pause": "paused", "abort": "hold", "disarm": "disarmed", "stop": "stopped"},
     "paused": {
         "resume": "autonomous",

@@ -137,12 +137,13 @@ def test_what_is_not_possible_now_is_refused_in_words_and_changes_nothing(tmp_pa
         assert not it.robot.heard(ModelTransfer) and not it.picture.recording
 
 
-def test_while_coupled_the_hand_drives_and_nothing_is_recorded(tmp_path: Path):
+def test_while_coupled_the_hand_drives_and_record_is_the_robots(tmp_path: Path):
     with desk(tmp_path) as it:
         report = it.connected(ControlMode.DIRECT, coupling_id=4).picture.robot
         assert report is not None
         it.console.submit(intents.Record())
-        it.told("record: refused: coupled")
+        (command,) = it.robot.wait_for(Command)
+        assert command.action is Action.RECORD
         it.console.submit(intents.Hand((0.3, 0.4), 1.0))
         it.console.submit(intents.Hand((0.3, 0.4), 1.1, released=True))
         first, second = it.robot.wait_for(OperatorInput, 2)

@@ -12,6 +12,10 @@ from common.codec import encode
 from common.control_mode import Action, ControlMode
 from common.keys import Channel
 from common.messages import (
+    BlobReply,
+    BlobRequest,
+    CatalogueReply,
+    CatalogueRequest,
     CommandReply,
     ExecutionReport,
     Heartbeat,
@@ -53,9 +57,12 @@ QUESTIONS: dict[Channel, Callable[[RawOperator], Message]] = {
     keys.LEASE: lambda o: LeaseRequest(session="another", site_name="another"),
     keys.MODEL: lambda o: model_transfer(encode_model(learned())),
     keys.REPORT: lambda o: ReportRequest(),
+    keys.CATALOGUE: lambda o: CatalogueRequest(),
+    keys.BLOB: lambda o: BlobRequest(sha256="0" * 64, n_bytes=1000),
 }
 ANSWERS = {
     keys.COMMAND: CommandReply, keys.LEASE: LeaseReply, keys.MODEL: ModelReply, keys.REPORT: ExecutionReport,
+    keys.CATALOGUE: CatalogueReply, keys.BLOB: BlobReply,
 }  # fmt: skip
 
 

@@ -1,0 +1,160 @@
+"""The motions that the robot recorded while this site drove it: fetched, and learned as any other demonstration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from common.control_mode import Action
+from common.errors import FarhandError
+from common.messages import RECORDED, Event, RecordingOffer
+from common.recorded_motion import RecordedMotion
+from common.task import AnyTask
+from local_site import intents
+from local_site.blob_fetcher import BlobFetcher
+from local_site.demonstration import Demonstration
+from local_site.picture import Picture
+from local_site.task_library import TaskLibrary
+from local_site.taught import NotNow
+
+Tell = Callable[[str, str, bool], None]
+"""What it is about, the words, and whether they are good ones."""
+
+
+class RobotRecordings:
+    """Learns by itself what this process has recorded; what else there is of this site, when asked to recover it.
+
+    Used by the console's thread alone.
+
+    Args:
+        fetcher: Fetches them.
+        library: Learns them.
+        task: What they must be of.
+        site_name: This place.
+        tell: Tells the operator.
+    """
+
+    def __init__(
+        self, fetcher: BlobFetcher, library: TaskLibrary, task: AnyTask, site_name: str, tell: Tell
+    ):  # fmt: skip
+        self._fetcher, self._library, self._task = fetcher, library, task
+        self._site_name, self._tell = site_name, tell
+        self._expected = False  # one that was begun by this process and is to be learned
+        self._ended = False  # it is in the catalogue by now
+        self._done: set[str] = set()
+        self._offers: tuple[RecordingOffer, ...] = ()
+        self._fetching = ""
+        self._arrived: tuple[str, bytes] | None = None
+
+    @property
+    def fetching(self) -> float | None:
+        """The part of a recording on its way that is here, from 0 to 1; None while none is on its way."""
+        if self._ended:
+            return 0.0
+        return self._fetcher.share(self._fetching) if self._fetching else None
+
+    @property
+    def can_recover(self) -> bool:
+        """Whether the robot has one of this site that was not learned."""
+        return self._newest is not None and self.fetching is None
+
+    def action_for(self, intent: intents.Intent, picture: Picture) -> Action | None:
+        """What to ask the robot for when an intent is about its recording; None when it is not."""
+        match intent:
+            case intents.Record() if picture.coupled:
+                self._expected = True
+                return Action.RECORD
+            case intents.End() if picture.robot_records:
+                return Action.END_RECORDING
+            case intents.Undo() if picture.robot_records:
+                self._expected = False
+                return Action.END_RECORDING
+        return None
+
+    def on_event(self, event: Event) -> bool:
+        """An event of the robot; whether its catalogue has changed for this site."""
+        if event.kind != RECORDED or event.who != self._site_name:
+            return False
+        self._ended = self._expected and event.succeeded
+        self._expected = False
+        return True
+
+    def on_restart(self) -> None:
+        """The robot was started again: its recordings are gone."""
+        if self._expected or self._ended or self._newest is not None:
+            self._tell("record", "the robot was restarted: what it had recorded is lost", False)
+        self._expected = self._ended = False
+        self._offers = ()
+
+    def on_offers(self, offers: Sequence[RecordingOffer]) -> None:
+        """What the robot has."""
+        learned = "\n".join(each.source for each in self._library.demonstrations)
+        self._offers = tuple(
+            o for o in offers if o.site_name == self._site_name and o.sha256 not in learned
+        )  # fmt: skip
+        if self._ended and self._newest is not None:
+            self._ended = False
+            self.recover()
+
+    def recover(self) -> None:
+        """Fetch and learn the newest one that was not learned.
+
+        Raises:
+            NotNow: When there is none, or one is on its way.
+        """
+        offer = self._newest
+        if offer is None or self.fetching is not None:
+            raise NotNow("there is no demonstration to recover")
+        self._fetching = offer.sha256
+        self._fetcher.fetch(offer.sha256, partial(self._on_content, offer.sha256))
+
+    def learn_arrived(self) -> None:
+        """Learn what has arrived, if something has, once no other demonstration is being made."""
+        if self._arrived is None or self._library.recording:
+            return
+        (sha256, content), self._arrived = self._arrived, None
+        self._done.add(sha256)
+        try:
+            self._library.learn([_demonstration(content, sha256, self._task)])
+        except FarhandError as error:
+            self._tell("record", f"what the robot recorded was not learned: {error}", False)
+            return
+        learned = self._library.learned
+        assert learned is not None
+        self._tell(
+            "record", f"learned what the robot recorded: {learned.model.n_components} components", True
+        )
+
+    @property
+    def _newest(self) -> RecordingOffer | None:
+        return next((o for o in reversed(self._offers) if o.sha256 not in self._done), None)
+
+    def _on_content(self, sha256: str, content: bytes | None) -> None:
+        self._fetching = ""
+        if content is None:
+            self._tell("record", "what the robot recorded could not be fetched", False)
+        else:
+            self._arrived = sha256, content
+            self.learn_arrived()
+
+
+def _demonstration(content: bytes, sha256: str, task: AnyTask) -> Demonstration:
+    """A recorded motion as a demonstration of a task.
+
+    Raises:
+        InvalidInput: When it is malformed, or of another task.
+    """
+    motion = RecordedMotion.from_bytes(content)
+    samples = motion.samples()
+    if (motion.task, motion.frame_names, motion.space) != (task.name, task.frame_names, task.space):
+        raise NotNow(f"it is one of {motion.task!r}, this is {task.name!r}")
+    points, D = samples.points, motion.n_dims
+    return Demonstration(
+        time_s=samples.time_s,
+        position_m=points[:, :D],
+        quat_wxyz=points[:, D:] if motion.oriented else None,
+        frame_origin_m=samples.frame_origin_m,
+        frame_rotation=samples.frame_rotation,
+        frame_names=motion.frame_names,
+        source=f"driven; recorded by the robot as {sha256}",
+    )
