@@ -83,11 +83,18 @@ def _can_send(picture: Picture) -> bool:
     return learned is not None and not picture.sending_model and learned.sha256 != picture.confirmed_sha256
 
 
+def _can_record(picture: Picture) -> bool:
+    """While coupled it is the robot that records."""
+    if picture.coupled:
+        return _command_enabled(Action.RECORD, picture) and not picture.robot_records
+    return not picture.recording
+
+
 STOP = _command(Action.STOP, "STOP", "red")
 TEACH = (
-    ButtonSpec("Record", lambda _: intents.Record(), lambda p: not p.recording and not p.coupled),
-    ButtonSpec("End", lambda _: intents.End(), lambda p: p.recording),
-    ButtonSpec("Undo", lambda _: intents.Undo(), lambda p: p.can_undo, colour="gray"),
+    ButtonSpec("Record", lambda _: intents.Record(), _can_record, lambda p: Action.RECORD in p.pending),
+    ButtonSpec("End", lambda _: intents.End(), lambda p: p.recording or p.robot_records),
+    ButtonSpec("Undo", lambda _: intents.Undo(), lambda p: p.can_undo or p.robot_records, colour="gray"),
     ButtonSpec("Load samples", lambda _: intents.LoadSamples(), lambda p: not p.recording, colour="gray"),
     ButtonSpec("Send model", lambda _: intents.SendModel(), _can_send, lambda p: p.sending_model),
 )

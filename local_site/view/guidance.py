@@ -48,8 +48,10 @@ def advice(picture: Picture, words: Words) -> str:
 def _moving_advice(picture: Picture, words: Words) -> str:
     """While something moves the robot, or would."""
     match picture.mode:
+        case ControlMode.DIRECT if picture.robot_records:
+            return f"{words.drive}: the robot follows and records. Press End at the end of the motion."
         case ControlMode.DIRECT:
-            return f"{words.drive}: the robot follows. Let go, or press Clutch, to decouple."
+            return f"{words.drive}: the robot follows; press Record first to teach by it. Let go to decouple."
         case ControlMode.PAUSED:
             return "Paused, and kept. Press Resume to go on, or Abort."
         case ControlMode.AUTONOMOUS if picture.phase.at_end:

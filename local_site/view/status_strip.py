@@ -164,7 +164,15 @@ def _remote_words(picture: Picture, age: str, ghost: Ghost | None, words: Words)
         return "no report yet"
     old = picture.link.health is not LinkHealth.OK
     seen = element("seen", f"OLD: seen {age} ago" if old else f"seen {age} ago", "fh-old" if old else "")
-    return seen + text(_motion_words(robot, ghost, words))
+    taught = element("robot-recording", _recording_words(picture), "fh-recording")
+    return seen + text(_motion_words(robot, ghost, words)) + taught
+
+
+def _recording_words(picture: Picture) -> str:
+    """How far a demonstration is that the robot records."""
+    if picture.recorded_s is not None:
+        return f" · recording on the robot {math.floor(picture.recorded_s)} s"
+    return "" if picture.fetching is None else f" · fetching {picture.fetching:.0%}"
 
 
 def _motion_words(robot: Telemetry, ghost: Ghost | None, words: Words) -> str:

@@ -1,0 +1,73 @@
+"""Demonstrations made on the robot, through a link: recorded there, fetched, learned, sent back, executed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from common.control_mode import Action, ControlMode, Phase
+from common.impairment import DirectionSettings, LinkSettings
+from deploy.places import find_task
+from evaluation.virtual_job import VirtualPlace
+from evaluation.virtual_sites import VirtualSites
+from local_site import intents
+from local_site.scripted_actions import ScriptedActions
+from local_site.scripted_driving import demonstrate_by_driving
+from local_site.task_library import TaskLibrary
+from remote_site.config import RemoteConfig
+
+_WAY = DirectionSettings(delay_ms=300.0)
+LINK = LinkSettings(uplink=_WAY, downlink=_WAY)
+
+
+class Job:
+    """A robot that is armed, and a scripted operator."""
+
+    def __init__(self, task: str, folder: Path):
+        self.task, self.library = find_task(task), TaskLibrary(find_task(task), folder)
+        self.sites = VirtualSites(self.task, self.library, LINK, RemoteConfig(seed=1))
+        place = VirtualPlace(self.sites, LINK)
+        self.actions = ScriptedActions(place, place)
+        self.actions.command(Action.ARM, ControlMode.HOLD)
+
+    def execute(self) -> None:
+        self.actions.submit(intents.SendModel())
+        self.actions.until("its confirmation", lambda p: bool(p.confirmed_sha256))
+        assert self.actions.preview()
+        self.actions.command(Action.EXECUTE, ControlMode.AUTONOMOUS)
+
+
+@pytest.mark.parametrize("outage", [False, True], ids=["steady", "cut while it is fetched"])
+def test_a_stroke_driven_on_the_robots_board_is_executed_as_any_other(tmp_path: Path, outage: bool):
+    job = Job("planar", tmp_path)
+    if outage:
+        job.sites.time.call_at(9.5, job.sites.link.cut)  # it is on its way
+        job.sites.time.call_at(29.5, job.sites.link.mend)
+    demonstrate_by_driving(job.task, job.actions, seed=1)
+    assert (job.sites.time.now_s() > 29.0) is outage
+    (shown,) = job.library.demonstrations
+    assert shown.frames_move and "recorded by the robot" in shown.source
+    np.testing.assert_allclose(np.diff(shown.time_s), 0.02, atol=1e-4)
+    assert np.ptp(shown.frame_origin_m, axis=0).max() > 0.05  # its target swings
+    np.testing.assert_allclose(shown.in_frame()[-1], 0.0, atol=0.06)  # the operator saw it 0.3 s late
+    assert job.actions.manoeuvre(Action.GO_TO_READY)
+    job.execute()
+    job.actions.until("its arrival", lambda p: p.phase is Phase.ARRIVED)
+    job.actions.submit(intents.Undo())
+    assert job.actions.until("the undoing", lambda p: p.n_demonstrations == 0).learned is None
+
+
+def test_a_plug_driven_into_the_receptacle_is_seated_again_by_the_robot_itself(tmp_path: Path):
+    job = Job("hot-stab", tmp_path)
+    assert job.actions.manoeuvre(Action.GO_TO_READY)
+    demonstrate_by_driving(job.task, job.actions, seed=1)
+    (shown,) = job.library.demonstrations
+    assert shown.space.oriented and shown.frames_move
+    np.testing.assert_allclose(np.diff(shown.time_s), 0.01, atol=1e-4)
+    assert 0.075 < shown.in_frame()[-1][2] < 0.095  # the robot believes that it is seated
+    assert job.actions.manoeuvre(Action.RETRACT) and job.actions.manoeuvre(Action.GO_TO_READY)
+    job.execute()
+    job.actions.until("its end", lambda p: p.phase.at_end or p.mode is not ControlMode.AUTONOMOUS)
+    job.actions.until("the seat", lambda p: p.phase is Phase.SEATED)
