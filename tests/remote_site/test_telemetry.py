@@ -34,7 +34,13 @@ def test_reports_are_numbered():
     assert [reporter.report().seq for _ in range(3)] == [1, 2, 3]
 
 
-@pytest.mark.parametrize("beginning", [Bench.coupled, Bench.executing])
+def _recording(bench: Bench) -> None:
+    bench.coupled()
+    bench.command(Action.RECORD)
+    bench.drive(1.0, 0.1)
+
+
+@pytest.mark.parametrize("beginning", [_recording, Bench.executing])
 def test_the_longest_report_fits_into_200_bytes(beginning):
     bench = Bench()
     bench.time.ns = 2**62  # no real clock is later
