@@ -13,12 +13,13 @@ from common.event_log import EventLog
 from common.link import ZenohLink
 from common.link_control import RelayControl
 from common.messages import Wish
-from common.task import AnyTask
+from common.task import AnyTask, ArmTask
 from local_site.config import LocalConfig
 from local_site.console import Console
 from local_site.learning.warm_up import warm_up
 from local_site.operators_place import PlannedOutage
 from local_site.own_place import OwnPlace, own_place
+from local_site.robot_scene import KnownScenes
 from local_site.scripted_operator import ScriptedOperator
 from local_site.task_library import TaskLibrary
 
@@ -42,6 +43,7 @@ class LocalSite:
         self._config, self._task, self._sample_files = config, task, sample_files
         self._library = TaskLibrary(task, data_dir)
         self._event_log = data_dir / "operator" / config.site_name / "events.jsonl"
+        self._scenes = data_dir / "scenes"
         self._stop = threading.Event()
 
     def stop(self) -> None:
@@ -85,7 +87,18 @@ class LocalSite:
         warm_up(self._task.space, len(self._task.frame_names))
         log = EventLog(self._event_log)
         place = own_place(self._task, self._sample_files, self._config.seed, stepped)
-        return _Opened(self._config, self._task, self._library, place, log, self._stop, page_port)
+        known = self._known_scenes() if page_port else None
+        return _Opened(self._config, self._task, self._library, place, log, self._stop, page_port, known)
+
+    def _known_scenes(self) -> KnownScenes | None:
+        """What an arm can look like: the operator's own, and what was fetched from earlier robots."""
+        if not isinstance(self._task, ArmTask):
+            return None
+        # It comes from the arm's physics, which boards need not load.
+        from common.robot.description import describe
+        from common.robot.dimensions import Dimensions
+
+        return KnownScenes(self._scenes, (describe(Dimensions()),))
 
 
 class _Opened:
@@ -100,14 +113,16 @@ class _Opened:
         log: EventLog,
         stop: threading.Event,
         page_port: int,
+        known: KnownScenes | None,
     ):
         self._config, self._task, self._stop, self._page_port = config, task, stop, page_port
         self._log = log
         self._link = ZenohLink(config.link)
         wish = Wish.WATCH if config.watch else Wish.CONTROL
         self.console = Console(
-            task, library, self._link, config.site_name, log, wish, rate_bps=config.link.rate_bps, place=place
-        )
+            task, library, self._link, config.site_name, log, wish, rate_bps=config.link.rate_bps, place=place,
+            known=known,
+        )  # fmt: skip
         self.page: Page | None = None
 
     def __enter__(self) -> _Opened:

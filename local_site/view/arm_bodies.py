@@ -1,4 +1,4 @@
-"""Both arms: one batch of two instances for each colour of each link, the operator's and the robot's."""
+"""Arms that look alike, the operator's or the robot's or both: one batch for each colour of each link."""
 
 from __future__ import annotations
 
@@ -18,39 +18,49 @@ _TINT, _AGED = 0.62, 0.8
 
 
 class ArmBodies:
-    """Draws the links of both arms at their joints. Used by the page's thread.
+    """Draws the links of arms at their joints. Used by the page's thread.
 
     Args:
         scene: Of the server.
-        description: What both look like.
+        name: Of the node that all of it is below.
+        description: What they look like.
+        sides: Whose arms they are.
     """
 
-    def __init__(self, scene: viser.SceneApi, description: SceneDescription):
-        self._description = description
+    def __init__(
+        self, scene: viser.SceneApi, name: str, description: SceneDescription, sides: tuple[int, ...]
+    ):  # fmt: skip
+        self._description, self._sides = description, sides
+        self._node = scene.add_frame(name, show_axes=False)
         at_rest = description.link_poses(description.home_rad)
-        self._base_m = np.stack([base_m(remote) for remote in (False, True)])
-        self._poses = np.stack([self._in_scene(side, at_rest) for side in (LOCAL, REMOTE)])
-        """As drawn. Shape (2, links, 7)."""
-        self._joints_rad: list[tuple[float, ...]] = [tuple(description.home_rad)] * 2
+        self._base_m = [base_m(side == REMOTE) for side in sides]
+        self._poses = np.stack([self._in_scene(number, at_rest) for number in range(len(sides))])
+        """As drawn. Shape (sides, links, 7)."""
+        self._joints_rad: list[tuple[float, ...]] = [tuple(description.home_rad)] * len(sides)
         self._old = False
         self._batches = [
-            [self._add(scene, f"/arms/{link.name}/{k}", index, mesh) for k, mesh in enumerate(link.meshes)]
+            [self._add(scene, f"{name}/{link.name}/{k}", index, mesh) for k, mesh in enumerate(link.meshes)]
             for index, link in enumerate(description.links)
         ]
         self._batches[-1] += [
-            self._add(scene, f"/arms/held/{k}", -1, mesh) for k, mesh in enumerate(description.held)
+            self._add(scene, f"{name}/held/{k}", -1, mesh) for k, mesh in enumerate(description.held)
         ]
+
+    def remove(self) -> None:
+        """Take them off the scene."""
+        self._node.remove()
 
     def draw(self, side: int, joints_rad: ArrayLike) -> None:
         """Show an arm at its angles. Shape (6,) [rad]."""
+        number = self._sides.index(side)
         joints = tuple(np.asarray(joints_rad, dtype=float).tolist())
-        if joints == self._joints_rad[side]:
+        if joints == self._joints_rad[number]:
             return
-        self._joints_rad[side] = joints
-        poses = self._in_scene(side, self._description.link_poses(joints))
+        self._joints_rad[number] = joints
+        poses = self._in_scene(number, self._description.link_poses(joints))
         for index, pose in enumerate(poses):
-            if moved(self._poses[side, index], pose):
-                self._poses[side, index] = pose
+            if moved(self._poses[number, index], pose):
+                self._poses[number, index] = pose
                 for batch, _mesh in self._batches[index]:
                     batch.batched_positions = self._poses[:, index, :3].astype(np.float32)
                     batch.batched_wxyzs = self._poses[:, index, 3:].astype(np.float32)
@@ -76,9 +86,11 @@ class ArmBodies:
         """The arms in blue and amber, what they hold in its own colours; all of the robot grey when it is old."""
         tint = 0.0 if mesh in self._description.held else _TINT
         local, remote = (palette.mixed(mesh.colour, site, tint) for site in (palette.LOCAL, palette.REMOTE))
-        return palette.many([local, palette.mixed(mesh.colour, palette.OLD, _AGED) if self._old else remote])
+        if self._old:
+            remote = palette.mixed(mesh.colour, palette.OLD, _AGED)
+        return palette.many([remote if side == REMOTE else local for side in self._sides])
 
-    def _in_scene(self, side: int, poses: Array) -> Array:
+    def _in_scene(self, number: int, poses: Array) -> Array:
         out = poses.copy()
-        out[:, :3] += self._base_m[side]
+        out[:, :3] += self._base_m[number]
         return out

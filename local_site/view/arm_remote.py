@@ -12,6 +12,7 @@ from common.scene_description import SceneDescription
 from local_site.picture import Picture
 from local_site.view import palette
 from local_site.view.arm_bodies import REMOTE, ArmBodies
+from local_site.view.arm_camera import base_m
 from local_site.view.ellipsoids import Ellipsoids
 from local_site.view.flat import show
 from local_site.view.ghost import Ghost, predict, shown_path
@@ -34,7 +35,9 @@ class RemoteArm:
     """
 
     def __init__(self, scene: viser.SceneApi, parent: str, description: SceneDescription, bodies: ArmBodies):
-        self._description, self._bodies = description, bodies
+        self.description, self._bodies = description, bodies
+        """What it looks like."""
+        self._node = scene.add_frame(parent, show_axes=False, position=base_m(remote=True))
         add_platform(scene, parent, description)
         self._receptacle = ReceptacleDrawing(scene, parent, description)
         frame = self._receptacle.name
@@ -44,6 +47,10 @@ class RemoteArm:
         add_solids(scene, f"{frame}/ghost", seen, palette.PREDICTED, opacity=_GHOST_OPACITY)
         self._path: PlannedPath | None = None
         self._shown: tuple[Telemetry, bool] | None = None
+
+    def remove(self) -> None:
+        """Take it off the scene; `bodies` stay."""
+        self._node.remove()
 
     def draw(self, picture: Picture, now_s: float) -> Ghost | None:
         """Show the newest report and the prediction; returns the prediction."""
@@ -58,7 +65,7 @@ class RemoteArm:
         self._draw_path(None if arrived else shown_path(picture))
         ghost = None if arrived else predict(picture, now_s)
         if ghost is not None:
-            put(self._ghost, self._description.tool_at(ghost.point))
+            put(self._ghost, self.description.tool_at(ghost.point))
         show(self._ghost, ghost is not None)
         return ghost
 

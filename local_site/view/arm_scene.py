@@ -9,7 +9,7 @@ import viser
 from common.scene_description import SceneDescription
 from local_site import intents
 from local_site.picture import Picture
-from local_site.view.arm_bodies import LOCAL, ArmBodies
+from local_site.view.arm_bodies import LOCAL, REMOTE, ArmBodies
 from local_site.view.arm_camera import FOV_RAD, arm_camera, base_m
 from local_site.view.arm_remote import RemoteArm
 from local_site.view.ellipsoids import Ellipsoids
@@ -19,7 +19,7 @@ from local_site.view.pose_curves import Demonstrations
 from local_site.view.receptacle_drawing import ReceptacleDrawing, add_platform
 from local_site.view.water import add_water
 
-_LOCAL, _REMOTE = "/local", "/remote"
+_LOCAL, _REMOTE, _ARMS, _ROBOT = "/local", "/remote", "/arms", "/robot"
 
 
 class ArmScene:
@@ -27,7 +27,7 @@ class ArmScene:
 
     Args:
         scene: Of the server.
-        description: What both arms look like.
+        own: What the operator's arm looks like; the robot is drawn once it is known what it looks like.
         submit: To the console.
         act: Enqueues what a tab does.
     """
@@ -35,24 +35,28 @@ class ArmScene:
     def __init__(
         self,
         scene: viser.SceneApi,
-        description: SceneDescription,
+        own: SceneDescription,
         submit: Callable[[intents.Intent], None],
         act: Act,
     ):
         scene.set_up_direction("+z")
         add_water(scene)
-        for name, remote in ((_LOCAL, False), (_REMOTE, True)):
-            scene.add_frame(name, show_axes=False, position=base_m(remote))
-        self._bodies = ArmBodies(scene, description)
-        add_platform(scene, _LOCAL, description)
-        self._receptacle = ReceptacleDrawing(scene, _LOCAL, description)
+        self._scene, self._own = scene, own
+        scene.add_frame(_LOCAL, show_axes=False, position=base_m(remote=False))
+        self._bodies = ArmBodies(scene, _ARMS, own, (LOCAL,))
+        self._remote: RemoteArm | None = None
+        self._robots_own: ArmBodies | None = None
+        add_platform(scene, _LOCAL, own)
+        self._receptacle = ReceptacleDrawing(scene, _LOCAL, own)
         self._model = Ellipsoids(scene, self._receptacle.name)
         self._demonstrations = Demonstrations(scene, self._receptacle.name)
         self._gizmo = HandGizmo(scene, _LOCAL, submit, act)
-        self._remote = RemoteArm(scene, _REMOTE, description, self._bodies)
 
     def draw(self, picture: Picture, now_s: float) -> Ghost | None:
         """Show the newest picture; returns where the robot is expected to be by now."""
+        robot = picture.robot_scene
+        if robot is not None and (self._remote is None or self._remote.description is not robot):
+            self._meet(robot)
         arm = picture.own_arm
         if arm is not None:
             self._bodies.draw(LOCAL, arm.joints_rad)
@@ -60,7 +64,17 @@ class ArmScene:
             self._gizmo.draw(arm.tip)
         self._model.show(picture.forming or (picture.learned.model if picture.learned else None))
         self._demonstrations.draw(picture)
-        return self._remote.draw(picture, now_s)
+        return self._remote.draw(picture, now_s) if self._remote is not None else None
+
+    def _meet(self, robot: SceneDescription) -> None:
+        """Draw the robot that is there; where both arms look alike, they are drawn in one."""
+        for drawn in (self._remote, self._robots_own, self._bodies):
+            if drawn is not None:
+                drawn.remove()
+        alike = robot.sha256 == self._own.sha256
+        self._bodies = ArmBodies(self._scene, _ARMS, self._own, (LOCAL, REMOTE) if alike else (LOCAL,))
+        self._robots_own = None if alike else ArmBodies(self._scene, _ROBOT, robot, (REMOTE,))
+        self._remote = RemoteArm(self._scene, _REMOTE, robot, self._robots_own or self._bodies)
 
     def let_go(self) -> None:
         """The tab that held the hand is gone."""

@@ -162,6 +162,8 @@ def _remote_words(picture: Picture, age: str, ghost: Ghost | None, words: Words)
     robot = picture.robot
     if robot is None:
         return "no report yet"
+    if picture.scene_fetching is not None:
+        return f"fetching what the robot looks like, {picture.scene_fetching:.0%}"
     old = picture.link.health is not LinkHealth.OK
     seen = element("seen", f"OLD: seen {age} ago" if old else f"seen {age} ago", "fh-old" if old else "")
     taught = element("robot-recording", _recording_words(picture), "fh-recording")
