@@ -105,6 +105,23 @@ def test_the_mouse_drives_the_robot_only_while_coupled(tab: OperatorPage) -> Non
     tab.says("holder", "NOBODY")
 
 
+def test_what_the_robot_is_driven_through_while_it_records_becomes_a_demonstration(tab: OperatorPage) -> None:
+    tab.command("Arm", "HOLD")
+    tab.command("Couple", "DIRECT")
+    n = int(tab.number("demos"))
+    tab.press("Record")
+    tab.says("robot-recording", re.compile("recording on the robot 0 s"))
+    begin = seen_point(tab)
+    assert begin is not None
+    with tab.hold([(0.1, 0.3), (0.12, 0.3)]):
+        drive_right_until(tab, begin[0] + 0.05)
+    tab.says("demos", str(n + 1))
+    tab.tells("learned what the robot recorded")
+    tab.says("robot-recording", "")
+    tab.press("Undo")
+    tab.says("demos", str(n))
+
+
 def test_the_robot_executes_what_was_taught_and_arrives_in_the_u(tab: OperatorPage) -> None:
     assert tab.button("Execute").is_disabled()
     tab.taught()
