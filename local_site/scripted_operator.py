@@ -24,6 +24,7 @@ _DRIVE_S = 1.5
 _HAND_PERIOD_S = 1.0 / 30.0
 _TRACKING_S = 10.0
 _ARRIVAL_S = 180.0
+_WORDS_S = 5.0
 
 
 class ScriptedOperator:
@@ -184,6 +185,8 @@ class ScriptedOperator:
             "the arrival", lambda p: there(p) or p.mode is not ControlMode.AUTONOMOUS, _ARRIVAL_S
         )
         if not there(picture):
+            # The event that says why may come after the report of the mode.
+            self._console.wait_for(lambda p: p.notices[-1:] != picture.notices[-1:], _WORDS_S)
             raise JobFailed(f"the robot ended the execution by itself: {self._actions.last_words()}")
         self._actions.say(f"the robot reports its arrival: {picture.phase}")
         deadline_s, report = self._time.now_s() + PATIENCE_S, None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import pytest
@@ -67,3 +68,13 @@ def test_whatever_another_job_has_left_the_robot_is_disarmed_first(
         with pytest.raises(JobFailed, match="the test ends here"):
             ScriptedOperator(it.console, TASK, None, None, 0).run()
         assert [command.action for command in it.robot.heard(Command)][:2] == [first, Action.ARM]
+
+
+def test_a_job_that_the_robot_has_ended_fails_in_words_that_come_after_the_report(tmp_path: Path):
+    with desk(tmp_path) as it:
+        it.connected(ControlMode.STOPPED)
+        late = threading.Timer(0.1, it.robot.event, ("stopped", "the control loop was 691 ms late"))
+        late.start()
+        with pytest.raises(JobFailed, match=r"by itself: .*691 ms late"):
+            ScriptedOperator(it.console, TASK, None, None, 0)._measure()
+        late.join()
