@@ -46,8 +46,12 @@ FIND_PYTHON = for name in $${PYTHON:-} python3.12 python3.11 python3 python; do 
 	echo "On Debian 12: apt-get install python3 python3-venv. Elsewhere: make PYTHON=/path/to/python3.12" >&2; \
 	exit 1
 
+# Before a command that is silent for long: a sign of life every few seconds, until it ends. The pause is bash's own.
+STILL_THERE = n=0; while ! read -rt 4 <> <(:); do echo "    still at it, $$((n += 4)) s"; done & trap "kill $$!" EXIT
+
 $(BIN)/python:
-	@python=$$($(FIND_PYTHON)); \
+	@$(STILL_THERE); \
+	python=$$($(FIND_PYTHON)); \
 	echo "==> making .venv with $$("$$python" --version)"; \
 	"$$python" -m venv .venv || { \
 	    rm -rf .venv; \
@@ -58,6 +62,7 @@ $(BIN)/python:
 
 $(READY): pyproject.toml constraints.txt | $(BIN)/python
 	@echo "==> installing Farhand and its tools into .venv (some minutes the first time)"
-	@$(BIN)/python -m pip install --disable-pip-version-check --constraint constraints.txt \
+	@$(STILL_THERE); \
+	$(BIN)/python -m pip install --disable-pip-version-check --constraint constraints.txt \
 	    --editable '.[evaluation,test,development]'
 	@touch $@

@@ -51,6 +51,8 @@ class Child:
 
     def __init__(self, name: str, arguments: Sequence[str]):
         self.name = name
+        self.ready = False
+        """Whether it has said so."""
         self._arguments = list(arguments)
         self._last_words: deque[str] = deque(maxlen=_LAST_WORDS)
         self._process: asyncio.subprocess.Process | None = None
@@ -84,6 +86,7 @@ class Child:
         if not said:
             await self.wait()
             raise ProcessFailed(self.obituary())
+        self.ready = True
         return json.loads(said)
 
     async def wait(self) -> int:

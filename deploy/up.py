@@ -9,10 +9,11 @@ import logging
 import signal
 import socket
 import tempfile
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 from common.errors import ProcessFailed
 from common.link_profile import find_profile, load_profiles
@@ -20,11 +21,15 @@ from deploy.child import Child
 from deploy.link_process import PROFILES_FILE
 from deploy.listener import bind
 from deploy.places import check_writable, find_task
+from deploy.summary import summary
 
 _log = logging.getLogger(__name__)
 
 _HOST = "127.0.0.1"
 INTERRUPTED = 130
+_SAID_EVERY_S, _LONG_S = 4.0, 10.0
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -165,7 +170,7 @@ async def _start_and_wait(
         children.append(local)
         _log.info("starting the local site")
         # The local site needs the link's port alone: while the remote site starts, so does the page.
-        facts, _ = await asyncio.gather(local.start(), remote_ready)
+        facts, _ = await _patiently(asyncio.gather(local.start(), remote_ready), children)
     finally:
         remote_ready.cancel()
     _log.info("all three are ready")
@@ -184,6 +189,24 @@ async def _start_and_wait(
     raise ProcessFailed(ended.obituary())
 
 
+async def _patiently(starting: asyncio.Future[T], children: Sequence[Child]) -> T:
+    """Wait until the processes have started, and say so while it takes long: a first start is no hang."""
+    began_s = time.monotonic()
+    try:
+        while not (await asyncio.wait([starting], timeout=_SAID_EVERY_S))[0]:
+            waited_s = time.monotonic() - began_s
+            names = " and ".join(child.name for child in children if not child.ready)
+            first = (
+                ""
+                if waited_s < _LONG_S
+                else ": the first start on a machine compiles the method, about a minute"
+            )
+            _log.info("  %s still starting, %.0f s%s", names, waited_s, first)
+        return starting.result()
+    finally:
+        starting.cancel()
+
+
 def first_steps(page: str) -> list[str]:
     """What the user does first; nothing without a page."""
     if not page:
@@ -199,43 +222,3 @@ def _free_port() -> int:
     with socket.socket() as probe:
         probe.bind((_HOST, 0))
         return probe.getsockname()[1]
-
-
-def summary(result: dict[str, Any]) -> list[str]:
-    """The result of a job in a few lines."""
-    link, execution = result["link"], result["execution"]
-    ended = _inserted(execution) if "depth_m" in execution else _tracked(execution)
-    return [
-        f"task {result['task']}: {'SUCCESS' if result['success'] else 'FAILED'}",
-        f"  learned     {result['n_components']} components, {result['n_paths']} paths from "
-        f"{result['n_demonstrations']} demonstrations; {result['model_bytes']} B",
-        f"  link        {link['profile']}, command round trip {link['command_round_trip_s']:.3f} s"
-        + (f", cut by {link['outage']}" if link["outage"] else ""),
-        f"  execution   {_arrival(execution)}, then {ended}",
-    ]
-
-
-def _arrival(execution: dict[str, Any]) -> str:
-    after_s = execution["duration_s"]
-    return f"arrived after {after_s:.2f} s" if after_s is not None else "never arrived"
-
-
-def _tracked(execution: dict[str, Any]) -> str:
-    rms_m, side_m = execution["rms_error_m"], execution["board_side_m"]
-    if rms_m is None:
-        return "unknown"
-    return (
-        f"{rms_m * 1e3:.1f} mm ({100 * rms_m / side_m:.2f} % of the board) RMS from the moving target over "
-        f"{execution['rms_over_s']:.0f} s"
-    )
-
-
-def _inserted(execution: dict[str, Any]) -> str:
-    if execution["depth_m"] is None:
-        return "unknown"
-    holding_n = execution["holding_force_n"]
-    holding = f", {holding_n:.0f} N holding it" if holding_n is not None else ""
-    return (
-        f"the plug {execution['depth_m'] * 1e3:.1f} mm deep, {execution['lateral_m'] * 1e3:.1f} mm off the axis; "
-        f"{execution['peak_force_n']:.0f} N at most{holding}"
-    )

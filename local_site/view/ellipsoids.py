@@ -14,7 +14,7 @@ from local_site.view.solids import NO_SHADOW
 Array = NDArray[np.float64]
 
 _DEVIATIONS = 2.0
-_OPACITY, _ACTIVE_OPACITY = 0.30, 0.75
+_OPACITY, _ACTIVE_OPACITY = 0.42, 0.85
 
 
 class Ellipsoids:

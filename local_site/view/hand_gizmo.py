@@ -16,7 +16,7 @@ from local_site.view.solids import put
 Array = NDArray[np.float64]
 Act = Callable[[int, Callable[[], None]], None]
 
-_SIZE_M = 0.14
+_SIZE_M = 0.18
 _REACH_M = 2.0
 """No hand is further away from the arm's base than this [m]."""
 

@@ -61,7 +61,7 @@ class Demonstrations:
     """
 
     def __init__(self, scene: viser.SceneApi, parent: str):
-        self._ended = Curves(scene, f"{parent}/demonstrations", 2.5)
+        self._ended = Curves(scene, f"{parent}/demonstrations", 3.5)
         self._current = Curves(scene, f"{parent}/demonstration", 4.0)
         self._shown: tuple[object, ...] = ()
 

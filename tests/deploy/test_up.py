@@ -3,13 +3,7 @@ from __future__ import annotations
 import pytest
 
 from common.errors import InvalidConfiguration
-from deploy.up import Together, first_steps, summary
-
-RESULT = {
-    "task": "planar", "success": True, "n_demonstrations": 3, "n_components": 9, "n_paths": 3, "model_bytes": 5000,
-    "link": {"profile": "lan", "command_round_trip_s": 0.04, "outage": None},
-    "execution": {"duration_s": 4.2, "rms_error_m": 0.005, "rms_over_s": 10.0, "board_side_m": 1.0},
-}  # fmt: skip
+from deploy.up import Together, first_steps
 
 
 @pytest.mark.parametrize(
@@ -19,23 +13,6 @@ def test_a_wrong_task_or_profile_is_refused_before_anything_starts(task: str, li
     Together("planar", "lan", 0).check()
     with pytest.raises(InvalidConfiguration, match=word):
         Together(task, link, 0).check()
-
-
-def test_the_summary_says_how_it_went():
-    text = "\n".join(summary(RESULT))
-    for words in ("SUCCESS", "9 components", "5000 B", "lan", "5.0 mm (0.50 % of the board)", "4.20 s"):
-        assert words in text
-    assert "cut by" not in text
-
-
-def test_a_failure_an_outage_and_an_unknown_error_are_said():
-    failed = RESULT | {
-        "success": False,
-        "link": RESULT["link"] | {"outage": "stall:10"},
-        "execution": RESULT["execution"] | {"rms_error_m": None},
-    }
-    text = "\n".join(summary(failed))
-    assert "FAILED" in text and "cut by stall:10" in text and "unknown" in text
 
 
 def test_the_first_steps_name_the_page_that_there_is():

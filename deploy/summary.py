@@ -1,0 +1,45 @@
+"""The result of a job in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def summary(result: dict[str, Any]) -> list[str]:
+    """The result of a job in a few lines."""
+    link, execution = result["link"], result["execution"]
+    ended = _inserted(execution) if "depth_m" in execution else _tracked(execution)
+    return [
+        f"task {result['task']}: {'SUCCESS' if result['success'] else 'FAILED'}",
+        f"  learned     {result['n_components']} components, {result['n_paths']} paths from "
+        f"{result['n_demonstrations']} demonstrations; {result['model_bytes']} B",
+        f"  link        {link['profile']}, command round trip {link['command_round_trip_s']:.3f} s"
+        + (f", cut by {link['outage']}" if link["outage"] else ""),
+        f"  execution   {_arrival(execution)}, then {ended}",
+    ]
+
+
+def _arrival(execution: dict[str, Any]) -> str:
+    after_s = execution["duration_s"]
+    return f"arrived after {after_s:.2f} s" if after_s is not None else "never arrived"
+
+
+def _tracked(execution: dict[str, Any]) -> str:
+    rms_m, side_m = execution["rms_error_m"], execution["board_side_m"]
+    if rms_m is None:
+        return "unknown"
+    return (
+        f"{rms_m * 1e3:.1f} mm ({100 * rms_m / side_m:.2f} % of the board) RMS from the moving target over "
+        f"{execution['rms_over_s']:.0f} s"
+    )
+
+
+def _inserted(execution: dict[str, Any]) -> str:
+    if execution["depth_m"] is None:
+        return "unknown"
+    holding_n = execution["holding_force_n"]
+    holding = f", {holding_n:.0f} N holding it" if holding_n is not None else ""
+    return (
+        f"the plug {execution['depth_m'] * 1e3:.1f} mm deep, {execution['lateral_m'] * 1e3:.1f} mm off the axis; "
+        f"{execution['peak_force_n']:.0f} N at most{holding}"
+    )
