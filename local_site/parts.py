@@ -81,6 +81,7 @@ class Parts:
             own_arm=self.place.view,
             path=reports.path,
             path_received_s=reports.path_received_s,
+            must_preview=self.task.require_preview,
             can_retract=self.task.retract_m is not None,
             lost_link=self.task.lost_link,
             plan_id=reports.plan_id,

@@ -73,6 +73,7 @@ class Picture:
         own_arm: The operator's arm; None where a hand alone demonstrates.
         path: The newest path.
         path_received_s: When it came, on the console's clock [s].
+        must_preview: Whether the robot executes only what was previewed.
         can_retract: Whether the task says where to retract to.
         lost_link: What an execution does when the link is lost.
         plan_id: The newest preview, 0 without one.
@@ -110,6 +111,7 @@ class Picture:
     own_arm: ArmView | None
     path: PlannedPath | None
     path_received_s: float
+    must_preview: bool
     can_retract: bool
     lost_link: str
     plan_id: int

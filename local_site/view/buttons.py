@@ -56,8 +56,10 @@ def _command_enabled(action: Action, picture: Picture) -> bool:
     if action not in allowed_actions(mode, picture.phase):
         return False
     match action:
-        case Action.PREVIEW | Action.EXECUTE:
+        case Action.PREVIEW:
             return bool(picture.confirmed_sha256)
+        case Action.EXECUTE:
+            return bool(picture.confirmed_sha256) and bool(picture.plan_id or not picture.must_preview)
         case Action.COUPLE:
             return not picture.recording
         case Action.RETRACT:

@@ -79,6 +79,8 @@ def _teaching_advice(picture: Picture, words: Words) -> str:
 def _executing_advice(picture: Picture) -> str:
     if picture.mode is ControlMode.DISARMED:
         return "The robot has the model. Press Arm."
+    if not picture.plan_id and picture.must_preview:
+        return "Press Preview: the robot executes only what was previewed. Or Couple to drive by hand."
     if not picture.plan_id:
         return "Press Preview to see the plan, Execute to run it, or Couple to drive by hand."
     return "Press Execute to run the model, or Couple to drive by hand."

@@ -7,23 +7,29 @@ from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from playwright.sync_api import expect
 
 from common.task_frame import TaskFrame
+from local_site.arm_view import ArmView
+from local_site.held_arm import HeldArm
 from local_site.view.arm_camera import arm_camera, base_m
 from tests.browser.board_picture import blueness, picture_of
-from tests.browser.operator_page import OperatorPage, Point
+from tests.browser.operator_page import WAIT_MS, OperatorPage, Point
 
 Array = NDArray[np.float64]
 
 _COLUMN_M = (0.0, 0.0, 0.12)
 """A place on every arm of this kind, whatever its joints [m]."""
 _FRAMES = 600
-_GRIP_M = 0.11
+_GRIP_M = 0.14
 """Where an arrow is taken hold of, from the plug's tip [m]."""
 
 
 class ArmPage(OperatorPage):
     """One tab of the operator's page of an arm's task."""
+
+    seed = 0
+    """Of where the operator's arm and receptacle are, see `new_place`."""
 
     def await_scene(self) -> None:
         """Wait until both arms are drawn where they belong: blue left and amber right."""
@@ -43,9 +49,21 @@ class ArmPage(OperatorPage):
         across, down = arm_camera((box["width"], box["height"])).pixel(point)
         return box["x"] + across, box["y"] + down
 
+    def new_place(self, seed: int | None = None) -> ArmView:
+        """Put the operator's arm and receptacle elsewhere, the next place or a later one; returns how they are."""
+        for _ in range(1 if seed is None else seed - self.seed):
+            self.press("New place")
+            self.seed += 1
+        done = self.tp("message").filter(has_text="your arm is back at ready")
+        expect(done).to_have_count(self.seed, timeout=WAIT_MS)
+        self.next_frame()
+        return HeldArm("insert", self.seed).view()
+
     @contextmanager
     def hold_arrow(self, tip: Array, axis: int, length_m: float, n_moves: int = 8) -> Iterator[None]:
         """Take one of the arrows at the plug and drag it along itself; let go at the end of the block.
+
+        Where the mouse misses the arrow, because the browser is busy drawing, the camera is turned instead.
 
         Args:
             tip: Pose of the plug's tip from the base of the operator's arm. Shape (7,).
@@ -53,6 +71,7 @@ class ArmPage(OperatorPage):
             length_m: How far [m].
             n_moves: Of the mouse.
         """
+        self.press("Reset view")
         mouse, frame = self.page.mouse, TaskFrame.at(tip)
         along = np.eye(3)[axis]
         mouse.move(*self.arm_pixel(frame.to_world(_GRIP_M * along)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from playwright.sync_api import Browser, Locator, Page, Playwright, expect
 
@@ -104,6 +104,16 @@ class OperatorPage:
         self.press(label)
         self.says("mode", mode)
 
+    def insist(self, label: str, name: str, words: str | re.Pattern[str]) -> None:
+        """Press a button until the page says this: on a busy machine a command may come too late, and is refused."""
+        for _ in range(4):
+            if self.button(label).is_enabled():
+                self.press(label)
+            with suppress(AssertionError):
+                expect(self.tp(name)).to_have_text(words, timeout=WAIT_MS / 6.0)
+                return
+        self.says(name, words)
+
     def slider(self, label: str) -> Locator:
         """The number beside a slider."""
         own = f'xpath=//p[normalize-space()="{label}"]/following::input[not(@type="hidden")]'
@@ -152,6 +162,11 @@ class OperatorPage:
     def next_frame(self) -> None:
         """Wait until the browser draws again."""
         self.page.evaluate("() => new Promise(requestAnimationFrame)")
+
+    def frames(self, n: int) -> None:
+        """Wait until the browser has drawn so many times."""
+        for _ in range(n):
+            self.next_frame()
 
     @contextmanager
     def hold(self, points: Points, remote: bool = False) -> Iterator[None]:

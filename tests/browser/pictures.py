@@ -52,8 +52,18 @@ def take_arm(browser: Browser) -> None:
     ):
         tab = ArmPage(_page(browser, *LARGE))
         tab.open(stack.address, dpr=1.0)
-        arm_pictures.play(tab, lambda name: take(tab, name, few_colours=False))
+        arm_pictures.play(tab, lambda name: take_both(tab, name))
         tab.page.context.close()
+
+
+def take_both(tab: OperatorPage, name: str) -> None:
+    """A shaded picture in the large window, and one in the small."""
+    take(tab, name, few_colours=False)
+    tab.page.set_viewport_size({"width": SMALL[0], "height": SMALL[1]})
+    tab.await_scene()
+    take(tab, f"{name}-{SMALL[1]}", few_colours=False)
+    tab.page.set_viewport_size({"width": LARGE[0], "height": LARGE[1]})
+    tab.await_scene()
 
 
 def take_board(browser: Browser) -> None:

@@ -14,7 +14,7 @@ from tests.farhand_process import FarhandProcess, running
 from tests.ports import free_port
 
 _STILL = ((r"amplitude_m = .*", "amplitude_m = [0.0, 0.0]"), (r"noise_std_m = .*", "noise_std_m = 0.0"))
-_PLANAR = Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml"
+_TASKS = Path(__file__).parents[2] / "deploy" / "tasks"
 
 
 @dataclass(frozen=True)
@@ -56,19 +56,24 @@ def farhand_up(data_dir: Path, link: str = "lan", task: str | Path = "planar") -
 
 def still_task(folder: Path) -> Path:
     """The planar task with a U that stands still: a browser that draws in software is slow while it moves."""
-    return _variant(folder, *_STILL)
+    return _variant(folder, "planar", *_STILL)
 
 
 def slow_task(folder: Path) -> Path:
     """The still task taught by a slow hand, so that a picture can be taken before the robot arrives."""
-    return _variant(folder, *_STILL, (r"duration_s = (\d)", r"duration_s = 2\1"))
+    return _variant(folder, "planar", *_STILL, (r"duration_s = (\d)", r"duration_s = 2\1"))
 
 
-def _variant(folder: Path, *changes: tuple[str, str]) -> Path:
-    text = _PLANAR.read_text()
+def swaying_task(folder: Path) -> Path:
+    """The hot-stab with a receptacle that sways by 20 mm in a current."""
+    return _variant(folder, "hot-stab", (r'disturbances = "calm"', 'disturbances = "typical"'))
+
+
+def _variant(folder: Path, task: str, *changes: tuple[str, str]) -> Path:
+    text = (_TASKS / f"{task}.toml").read_text()
     for pattern, replacement in changes:
         text, n = re.subn(pattern, replacement, text)
         assert n, pattern
-    file = folder / "planar-variant.toml"
+    file = folder / f"{task}-variant.toml"
     file.write_text(text)
     return file

@@ -84,3 +84,9 @@ def test_preview_and_execute_wait_for_a_confirmed_model(nothing_yet: Picture):
 
 def test_nobody_couples_while_recording(nothing_yet: Picture):
     assert "recorded" in refusal(Action.COUPLE, seen(nothing_yet, recording=True))
+
+
+def test_execute_waits_for_a_preview_where_the_task_demands_one(nothing_yet: Picture):
+    assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0))
+    assert "press Preview first" in refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0, must_preview=True))
+    assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=3, must_preview=True))
