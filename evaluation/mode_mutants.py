@@ -17,6 +17,7 @@ from remote_site.freshness import Freshness, Verdict
 from remote_site.guards import ForceGuard, SightGuard
 from remote_site.motion import Motion
 from remote_site.plans import Plans
+from remote_site.recordings import Recordings
 
 _M = ControlMode
 
@@ -76,6 +77,7 @@ MUTANTS: dict[str, Callable[[], Any]] = {
     "the watchdog sleeps": lambda: _method(OperatorContact, "lost_reason", lambda *_: ""),
     "commands run as often as they arrive": lambda: _method(CommandLog, "reply_to", _never_heard_of),
     "any plan will do": lambda: _method(Plans, "refusal", lambda *_: ("", None)),
+    "a recording outlives DIRECT": lambda: _method(Recordings, "leave", lambda *_: None),
     "nothing ends when it is left": lambda: _method(Motion, "end", lambda _self: None),
 }
 """Each by what is wrong with it."""

@@ -58,8 +58,8 @@ class MotionRecorder:
 
     @property
     def recorded_s(self) -> float:
-        """For how long, up to the newest sample [s]."""
-        return max(self._last_s, 0.0)
+        """For how long, up to the newest sample [s]; zero before the first."""
+        return self._last_s
 
     def sample(self, coupling: Coupling) -> str:
         """Take a sample, if one is due.
@@ -76,8 +76,8 @@ class MotionRecorder:
                 return ""
             self._began = now
         time_s = (now.t_ns - self._began.t_ns) * 1e-9
-        if self._rows and time_s - self._last_s > MAX_GAP_S:
-            return f"{time_s - self._last_s:.2f} s without a sample"
+        if (gap_s := time_s - self.recorded_s) > MAX_GAP_S:
+            return f"{gap_s:.2f} s without a sample"
         if time_s > MAX_DURATION_S:
             return f"it is longer than {MAX_DURATION_S:g} s"
         self._ticks += 1
@@ -88,7 +88,7 @@ class MotionRecorder:
         return ""
 
     def close(self, whole: bool) -> Recorded | None:
-        """End the recording. None when the robot was not driven in it.
+        """End the recording. None when there is nothing in it.
 
         Args:
             whole: Whether whoever drove ended it.
@@ -109,4 +109,4 @@ class MotionRecorder:
         self._site_name = site_name
         self._rows, self._n, self._ticks = bytearray(), 0, -1
         self._began: Stamp | None = None
-        self._last_s = -1.0
+        self._last_s = 0.0

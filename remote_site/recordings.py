@@ -100,7 +100,7 @@ class Recordings:
         recorded = self._recorder.close(ending is Ending.WHOLE)
         if recorded is not None and ending is not Ending.INCOMPLETE:
             self.catalogue.offer(recorded)
-        words = f"{ending} after {recorded.duration_s:.1f} s" if recorded else "the robot was not driven"
+        words = f"{ending} after {recorded.duration_s:.1f} s" if recorded else "nothing recorded"
         good = recorded is not None and ending is Ending.WHOLE
         text = f"{words}: {why}{_CONSEQUENCE[ending] if recorded else ''}"
         self._events.tell(RECORDED, text, ControlMode.DIRECT, succeeded=good, who=self._who)

@@ -117,7 +117,16 @@ def test_a_robot_that_was_not_driven_has_recorded_nothing():
     bench = recording()
     bench.run(0.2)
     bench.command(Action.CLUTCH)
-    assert "not driven" in said(bench).text and not offers(bench).recordings
+    assert "nothing recorded" in said(bench).text and not offers(bench).recordings
+
+
+def test_a_target_that_is_not_seen_at_first_is_no_beginning():
+    bench = recording()
+    bench.sight.seen = False
+    bench.run(0.4)
+    bench.drive(0.2, 0.01)
+    assert "nothing recorded: 0.12 s without a sample" in said(bench).text
+    assert bench.robot.recordings.recorded_s is None
 
 
 def test_a_second_record_and_a_second_end_are_answered_and_change_nothing():
