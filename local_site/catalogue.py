@@ -49,6 +49,7 @@ class Catalogue:
                 self.recordings.on_restart()
             self._boot, self._listed = report.stamp.boot, False
         self.recordings.learn_arrived()
+        self.scene.pursue()
         if not self._listed and not self._asking:
             self._asking = self._listed = True
             self._inquiries.ask(
@@ -66,4 +67,5 @@ class Catalogue:
             self._listed = False
         elif self._listed:  # nothing has changed since
             self.scene.on_named(reply.scene_sha256)
+            self.scene.pursue()
             self.recordings.on_offers(reply.recordings)

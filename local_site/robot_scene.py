@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -13,6 +14,8 @@ from common.whole_file import write_whole
 from local_site.blob_fetcher import BlobFetcher
 
 _log = loop_logger(__name__)
+
+_ATTEMPTS = 5
 
 
 class KnownScenes:
@@ -49,9 +52,8 @@ class KnownScenes:
             _log.warning("what the robot looks like is not kept in %s: %s", self._folder, error.strerror)
 
     def _take(self, sha256: str, content: bytes) -> None:
-        scene = SceneDescription.from_bytes(content)
-        if scene.sha256 == sha256:
-            self._known[sha256] = scene
+        if hashlib.sha256(content).hexdigest() == sha256:
+            self._known[sha256] = SceneDescription.from_bytes(content)
 
     def _file(self, sha256: str) -> Path:
         return self._folder / f"{sha256}.scene"
@@ -67,7 +69,7 @@ class RobotScene:
 
     def __init__(self, fetcher: BlobFetcher, known: KnownScenes | None):
         self._fetcher, self._known = fetcher, known
-        self._sha256 = ""
+        self._sha256, self._attempts = "", 0
         self.description: SceneDescription | None = None
         """It; None before it is known, and of a robot without any."""
 
@@ -80,13 +82,19 @@ class RobotScene:
         """The robot has named the hash of what it looks like; empty for nothing."""
         if self._known is None or not sha256 or (sha256 == self._sha256 and self.fetching is not None):
             return
-        self._sha256, self.description = sha256, self._known.get(sha256)
-        if self.description is None:
-            self._fetcher.fetch(sha256, partial(self._on_content, self._known, sha256))
+        self._sha256, self._attempts = sha256, 0
+        self.description = self._known.get(sha256)
+
+    def pursue(self) -> None:
+        """Fetch it, if it is not known; again when that came to nothing, some times."""
+        unknown = bool(self._sha256) and self.description is None and self.fetching is None
+        if self._known is not None and unknown and self._attempts < _ATTEMPTS:
+            self._attempts += 1
+            self._fetcher.fetch(self._sha256, partial(self._on_content, self._known, self._sha256))
 
     def _on_content(self, known: KnownScenes, sha256: str, content: bytes | None) -> None:
         if content is None:
-            _log.warning("the robot did not say what it looks like")
+            _log.warning("what the robot looks like could not be fetched")
             return
         try:
             known.keep(sha256, content)

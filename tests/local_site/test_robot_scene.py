@@ -40,22 +40,31 @@ class Arm:
         self.robot = Robot(
             RemoteConfig(), HOT_STAB, BootClock("boot"), self.end, lambda _: None, lambda **_: None, None
         )
-        self.n_parts = 0
-        self._asked: deque[Callable[[], None]] = deque()
+        self.n_parts, self.now_s = 0, 0.0
+        self.inquiries = Inquiries(self, lambda job: job(), lambda: self.now_s)  # type: ignore[arg-type]
+        self._asked: deque[tuple[Callable[[], None], Answered]] = deque()
 
     def looks(self, scene: SceneDescription) -> None:
         self.robot.supervisor.recordings.catalogue.show(scene.content)
 
     def ask(self, channel: keys.Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
         self.n_parts += channel is keys.BLOB and bool(decode(data, BlobRequest))
-        self._asked.append(partial(self.end.servers[channel], Question(data, answered)))
+        self._asked.append((partial(self.end.servers[channel], Question(data, answered)), answered))
 
     def answer_one(self) -> bool:
         if not self._asked:
             return False
-        self._asked.popleft()()
+        serve, _ = self._asked.popleft()
+        serve()
         self.robot.handle()
         return True
+
+    def lose_one(self) -> None:
+        """A question, or its answer, is lost; a while later it is asked again."""
+        _, answered = self._asked.popleft()
+        answered(None)
+        self.now_s += 1.0
+        self.inquiries.tick(self.now_s)
 
 
 def report(boot: str = "boot") -> Telemetry:
@@ -75,9 +84,8 @@ def arm() -> Arm:
 
 def site(arm: Arm, folder: Path, *own: SceneDescription) -> Catalogue:
     """An operator's site that has just heard of the robot."""
-    inquiries = Inquiries(arm, lambda job: job(), lambda: 0.0)  # type: ignore[arg-type]
     known, library = KnownScenes(folder / "scenes", own), TaskLibrary(HOT_STAB, folder)
-    catalogue = Catalogue(inquiries, library, HOT_STAB, "ann", lambda *_: None, 0.0, known)
+    catalogue = Catalogue(arm.inquiries, library, HOT_STAB, "ann", lambda *_: None, 0.0, known)
     arm.n_parts = 0
     catalogue.on_report(report())
     assert arm.answer_one()  # the catalogue
@@ -114,6 +122,20 @@ def test_a_damaged_file_is_fetched_anew(arm: Arm, tmp_path: Path):
         while arm.answer_one():
             pass
         assert scene.description == OTHER
+
+
+def test_what_could_not_be_fetched_is_fetched_with_a_later_report(arm: Arm, tmp_path: Path):
+    arm.looks(OTHER)
+    catalogue = site(arm, tmp_path, OWN)
+    arm.lose_one()
+    assert catalogue.scene.fetching == 0.0
+    arm.now_s += 1000.0  # beyond all patience
+    arm.lose_one()
+    assert catalogue.scene.fetching is None and catalogue.scene.description is None
+    catalogue.on_report(report())
+    while arm.answer_one():
+        pass
+    assert catalogue.scene.description == OTHER
 
 
 def test_a_restarted_robot_that_looks_otherwise_is_drawn_otherwise(arm: Arm, tmp_path: Path):
