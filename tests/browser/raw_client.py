@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from typing import Any
 
 import msgspec
+import numpy as np
 import viser
 import zstandard
+from numpy.typing import NDArray
 from viser import _messages
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
@@ -52,6 +55,14 @@ class RawClient:
         while label not in self._uuids:
             self.receive()
         self._send(_messages.GuiUpdateMessage(self._uuids[label], attributes))
+
+    def drag(self, name: str, poses: NDArray[np.float64]) -> Iterator[None]:
+        """Drag a gizmo along some poses, a step of it each time it is asked; let go at the end. Shape (T, 7)."""
+        self._send(_messages.TransformControlsDragStartMessage(name))
+        for pose in poses.tolist():
+            self._send(_messages.TransformControlsUpdateMessage(name, tuple(pose[3:]), tuple(pose[:3])))
+            yield
+        self._send(_messages.TransformControlsDragEndMessage(name))
 
     def until(self, text: str) -> None:
         """Wait until an element is sent that has this text."""

@@ -16,11 +16,15 @@ from common.control_mode import ControlMode
 from common.endpoint import EndpointSettings
 from common.link import ZenohLink
 from common.messages import Telemetry
+from common.robot.setpoint import MotionLimits
 from local_site.listening import listen
 from tests.browser.stack import Stack
 
 _PATIENCE_S = 60.0
 _SPEED_ROWS = 4
+JUMP_M = 1e-3
+_BRAKE_S, _REPORT_S = 0.1, 0.04
+"""Time constant of the servo's brake, and of the robot's reports."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,12 @@ class ModeChange:
     after: ControlMode
     speed_m_s: float
     moved_m: float
+
+    @property
+    def allowed_m(self) -> float:
+        """What a robot at rest may move, and the way that it brakes in from the speed that it had [m]."""
+        v, a = self.speed_m_s, MotionLimits().acceleration_m_s2
+        return JUMP_M + v * (_BRAKE_S + _REPORT_S) + v**2 / (2.0 * a)
 
 
 class RobotRecord:
@@ -69,13 +79,14 @@ class RobotRecord:
         """The robot's clock at the newest report [s]."""
         return self.newest.stamp.t_ns * 1e-9
 
+    def shows(self, holds: Callable[[Telemetry], bool], timeout_s: float) -> bool:
+        """Wait until the newest report has a property. False when it had not in time."""
+        with self._heard:
+            return self._heard.wait_for(lambda: bool(self._reports) and holds(self._reports[-1]), timeout_s)
+
     def until(self, holds: Callable[[Telemetry], bool]) -> None:
         """Wait until the newest report has a property."""
-        with self._heard:
-            found = self._heard.wait_for(
-                lambda: bool(self._reports) and holds(self._reports[-1]), _PATIENCE_S
-            )
-        assert found, f"waited for it in vain: {self._reports[-1:]}"
+        assert self.shows(holds, _PATIENCE_S), f"waited for it in vain: {self._reports[-1:]}"
 
     def let_pass(self, duration_s: float) -> None:
         """Wait until so much of the robot's time has passed."""
@@ -105,6 +116,11 @@ class RobotRecord:
                 break
             forces.append(report.arm.force_n if report.arm is not UNSET else 0.0)
         return np.array(forces[::-1])
+
+
+def went_m(before_m: tuple[float, ...], report: Telemetry) -> float:
+    """How far the effector is from where it was [m]."""
+    return float(np.linalg.norm(np.subtract(report.position_m, before_m)))
 
 
 @contextmanager

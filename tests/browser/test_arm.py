@@ -15,12 +15,10 @@ from numpy.typing import NDArray
 from playwright.sync_api import Browser, expect
 
 from common.control_mode import ControlMode
-from common.messages import Telemetry
-from common.robot.setpoint import MotionLimits
 from common.task_frame import TaskFrame
 from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import WAIT_MS
-from tests.browser.robot_record import ModeChange, RobotRecord, recorded
+from tests.browser.robot_record import RobotRecord, recorded, went_m
 from tests.browser.stack import Stack, farhand_up, swaying_task
 from tests.browser.test_layout import assert_legible
 
@@ -35,12 +33,9 @@ STRAIGHT = 4
 DEEP = re.compile("(7[5-9]|8[0-9]|9[0-5]) mm deep")
 SEATED_OR_PAUSED = """() => ['phase', 'mode'].some((name) =>
   ['SEATED', 'PAUSED'].includes(document.querySelector(`[data-tp=${name}]`)?.textContent))"""
-JUMP_M = 1e-3
 MANOEUVRE_ENDED = {"Retract": "retracting ended", "Go to ready": "going to ready ended"}
 A_SECOND = 60
 """Frames of the browser, which draws no more of them."""
-BRAKE_S, REPORT_S = 0.1, 0.04
-"""Time constant of the servo's brake, and of the robot's reports."""
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +120,7 @@ def test_driving_begins_and_ends_without_a_jump(tab: ArmPage, stack: Stack) -> N
         tab.command("Reset", "DISARMED")
         robot.let_pass(1.0)
     changes = robot.mode_changes(within_s=2.0)
-    assert all(change.moved_m <= allowed_m(change) for change in changes), changes
+    assert all(change.moved_m <= change.allowed_m for change in changes), changes
     assert max(change.speed_m_s for change in changes if change.after is not ControlMode.DIRECT) > 0.01
 
 
@@ -141,16 +136,6 @@ def drive(tab: ArmPage, robot: RobotRecord, tip: Array, axis: int, end: Callable
                 end()
                 return
     raise AssertionError("the robot could not be driven")
-
-
-def went_m(before_m: tuple[float, ...], report: Telemetry) -> float:
-    return float(np.linalg.norm(np.subtract(report.position_m, before_m)))
-
-
-def allowed_m(change: ModeChange) -> float:
-    """The way to brake in from the speed that it had, and what a robot at rest may move."""
-    v, a = change.speed_m_s, MotionLimits().acceleration_m_s2
-    return JUMP_M + v * (BRAKE_S + REPORT_S) + v**2 / (2.0 * a)
 
 
 def test_the_samples_lead_to_a_seated_plug_by_clicks_alone(tab: ArmPage) -> None:
