@@ -66,7 +66,7 @@ class LinkHistory:
             f'<div class="fh-lower fh-history" data-tp="history" data-missed="{link.n_missed}">'
             f'<div class="fh-caption">{text(link_name)}: <b class="fh-delay">— delay</b> '
             f'<b class="fh-age">— age</b> <b class="fh-loss">▮ missing {link.n_missed}</b></div>'
-            f"{history_svg(list(self._samples), now_s)}</div>"
+            f"{history_svg([s for s in self._samples if now_s - s.time_s <= _SPAN_S], now_s)}</div>"
         )
 
 
