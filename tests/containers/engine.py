@@ -19,6 +19,8 @@ _REPOSITORY = Path(__file__).parents[2]
 _COMPOSE_FILE = _REPOSITORY / "docker" / "compose.yaml"
 # Generous time-outs: what they end has failed.
 ANSWER_S, BUILD_S, RUN_S = 15, 900, 300
+STALLED = "the control loop was"
+"""Said of a robot that has stopped since its control loop stood still: its container was paused, or the machine busy."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,10 @@ class Engine:
     def output_of(self, service: str) -> str:
         """What a service's container wrote to its standard output."""
         return self.run(self.docker, "logs", self.container(service), timeout_s=ANSWER_S).stdout
+
+    def words_of(self, service: str) -> str:
+        """What a service's container logged."""
+        return self.run(self.docker, "logs", self.container(service), timeout_s=ANSWER_S).stderr
 
     def do(self, *command: str, timeout_s: float = ANSWER_S) -> str:
         """A command of the client; what it wrote. It must succeed."""
