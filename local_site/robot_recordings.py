@@ -43,7 +43,7 @@ class RobotRecordings:
         self._ended = False  # it is in the catalogue by now
         self._done: set[str] = set()
         self._offers: tuple[RecordingOffer, ...] = ()
-        self._fetching = ""
+        self._fetching, self._to_fetch = "", list[str]()
         self._arrived: tuple[str, bytes] | None = None
 
     @property
@@ -85,16 +85,18 @@ class RobotRecordings:
             self._tell("record", "the robot was restarted: what it had recorded is lost", False)
         self._expected = self._ended = False
         self._offers = ()
+        self._to_fetch.clear()
 
     def on_offers(self, offers: Sequence[RecordingOffer]) -> None:
         """What the robot has."""
-        learned = "\n".join(each.source for each in self._library.demonstrations)
+        learned, known = "\n".join(each.source for each in self._library.demonstrations), self._offers
         self._offers = tuple(
             o for o in offers if o.site_name == self._site_name and o.sha256 not in learned
         )  # fmt: skip
-        if self._ended and self._newest is not None:
-            self._ended = False
-            self.recover()
+        if self._ended and (new := [o.sha256 for o in self._offers if o not in known]):
+            self._to_fetch.append(new[-1])
+        self._ended = False
+        self._fetch_next()
 
     def recover(self) -> None:
         """Fetch and learn the newest one that was not learned.
@@ -105,15 +107,15 @@ class RobotRecordings:
         offer = self._newest
         if offer is None or self.fetching is not None:
             raise NotNow("there is no demonstration to recover")
-        self._fetching = offer.sha256
-        self._fetcher.fetch(offer.sha256, partial(self._on_content, offer.sha256))
+        self._to_fetch.append(offer.sha256)
+        self._fetch_next()
 
     def learn_arrived(self) -> None:
         """Learn what has arrived, if something has, once no other demonstration is being made."""
         if self._arrived is None or self._library.recording:
             return
         (sha256, content), self._arrived = self._arrived, None
-        self._done.add(sha256)
+        self._fetch_next()
         try:
             self._library.learn([_demonstration(content, sha256, self._task)])
         except FarhandError as error:
@@ -127,7 +129,8 @@ class RobotRecordings:
 
     @property
     def _newest(self) -> RecordingOffer | None:
-        return next((o for o in reversed(self._offers) if o.sha256 not in self._done), None)
+        taken = {*self._done, *self._to_fetch, self._fetching}
+        return next((o for o in reversed(self._offers) if o.sha256 not in taken), None)
 
     def _on_content(self, sha256: str, content: bytes | None) -> None:
         self._fetching = ""
@@ -135,7 +138,14 @@ class RobotRecordings:
             self._tell("record", "what the robot recorded could not be fetched", False)
         else:
             self._arrived = sha256, content
+            self._done.add(sha256)
             self.learn_arrived()
+        self._fetch_next()
+
+    def _fetch_next(self) -> None:
+        if self._to_fetch and not self._fetching and self._arrived is None:
+            self._fetching = self._to_fetch.pop(0)
+            self._fetcher.fetch(self._fetching, partial(self._on_content, self._fetching))
 
 
 def _demonstration(content: bytes, sha256: str, task: AnyTask) -> Demonstration:

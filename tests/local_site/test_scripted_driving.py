@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from common.control_mode import Action, ControlMode, Phase
+from common.endpoint import EndpointSettings
 from common.impairment import DirectionSettings, LinkSettings
 from deploy.places import find_task
 from evaluation.virtual_job import VirtualPlace
@@ -25,9 +26,9 @@ LINK = LinkSettings(uplink=_WAY, downlink=_WAY)
 class Job:
     """A robot that is armed, and a scripted operator."""
 
-    def __init__(self, task: str, folder: Path):
+    def __init__(self, task: str, folder: Path, config: RemoteConfig | None = None):
         self.task, self.library = find_task(task), TaskLibrary(find_task(task), folder)
-        self.sites = VirtualSites(self.task, self.library, LINK, RemoteConfig(seed=1))
+        self.sites = VirtualSites(self.task, self.library, LINK, config or RemoteConfig(seed=1))
         place = VirtualPlace(self.sites, LINK)
         self.actions = ScriptedActions(place, place)
         self.actions.command(Action.ARM, ControlMode.HOLD)
@@ -57,6 +58,23 @@ def test_a_stroke_driven_on_the_robots_board_is_executed_as_any_other(tmp_path: 
     job.actions.until("its arrival", lambda p: p.phase is Phase.ARRIVED)
     job.actions.submit(intents.Undo())
     assert job.actions.until("the undoing", lambda p: p.n_demonstrations == 0).learned is None
+
+
+def test_two_strokes_in_a_row_over_a_narrow_link_are_both_learned(tmp_path: Path):
+    narrow = RemoteConfig(seed=1, link=EndpointSettings(rate_bps=9600.0))  # parts of 480 B
+    job = Job("planar", tmp_path, narrow)
+    job.actions.command(Action.COUPLE, ControlMode.DIRECT)
+    for number in (1, 2):
+        job.actions.submit(intents.Record())
+        job.actions.until("the recording", lambda p: p.robot_records)
+        for k in range(60):
+            job.actions.submit(intents.Hand((0.004 * k, 0.001 * k), 0.03 * k))
+            job.actions.time.pause(0.03)
+        assert number == 1 or job.actions.picture.fetching is not None  # the first one is still on its way
+        job.actions.submit(intents.End())
+        job.actions.until("its end", lambda p: not p.robot_records)
+    job.actions.until("both", lambda p: p.n_demonstrations == 2)
+    assert not job.actions.picture.can_recover
 
 
 def test_a_plug_driven_into_the_receptacle_is_seated_again_by_the_robot_itself(tmp_path: Path):
