@@ -8,12 +8,13 @@ operator's is killed. The rules that must hold then:
   interrupted, and reports within 1.5 s and 6 ways after it is ready
 - the operator, while the robot executes: the execution goes on to its end
 - the operator, while it drives: the robot stands within 0.69 s and two ways, and is in HOLD then
-- always: the operator's next process has the library bit for bit, shows the mode that the robot reports, and has
-  the control of the robot back at once
+- always: the operator's library is the same bit for bit; its next process has the model of before, shows the mode
+  that the robot reports, and has the control of the robot back at once
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import tempfile
 import time
@@ -87,7 +88,7 @@ def _kill(sites: RealSites, kill: Case) -> list[str]:
         operator = sites.start_demo()
         try:
             _await_moment(sites, ControlMode(kill["mode"]), kill["at"])
-            last = sites.heard[-1]
+            last, library = sites.heard[-1], _hash_of(sites.folder / kill["task"])
             if kill["whom"] == "robot":
                 broken = _robot_killed(sites, last)
             else:
@@ -95,7 +96,15 @@ def _kill(sites: RealSites, kill: Case) -> list[str]:
         finally:
             operator.kill()
             sites.close_console()
-    return broken + _operator_again(sites, last.report)
+    broken += _operator_again(sites, last.report)
+    same = _hash_of(sites.folder / kill["task"]) == library
+    return broken if same else [*broken, "the files of the operator's library are not the same"]
+
+
+def _hash_of(folder: Path) -> str:
+    """Of every file in a folder, by name and content."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return hashlib.sha256(b"".join(str(f).encode() + b"\0" + f.read_bytes() for f in files)).hexdigest()
 
 
 def _await_moment(sites: RealSites, mode: ControlMode, at: float) -> None:
@@ -161,7 +170,7 @@ def _operator_again(sites: RealSites, before: Telemetry) -> list[str]:
         broken = {
             "its first report came too late": first.arrived_s - opened_s > limit_s("restart", _DELAY_S),
             "it shows another mode": picture.mode is not sites.heard[-1].report.mode,
-            "its library is another one": before.model != ""
+            "it has another model": before.model != ""
             and (learned is None or learned.sha256[: len(before.model)] != before.model),
         }
     finally:

@@ -9,6 +9,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -85,25 +86,27 @@ class RealSites:
         self._arrived = threading.Condition()
 
     def __enter__(self) -> RealSites:
-        self.robot = self._start_robot()
-        self._link = Process(
-            "link", f"--listen={HOST}:0", f"--target={HOST}:{self._robot_port}", f"--control={HOST}:0",
-            f"--profile={self._profile}",
-        )  # fmt: skip
-        self.control = RelayControl(HOST, self._link.ready["control_port"])
-        if self._delay_s is not None:
-            settings = {"delay_ms": 1000.0 * self._delay_s}
-            self.control.set(uplink=settings, downlink=settings)
-        if self._with_console:
-            self.open_console()
+        with ExitStack() as stack:
+            stack.callback(self._folder.cleanup)
+            self.robot = self._start_robot()
+            stack.callback(self._kill_robot)
+            self._link = Process(
+                "link", f"--listen={HOST}:0", f"--target={HOST}:{self._robot_port}", f"--control={HOST}:0",
+                f"--profile={self._profile}",
+            )  # fmt: skip
+            stack.callback(self._link.kill)
+            self.control = RelayControl(HOST, self._link.ready["control_port"])
+            if self._delay_s is not None:
+                settings = {"delay_ms": 1000.0 * self._delay_s}
+                self.control.set(uplink=settings, downlink=settings)
+            if self._with_console:
+                self.open_console()
+                stack.callback(self.close_console)
+            self._ending = stack.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._with_console:
-            self.close_console()
-        self._link.kill()
-        self.robot.kill()
-        self._folder.cleanup()
+        self._ending.close()
 
     def run_demo(self, outage: str = "none") -> dict[str, Any]:
         """Have `farhand local --demo` do the job in a process of its own; its result.
@@ -166,6 +169,9 @@ class RealSites:
         """The operator's site ends."""
         self.console.close()
         self.link.close()
+
+    def _kill_robot(self) -> None:  # the one there is then
+        self.robot.kill()
 
     def restart_robot(self) -> float:
         """Kill the robot's process and start it again; when it said that it is ready [s]."""

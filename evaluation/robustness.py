@@ -1,7 +1,7 @@
 """What the arm's hot-stab withstands: sway, jumps, current, a target out of sight, errors of the tracker.
 
 The task, the box and the success are those of `hot-stab`; where nothing else is said, the tracker is the typical
-one. In each scenario every trial that failed is repeated, with the same seed, with an exact tracker: what then
+one. A trial ends after 30 s. In each scenario every trial that failed is repeated, with the same seed, with an exact tracker: what then
 succeeds failed for want of perception. The kinematic pre-flight is asked too, but not obeyed: the last column has the
 successes among the trials that it would have let through.
 
@@ -24,6 +24,7 @@ import numpy as np
 
 from common.disturbances import PRESETS, DisturbanceSettings, Sway
 from common.robot.placement import WIDE
+from evaluation.arm_record import Record
 from evaluation.arm_table import HEADER, row_of, summary_of
 from evaluation.arm_trial import Conditions, Trial
 from evaluation.hot_stab import taught
@@ -35,6 +36,8 @@ from remote_site.marker_tracker import CLEAN, TYPICAL
 
 _TRIALS = 100  # of each scenario; of each bias half as many, of each point of the grid a fifth
 _JUMP_M = (0.035, 0.135)
+_LIMIT_S = 30.0
+"""A trial has failed after this time: a robot may have to begin its way anew, or to retry."""
 
 
 def _moving(**what: object) -> Conditions:
@@ -89,10 +92,14 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 def trial(case: Case) -> Case:
     """One execution, and its repetition with an exact tracker when it failed."""
     conditions = conditions_of(case)
-    row = {**case, **Trial(taught(), conditions, case["seed"]).run().row()}
+    row = {**case, **_run(conditions, case["seed"]).row()}
     if case["scenario"] != "grid" and not row["success"]:
-        row["exact_success"] = Trial(taught(), replace(conditions, noise=CLEAN), case["seed"]).run().success
+        row["exact_success"] = _run(replace(conditions, noise=CLEAN), case["seed"]).success
     return row
+
+
+def _run(conditions: Conditions, seed: int) -> Record:
+    return Trial(taught(), conditions, seed, limit_s=_LIMIT_S).run()
 
 
 def conditions_of(case: Case) -> Conditions:
