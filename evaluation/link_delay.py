@@ -12,6 +12,7 @@ import os
 import queue
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,9 @@ def scheduling() -> str:
     """How this process and its children are scheduled: on a busy machine that decides about milliseconds."""
     if os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
         return "real-time priority"
-    return f"niceness {os.nice(0)}"
+    file = Path("/proc/self/autogroup")  # "/autogroup-12 nice 0"; not on every system
+    *_, group = file.read_text().split() if file.exists() else ["0"]
+    return f"niceness {os.nice(0)}" + (f", {group} of its group" if group != "0" else "")
 
 
 def _measure(delay_s: float, case: Case) -> Case:

@@ -123,7 +123,8 @@ class RealSites:
             [sys.executable, "-m", "deploy.cli", *arguments], capture_output=True, text=True, check=False
         )
         if not result.exists():
-            raise ProcessFailed(f"the demonstration failed: {done.stderr[-500:]}")
+            *_, last = done.stderr.splitlines() or [f"it ended with status {done.returncode}"]
+            raise ProcessFailed(last.removeprefix("farhand: "))
         return json.loads(result.read_text())
 
     def start_demo(self) -> Process:
