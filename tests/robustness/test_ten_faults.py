@@ -199,8 +199,10 @@ def test_a_killed_process_leaves_all_but_its_last_moment(tmp_path: Path):
     words = [sys.executable, "-c", _WRITER, str(tmp_path)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout is not None
-        for _ in range(12):
+        log_file, n_printed = tmp_path / "events.jsonl", 0
+        while n_printed < 12 or log_file.read_bytes().count(b"\n") < 200:
             assert writer.stdout.readline()
+            n_printed += 1
         writer.send_signal(signal.SIGKILL)
     log = EventLog(tmp_path / "events.jsonl")
     log.append(n=-1)
