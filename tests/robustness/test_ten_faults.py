@@ -200,7 +200,7 @@ def test_a_killed_process_leaves_all_but_its_last_moment(tmp_path: Path):
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout is not None
         log_file, n_printed = tmp_path / "events.jsonl", 0
-        while n_printed < 12 or log_file.read_bytes().count(b"\n") < 200:
+        while n_printed < 12 or not log_file.exists() or log_file.read_bytes().count(b"\n") < 200:
             assert writer.stdout.readline()
             n_printed += 1
         writer.send_signal(signal.SIGKILL)
