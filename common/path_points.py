@@ -7,6 +7,7 @@ A pose has seven numbers, and a narrow link carries a few hundred bytes a second
 from __future__ import annotations
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import ArrayLike, NDArray
 
 from common.errors import InvalidMessage
@@ -35,6 +36,25 @@ def points_of(path: PlannedPath) -> Array:
     if path.n_coordinates == POSE.n_coordinates:
         points[:, 3:] /= np.linalg.norm(points[:, 3:], axis=1, keepdims=True)
     return points
+
+
+def thinned(path: PlannedPath, max_bytes: int) -> PlannedPath:
+    """A path in longer steps, so that its points have no more bytes; the same when they have not.
+
+    Its last point stays the last, at the end of a whole step: up to a step later than it was.
+
+    Args:
+        path: In steps that are short enough to draw.
+        max_bytes: Of two points or more.
+    """
+    size = path.n_coordinates * _dtype(path.n_coordinates).itemsize
+    n = len(path.points) // size
+    if len(path.points) <= max_bytes:
+        return path
+    every = -(-(n - 1) // (max_bytes // size - 1))
+    kept = [*range(0, n - 1, every), n - 1]
+    points = b"".join(path.points[k * size : (k + 1) * size] for k in kept)
+    return structs.replace(path, step_s=every * path.step_s, points=points)
 
 
 def duration_s(path: PlannedPath) -> float:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from common import keys
-from common.budget import limit_flows
+from common.budget import limit_flows, part_bytes
 from common.clock import BootClock
 from common.codec import decode, encode
 from common.errors import InvalidMessage
@@ -38,6 +38,7 @@ from common.messages import (
     ReportRequest,
     Stop,
 )
+from common.path_points import thinned
 from common.task import AnyTask
 from remote_site.config import RemoteConfig
 from remote_site.embodiments import embodiment_of
@@ -121,6 +122,8 @@ class Robot:
 
     def take_path(self, request: PlanRequest, path: PlannedPath | None, words: str) -> None:
         """A rollout is ready, or there is a reason why not (see `planner.answer`); from any thread."""
+        if path is not None:  # it would hold up the reports on a narrow link for seconds
+            path = thinned(path, part_bytes(self._config.link.rate_bps))
         self._first.put(partial(self.supervisor.on_path, request, path, words))
 
     def _announce(self, channel: Channel, message: Message) -> None:

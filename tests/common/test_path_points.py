@@ -5,7 +5,7 @@ import pytest
 
 from common.errors import InvalidMessage
 from common.messages import PlannedPath, Stamp
-from common.path_points import duration_s, packed, points_of
+from common.path_points import duration_s, packed, points_of, thinned
 
 
 def a_path(points: np.ndarray, content: bytes | None = None) -> PlannedPath:
@@ -41,3 +41,23 @@ def test_a_path_lasts_from_its_first_point_to_its_last():
 def test_a_broken_path_is_refused():
     with pytest.raises(InvalidMessage, match="points"):
         points_of(a_path(np.zeros((2, 7)), bytes(15)))
+
+
+@pytest.mark.parametrize("n", [34, 35, 36, 67, 68, 100, 200])
+def test_a_path_for_a_narrow_link_keeps_its_ends_and_its_times(n: int):
+    points = np.zeros((n, 7))
+    points[:, 0], points[:, 3] = np.arange(n) / 256, 1.0  # exact in half precision
+    whole = a_path(points)
+    thin = thinned(whole, 480)
+    kept = points_of(thin)
+    every = round(thin.step_s / whole.step_s)
+    assert len(thin.points) <= 480
+    assert thin.step_s == pytest.approx(every * whole.step_s)
+    np.testing.assert_array_equal(kept[:-1], points_of(whole)[:-1:every])
+    np.testing.assert_array_equal(kept[-1], points_of(whole)[-1])
+    assert duration_s(whole) <= duration_s(thin) + 1e-9 and duration_s(thin) < duration_s(whole) + thin.step_s
+
+
+def test_a_path_that_fits_is_sent_as_it_is():
+    path = a_path(np.zeros((34, 7)))
+    assert thinned(path, 480) is path
