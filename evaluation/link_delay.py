@@ -56,9 +56,14 @@ def scheduling() -> str:
     """How this process and its children are scheduled: on a busy machine that decides about milliseconds."""
     if os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
         return "real-time priority"
-    file = Path("/proc/self/autogroup")  # "/autogroup-12 nice 0"; not on every system
-    *_, group = file.read_text().split() if file.exists() else ["0"]
-    return f"niceness {os.nice(0)}" + (f", {group} of its group" if group != "0" else "")
+    file = Path("/proc/self/autogroup")
+    group = group_niceness(file.read_text()) if file.exists() else 0
+    return f"niceness {os.nice(0)}" + (f", {group} of its group" if group else "")
+
+
+def group_niceness(line: str) -> int:
+    """The niceness in what Linux says of a session's group, "/autogroup-12 nice 0": nothing outside of any group."""
+    return int(line.split()[-1]) if line.strip() else 0
 
 
 def _measure(delay_s: float, case: Case) -> Case:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import pytest
+
 from evaluation import link_delay
 from evaluation.real_sites import RealSites
 
@@ -23,6 +25,15 @@ def test_the_medians_are_held_against_their_limits():
     assert not link_delay.summarise(failed)[0]["passed"]
     assert not link_delay.summarise(result(2.1, 22.9))[0]["passed"]
     assert not link_delay.summarise(result(1.9, 23.1))[0]["passed"]
+
+
+@pytest.mark.parametrize(
+    ("line", "niceness"), [("/autogroup-12 nice 0\n", 0), ("/autogroup-7 nice -8\n", -8), ("", 0)]
+)
+def test_the_niceness_of_a_session_s_group_is_read_and_nothing_where_there_is_no_group(
+    line: str, niceness: int
+):
+    assert link_delay.group_niceness(line) == niceness
 
 
 def test_a_command_of_the_real_console_takes_both_delays_and_is_timed(monkeypatch):
