@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 from common.errors import InvalidConfiguration
+from common.repertoire import Repertoire
 from common.task import AnyTask, PointTask, load_task
 
 _TASKS = Path(__file__).with_name("tasks")
@@ -25,6 +26,15 @@ def find_task(name_or_file: str) -> AnyTask:
             known = ", ".join(sorted(file.stem for file in _TASKS.glob("*.toml")))
             raise InvalidConfiguration("task", "", f"{known}, or a .toml file; got {name_or_file!r}")
     return load_task(path)
+
+
+def find_tasks(names: str) -> Repertoire:
+    """The tasks of one robot, by names or files with commas between them.
+
+    Raises:
+        InvalidConfiguration: When there is none, one is malformed, or they are not for the same robot.
+    """
+    return Repertoire([find_task(name.strip()) for name in names.split(",")])
 
 
 def find_point_task(name_or_file: str) -> PointTask:

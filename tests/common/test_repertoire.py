@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+import msgspec
+import pytest
+
+from common.errors import InvalidConfiguration
+from common.repertoire import Repertoire
+from common.task import ArmTask, Limits
+from deploy.places import find_task, find_tasks
+
+STAB, UNSTAB, PLANAR = find_task("hot-stab"), find_task("hot-unstab"), find_task("planar")
+
+
+def test_tasks_of_one_arm_are_found_by_their_names_and_the_first_comes_first():
+    tasks = Repertoire([STAB, UNSTAB])
+    assert tasks.names == ("hot-stab", "hot-unstab")
+    assert tasks.first is STAB and list(tasks) == [STAB, UNSTAB] and len(tasks) == 2
+    assert tasks.get("hot-unstab") is UNSTAB
+    assert tasks.get("planar") is None
+
+
+def test_there_must_be_a_task_and_each_only_once():
+    with pytest.raises(InvalidConfiguration, match="one task or more"):
+        Repertoire([])
+    with pytest.raises(InvalidConfiguration, match="each task once"):
+        Repertoire([STAB, STAB])
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("frame_names", ("receptacle", "handle")), ("limits", Limits(force_n=100.0)), ("disturbances", "rough")],
+)
+def test_one_robot_does_them_all_or_the_field_that_differs_is_named(field: str, value: object):
+    assert isinstance(UNSTAB, ArmTask)
+    with pytest.raises(InvalidConfiguration, match=rf"'hot-unstab'.*{field}.*'hot-stab'"):
+        Repertoire([STAB, msgspec.structs.replace(UNSTAB, **{field: value})])
+
+
+def test_an_arm_does_not_do_the_task_of_a_point():
+    with pytest.raises(InvalidConfiguration, match="robot"):
+        Repertoire([STAB, PLANAR])
+
+
+def test_names_are_read_with_commas_between_them():
+    assert find_tasks("hot-stab, hot-unstab").names == ("hot-stab", "hot-unstab")
+    assert find_tasks("planar").names == ("planar",)
+    with pytest.raises(InvalidConfiguration, match="hot-stba"):
+        find_tasks("hot-stab,hot-stba")
