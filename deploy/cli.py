@@ -24,7 +24,7 @@ class Up:
     """Run the local site, the remote site and a simulated link on this machine until Ctrl-C."""
 
     task: str = "hot-stab"
-    """Name of a task that comes with Farhand, or a task file."""
+    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
     port: int = 8080
@@ -49,7 +49,7 @@ class Demo:
     """
 
     task: str = "hot-stab"
-    """Name of a task that comes with Farhand, or a task file."""
+    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
     seed: int = 0
@@ -84,7 +84,7 @@ class Local:
     link_control: str | None = None
     """Control socket of the link process, host:port; without one the link is a real one."""
     task: str | None = None
-    """Name of a task that comes with Farhand, or a task file."""
+    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
     port: int | None = None
     """Port of the web page; without one, or with 0, there is no page."""
     site_name: str | None = None
@@ -129,7 +129,7 @@ class Remote:
     link_rate_bps: float | None = None
     """What the link carries each way [bit/s]; 0: more than enough. Each flow has its share of a narrow one."""
     task: str | None = None
-    """Name of a task that comes with Farhand, or a task file."""
+    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
     data_dir: str | None = None
     """Where the events and the state of the simulated robot are kept."""
     seed: int | None = None

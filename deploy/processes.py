@@ -17,7 +17,7 @@ from common.errors import FarhandError, InvalidConfiguration
 from common.task import load_toml
 from deploy.child import follow_parent, say_ready
 from deploy.end_signals import END_SIGNALS, on_end_signal
-from deploy.places import check_writable, data_folder, find_task, sample_files
+from deploy.places import check_writable, data_folder, find_task, find_tasks, sample_files
 
 if TYPE_CHECKING:
     from local_site.config import LocalConfig
@@ -62,7 +62,7 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
 
     follow_parent()
     config = configured(RemoteConfig, config_file, **overrides)
-    site = RemoteSite(config, find_task(config.task), data_folder(config.data_dir))
+    site = RemoteSite(config, find_tasks(config.task), data_folder(config.data_dir))
     on_end_signal(site.stop)
     site.run(say_ready)
     return 0

@@ -20,7 +20,7 @@ from common.link_profile import find_profile, load_profiles
 from deploy.child import Child
 from deploy.link_process import PROFILES_FILE
 from deploy.listener import bind
-from deploy.places import check_writable, find_task
+from deploy.places import check_writable, find_tasks
 from deploy.summary import summary
 
 _log = logging.getLogger(__name__)
@@ -37,7 +37,7 @@ class Together:
     """What all three processes need.
 
     Args:
-        task: Name of a task, or its file.
+        task: Names of tasks, or their files, with commas between.
         link: Profile of the simulated link.
         seed: Of everything random.
     """
@@ -50,9 +50,9 @@ class Together:
         """Refuse now, in one line, what would end the processes one by one.
 
         Raises:
-            InvalidConfiguration: When there is no such task or profile.
+            InvalidConfiguration: When there is no such task or profile, or the tasks are not for the same robot.
         """
-        find_task(self.task)
+        find_tasks(self.task)
         self.rate_bps()
 
     def rate_bps(self) -> float:

@@ -18,6 +18,7 @@ from common.control_mode import Action, ControlMode
 from common.delay_line import DelayLine
 from common.impairment import DirectionSettings
 from common.messages import Command, Heartbeat, LeaseRequest, OperatorInput, Stamp
+from common.repertoire import Repertoire
 from common.task import PointTask, Target
 from remote_site.config import RemoteConfig
 from remote_site.perception import OscillatingTarget, SimulatedPerception
@@ -185,7 +186,7 @@ class World:
         self._clock = BootClock(f"boot {self._boots}", lambda: round(self.now_s * 1e9))
         sight = SimulatedPerception.of_oscillating(OscillatingTarget(_TASK.target), 0.0, 0)
         return Supervisor(
-            _TASK,
+            Repertoire([_TASK]),
             RemoteConfig(),
             PointEmbodiment(_TASK, self._plant, sight),
             self._clock,

@@ -28,6 +28,7 @@ from common.messages import (
     Stop,
     Wish,
 )
+from common.repertoire import Repertoire
 from evaluation.mode_surroundings import CONFIG, DT_S, START_M, TASK, FeelingPlant, Sight, Source, good_model
 from remote_site.planner import PlanRequest
 from remote_site.point_embodiment import PointEmbodiment
@@ -82,7 +83,7 @@ class World:
         self.plan_request: PlanRequest | None = None
         embodiment = PointEmbodiment(TASK, self.plant, self.sight, 1.0 / DT_S)
         self.robot = Supervisor(
-            TASK, CONFIG, embodiment, self.clock, self._hear, self._take_plan, _forget
+            Repertoire([TASK]), CONFIG, embodiment, self.clock, self._hear, self._take_plan, _forget
         )  # fmt: skip
 
     def restart(self) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 from common.clock import BootClock
 from common.impairment import LinkSettings
+from common.repertoire import Repertoire
 from common.task import AnyTask
 from common.virtual_link import VirtualLink
 from common.virtual_time import VirtualTime
@@ -106,7 +107,7 @@ class VirtualSites:
         self.written = []
         clock = BootClock(f"boot {life}", lambda: self.time.now_ns() + round(life * _CLOCK_APART_S * 1e9))
         self.robot = Robot(
-            self.config, self.task, clock, self._robot_end, self._plan,
+            self.config, Repertoire([self.task]), clock, self._robot_end, self._plan,
             lambda **fields: self.written.append(fields), remembered,
         )  # fmt: skip
         self._robot_tick(life, self.time.now_s())

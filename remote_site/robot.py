@@ -39,7 +39,7 @@ from common.messages import (
     Stop,
 )
 from common.path_points import thinned
-from common.task import AnyTask
+from common.repertoire import Repertoire
 from remote_site.config import RemoteConfig
 from remote_site.embodiments import embodiment_of
 from remote_site.planner import PlanRequest
@@ -60,7 +60,7 @@ class Robot:
 
     Args:
         config: Rates, limits.
-        task: What the robot does.
+        tasks: What the robot does.
         clock: Its time.
         link: To the operators.
         request_plan: Hands a rollout to a worker, which answers with `take_path`; never blocks.
@@ -71,24 +71,24 @@ class Robot:
     def __init__(
         self,
         config: RemoteConfig,
-        task: AnyTask,
+        tasks: Repertoire,
         clock: BootClock,
         link: Link,
         request_plan: Callable[[PlanRequest], None],
         write: Callable[..., Any],
         remembered: PlantState | None,
     ):
-        self._config, self._task, self._link = config, task, link
+        self._config, self._n_dims, self._link = config, tasks.first.space.n_dims, link
         self._inbox: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
         # A flood of other messages must push out neither a stop nor the answer to a preview.
         self._first: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
         self._ticks = 0
         self.overruns = 0
         """Control periods that came too late, as `RemoteSite` counts them."""
-        self.embodiment = embodiment_of(task, config, clock, remembered)
+        self.embodiment = embodiment_of(tasks.first, config, clock, remembered)
         """What moves, with its control rate."""
         self.supervisor = Supervisor(
-            task, config, self.embodiment, clock, self._announce, request_plan, write
+            tasks, config, self.embodiment, clock, self._announce, request_plan, write
         )
         if remembered is not None and remembered.executing:
             why = f"the execution of {remembered.executing[:8]} was interrupted by a restart of the robot"
@@ -174,7 +174,7 @@ class Robot:
         lease = self.supervisor.contact.lease
         if not lease.lease_id or message.lease_id != lease.lease_id:
             return
-        if len(message.position_m) == self._task.space.n_dims:
+        if len(message.position_m) == self._n_dims:
             self.embodiment.move_target(np.array(message.position_m))
 
     def _on_report(self, _request: ReportRequest) -> ExecutionReport:

@@ -13,7 +13,7 @@ from common.event_log import EventLog
 from common.link import ZenohLink
 from common.log import loop_logger
 from common.messages import PlannedPath
-from common.task import AnyTask
+from common.repertoire import Repertoire
 from remote_site.config import RemoteConfig
 from remote_site.planner import Planner, PlanRequest
 from remote_site.plant_memory import PERIOD_S, PlantMemory, PlantState
@@ -29,12 +29,12 @@ class RemoteSite:
 
     Args:
         config: Endpoints, rates, limits.
-        task: What the robot does.
+        tasks: What the robot does.
         data_dir: Where its events and the state of the simulated robot are kept.
     """
 
-    def __init__(self, config: RemoteConfig, task: AnyTask, data_dir: Path):
-        self._config, self._task = config, task
+    def __init__(self, config: RemoteConfig, tasks: Repertoire, data_dir: Path):
+        self._config, self._tasks = config, tasks
         self._data_dir = data_dir / "robot" / config.link.vehicle
         self._stop = threading.Event()
 
@@ -53,7 +53,8 @@ class RemoteSite:
         """
         # The planner and the link's threads must not hold up a control tick.
         sys.setswitchinterval(5e-4)
-        warm_up(self._task.space)
+        space = self._tasks.first.space
+        warm_up(space)
         link = ZenohLink(self._config.link)
         memory = PlantMemory(self._data_dir / "state.json")
         event_log = EventLog(self._data_dir / "events.jsonl")
@@ -64,8 +65,8 @@ class RemoteSite:
         planner = Planner(take_path)
         try:
             robot = Robot(
-                self._config, self._task, BootClock(), link, planner.request, event_log.append,
-                memory.load(self._task.space.n_dims),
+                self._config, self._tasks, BootClock(), link, planner.request, event_log.append,
+                memory.load(space.n_dims),
             )  # fmt: skip
             _log.info("the robot is ready: %s", self._config.link.listen)
             ready()

@@ -25,7 +25,7 @@ from common.messages import (
     Stop,
 )
 from common.path_points import duration_s
-from common.task import Task
+from common.repertoire import Repertoire
 from remote_site.black_box import BlackBox
 from remote_site.command_judge import CommandJudge
 from remote_site.command_log import CommandLog
@@ -48,7 +48,7 @@ class Supervisor:
     """One robot.
 
     Args:
-        task: What the robot does.
+        tasks: What the robot does.
         config: Rates and limits.
         embodiment: The robot.
         clock: Its time.
@@ -59,7 +59,7 @@ class Supervisor:
 
     def __init__(
         self,
-        task: Task,
+        tasks: Repertoire,
         config: RemoteConfig,
         embodiment: Embodiment,
         clock: BootClock,
@@ -67,6 +67,7 @@ class Supervisor:
         request_plan: Callable[[PlanRequest], None],
         write: Write,
     ):
+        task = tasks.first
         self._task, self._clock, self._announce = task, clock, announce
         self.embodiment, control_hz, n_frames = embodiment, embodiment.control_hz, len(task.frame_names)
         plant, perception = embodiment.plant, embodiment.perception

@@ -16,6 +16,7 @@ from common.control_mode import Action, ControlMode
 from common.keys import Channel
 from common.link import Answered, Deliver, Request
 from common.messages import Telemetry, Wish
+from common.repertoire import Repertoire
 from common.task import PointTask
 from local_site import intents
 from local_site.console import Console
@@ -225,7 +226,7 @@ class Meeting:
             robot.take_path(request, plan(request), "")
 
         robot = Robot(
-            RemoteConfig(), self._task, BootClock(f"boot {self._boots}", self.time), self.robots_end,
+            RemoteConfig(), Repertoire([self._task]), BootClock(f"boot {self._boots}", self.time), self.robots_end,
             request_plan, lambda **fields: self.written.append(fields), remembered,
         )  # fmt: skip
         return robot

@@ -15,6 +15,7 @@ from common.clock import BootClock
 from common.keys import Channel
 from common.link import Answered
 from common.messages import Message
+from common.repertoire import Repertoire
 from docs.protocol_page import FLOWS, PAGE, meaning, page
 from docs.protocol_words import ERRORS, SHARED_FIELDS
 from local_site.console import Console
@@ -66,7 +67,15 @@ def test_every_key_and_every_message_is_on_the_page_once():
 
 def test_the_robot_listens_to_what_the_page_says_goes_to_it():
     spy = Spy()
-    Robot(RemoteConfig(), TASK, BootClock(), spy, lambda request: None, lambda **fields: None, None)
+    Robot(
+        RemoteConfig(),
+        Repertoire([TASK]),
+        BootClock(),
+        spy,
+        lambda request: None,
+        lambda **fields: None,
+        None,
+    )
     to_robot = [flow for flow in FLOWS if flow.channel.key.startswith("op/")]
     assert spy.kinds == {flow.channel: flow.sent for flow in to_robot}
     assert spy.served == {flow.channel for flow in to_robot if flow.answered is not None}

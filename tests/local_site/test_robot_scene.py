@@ -15,6 +15,7 @@ from common.codec import decode
 from common.control_mode import ControlMode
 from common.link import Answered
 from common.messages import BlobRequest, Stamp, Telemetry
+from common.repertoire import Repertoire
 from common.robot.description import describe
 from common.robot.dimensions import Dimensions, Plug
 from common.scene_description import SceneDescription
@@ -38,7 +39,13 @@ class Arm:
     def __init__(self) -> None:
         self.end = RobotsEnd()
         self.robot = Robot(
-            RemoteConfig(), HOT_STAB, BootClock("boot"), self.end, lambda _: None, lambda **_: None, None
+            RemoteConfig(),
+            Repertoire([HOT_STAB]),
+            BootClock("boot"),
+            self.end,
+            lambda _: None,
+            lambda **_: None,
+            None,
         )
         self.n_parts, self.now_s = 0, 0.0
         self.inquiries = Inquiries(self, lambda job: job(), lambda: self.now_s)  # type: ignore[arg-type]

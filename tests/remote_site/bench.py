@@ -25,6 +25,7 @@ from common.messages import (
     Stop,
     Wish,
 )
+from common.repertoire import Repertoire
 from common.task import AnyTask, PointTask
 from common.task_frame import TaskFrame
 from remote_site.config import RemoteConfig
@@ -136,7 +137,7 @@ class Bench:
             embodiment = self._point(task, plant)
         self.plant, self.dt_s = embodiment.plant, 1.0 / embodiment.control_hz
         self.robot = Supervisor(
-            task, RemoteConfig(), embodiment, self.clock,
+            Repertoire([task]), RemoteConfig(), embodiment, self.clock,
             lambda channel, message: self.said.append((channel, message)), self.plan_requests.append,
             lambda **fields: self.written.append(fields),
         )  # fmt: skip
