@@ -17,7 +17,7 @@ from common.errors import FarhandError, InvalidConfiguration
 from common.task import load_toml
 from deploy.child import follow_parent, say_ready
 from deploy.end_signals import END_SIGNALS, on_end_signal
-from deploy.places import check_writable, data_folder, find_task, find_tasks, sample_files
+from deploy.places import check_writable, data_folder, find_tasks, sample_files
 
 if TYPE_CHECKING:
     from local_site.config import LocalConfig
@@ -107,8 +107,7 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
 def _local_site(config: LocalConfig) -> LocalSite:
     from local_site.site import LocalSite
 
-    task = find_task(config.task)
-    return LocalSite(config, task, data_folder(config.data_dir), sample_files(task.name))
+    return LocalSite(config, find_tasks(config.task), data_folder(config.data_dir), sample_files)
 
 
 def run_link_process(listen: str, target: str, control: str, profile: str, seed: int) -> int:

@@ -24,14 +24,15 @@ from msgspec import structs
 
 from common.errors import FarhandError
 from common.impairment import DirectionSettings, LinkSettings
+from common.repertoire import Repertoire
 from deploy.places import find_point_task
 from evaluation.statistics import wilson_interval
 from evaluation.study import reporting_seeds
 from evaluation.tables import rate, table
 from evaluation.virtual_job import do_job
 from evaluation.virtual_sites import VirtualSites
+from local_site.library import Library
 from local_site.operators_place import OutageKind, PlannedOutage
-from local_site.task_library import TaskLibrary
 from remote_site.config import RemoteConfig
 
 Case = dict[str, Any]
@@ -82,7 +83,7 @@ def _virtually(case: Case, outage: PlannedOutage | None) -> Case:
     way = DirectionSettings(delay_ms=1e3 * case["delay_s"], jitter_ms=50.0 * case["delay_s"], seed=seed)
     settings = LinkSettings(uplink=way, downlink=structs.replace(way, seed=seed + 1))
     with tempfile.TemporaryDirectory(prefix="farhand-cuts-") as folder:
-        sites = VirtualSites(task, TaskLibrary(task, Path(folder)), settings, RemoteConfig(seed=seed))
+        sites = VirtualSites(Library(Repertoire([task]), Path(folder)), settings, RemoteConfig(seed=seed))
         try:
             return told(do_job(sites, settings, outage, seed))
         except FarhandError as error:

@@ -20,6 +20,7 @@ from typing import Any
 from common.control_mode import Action, ControlMode
 from common.impairment import LinkSettings
 from common.messages import Wish
+from common.repertoire import Repertoire
 from common.task import PointTask, load_toml
 from common.virtual_way import Packet
 from evaluation.chaos_operator import ChaosOperator
@@ -29,8 +30,8 @@ from evaluation.invariants import NOT_HERE, Violation, all_invariants
 from evaluation.statistics import wilson_interval
 from evaluation.virtual_sites import Hooks, VirtualSites
 from local_site import intents
+from local_site.library import Library
 from local_site.samples import sample_strokes
-from local_site.task_library import TaskLibrary
 from remote_site.config import RemoteConfig
 
 Case = dict[str, Any]
@@ -83,7 +84,7 @@ class _Run:
     def __init__(self, seed: int):
         task, library = _taught()
         self.schedule: Schedule = random_schedule(seed)
-        self.sites = VirtualSites(task, library, self.schedule.timeline.at(0.0), _CONFIG)
+        self.sites = VirtualSites(library, self.schedule.timeline.at(0.0), _CONFIG)
         sites = self.sites
         self.watch = ChaosWatch(task, 1.0 / _CONTROL_HZ, _CONFIG.max_age_s, sites.time.now_s)
         self.operator = ChaosOperator(sites, seed)
@@ -154,11 +155,11 @@ class _Run:
 
 
 @functools.cache
-def _taught() -> tuple[PointTask, TaskLibrary]:
+def _taught() -> tuple[PointTask, Library]:
     """The task and its samples, learned once in each process; nothing is recorded during a trial."""
     task = load_toml(_TASK_FILE, PointTask)
-    library = TaskLibrary(task, Path(tempfile.mkdtemp(prefix="farhand-chaos-")))
-    library.learn(sample_strokes(task))
+    library = Library(Repertoire([task]), Path(tempfile.mkdtemp(prefix="farhand-chaos-")))
+    library.chosen.learn(sample_strokes(task))
     return task, library
 
 

@@ -19,6 +19,7 @@ from common.errors import FarhandError
 from common.link import OVERHEAD_BYTES
 from common.link_profile import LinkProfile, find_profile, load_profiles
 from common.model_file import content_hash, encode
+from common.repertoire import Repertoire
 from common.timeline import Timeline
 from common.virtual_way import Packet
 from deploy.link_process import PROFILES_FILE
@@ -28,10 +29,11 @@ from evaluation.virtual_job import VirtualPlace
 from evaluation.virtual_sites import VirtualSites
 from local_site import intents
 from local_site.inquiries import Inquiries
+from local_site.library import Library
 from local_site.model_sender import ModelSender
 from local_site.picture import Picture
 from local_site.samples import sample_strokes
-from local_site.task_library import LearnedModel, TaskLibrary
+from local_site.taught import LearnedModel
 from remote_site.config import RemoteConfig
 
 Case = dict[str, Any]
@@ -67,11 +69,10 @@ class _VirtualProfile:
     def __init__(self, profile: LinkProfile, folder: Path):
         self._profile, task = profile, find_point_task("planar")
         rate = rate_bps(profile)
-        library = TaskLibrary(task, folder)
-        library.learn(sample_strokes(task))
-        self._library = library
+        self._library = Library(Repertoire([task]), folder)
+        self._library.chosen.learn(sample_strokes(task))
         config = RemoteConfig(link=EndpointSettings(rate_bps=rate))
-        self._sites = VirtualSites(task, library, profile.settings, config)
+        self._sites = VirtualSites(self._library, profile.settings, config)
         self._place = VirtualPlace(self._sites, profile.settings)
         self._sent_s: list[tuple[float, float]] = []  # of each report: arrival and sending
         self._wire = {"there": 0, "back": 0, "parts": 0}
@@ -80,9 +81,7 @@ class _VirtualProfile:
         _play(self._sites, profile.over_time(), self._sites.time.now_s())
         inquiries = Inquiries(self._sites.console_end, self._sites.console.owner.put, self._sites.time.now_s)
         self._answers: list[float] = []
-        self._other = ModelSender(
-            inquiries, task.name, lambda _: self._answers.append(self._place.now_s()), self._place.now_s, rate
-        )
+        self._other = ModelSender(inquiries, self._place.now_s, rate)
 
     def run(self) -> Case:
         """All of it, one thing after the other."""
@@ -108,7 +107,7 @@ class _VirtualProfile:
         return age_and_rate(self._sent_s, from_s, self._place.now_s())
 
     def _send_planar(self) -> Case:
-        learned, from_s = self._library.learned, self._begin_model()
+        learned, from_s = self._library.chosen.learned, self._begin_model()
         assert learned is not None
         self._place.submit(intents.SendModel())
         self._await("the planar model", lambda picture: picture.confirmed_sha256 == learned.sha256)
@@ -117,7 +116,7 @@ class _VirtualProfile:
     def _send_poses_and_stop(self) -> tuple[float, Case, Case]:
         content = encode(model := taught(0, oriented=True)[1])
         learned, from_s = LearnedModel(model, content, content_hash(content)), self._begin_model()
-        self._other.send(learned)
+        self._other.send("planar", learned, lambda *_: self._answers.append(self._place.now_s()))
         self._place.pause(_STOP_AFTER_S)
         stopped_s = self._stop()
         while not self._answers and self._place.now_s() < from_s + _PATIENCE_S:

@@ -21,12 +21,13 @@ from common.errors import ProcessFailed
 from common.link import ZenohLink
 from common.link_control import RelayControl
 from common.messages import Telemetry, Wish
+from common.repertoire import Repertoire
 from deploy.places import find_task
 from evaluation.real_process import HOST, Process, free_port
 from local_site.console import Console
+from local_site.library import Library
 from local_site.own_place import own_place
 from local_site.picture import Picture
-from local_site.task_library import TaskLibrary
 
 PATIENCE_S = 120.0
 
@@ -155,13 +156,11 @@ class RealSites:
             folder: Where its library is; the one of `run_demo` when not given.
         """
         task = find_task(self._task)
-        place, library = own_place(task), TaskLibrary(task, folder or self.folder)
+        place, library = own_place(task), Library(Repertoire([task]), folder or self.folder)
         endpoint = f"tcp/{HOST}:{self._link.ready['port']}"
         self.link = ZenohLink(EndpointSettings(connect=endpoint, rate_bps=self._rate_bps))
         opened_s = time.monotonic()
-        self.console = Console(
-            task, library, self.link, site_name, wish=wish, rate_bps=self._rate_bps, place=place
-        )
+        self.console = Console(library, self.link, site_name, wish=wish, rate_bps=self._rate_bps, place=place)
         self.link.subscribe(keys.TELEMETRY, self._hear)
         self.console.start()
         return opened_s

@@ -26,6 +26,7 @@ from common import keys
 from common.control_mode import Action, ControlMode
 from common.errors import FarhandError
 from common.impairment import DirectionSettings, LinkSettings
+from common.repertoire import Repertoire
 from common.task import PointTask, Target
 from common.virtual_way import Packet
 from evaluation.study import reporting_seeds
@@ -33,9 +34,9 @@ from evaluation.tables import quantiles, rate, table
 from evaluation.virtual_job import VirtualPlace
 from evaluation.virtual_sites import Hooks, VirtualSites
 from local_site import intents
+from local_site.library import Library
 from local_site.operators_place import OutageKind
 from local_site.picture import Picture
-from local_site.task_library import TaskLibrary
 from remote_site.config import RemoteConfig
 from remote_site.coupling import INPUT_SILENCE_S
 from remote_site.point_embodiment import CONTROL_HZ
@@ -89,7 +90,7 @@ class _Drive:
             DirectionSettings(delay_ms=delay_ms, jitter_ms=jitter_ms, seed=case["seed"] + n) for n in (0, 1)
         ]
         settings = LinkSettings(uplink=ways[0], downlink=ways[1])
-        self._sites = VirtualSites(_TASK, TaskLibrary(_TASK, folder), settings, _CONFIG)
+        self._sites = VirtualSites(Library(Repertoire([_TASK]), folder), settings, _CONFIG)
         self._sites.hooks = Hooks(after=self._watch)
         self._sites.link.uplink.tap = self._on_packet
         self._place = VirtualPlace(self._sites, settings)

@@ -9,13 +9,11 @@ from typing import Any
 
 from common.clock import BootClock
 from common.impairment import LinkSettings
-from common.repertoire import Repertoire
-from common.task import AnyTask
 from common.virtual_link import VirtualLink
 from common.virtual_time import VirtualTime
 from local_site.console import PERIOD_S, Console
+from local_site.library import Library
 from local_site.own_place import own_place
-from local_site.task_library import TaskLibrary
 from remote_site.config import RemoteConfig
 from remote_site.planner import PlanRequest, plan
 from remote_site.plant_memory import PlantState
@@ -46,8 +44,7 @@ class VirtualSites:
     """A robot and its operator's console, each as in its own process but for threads and files.
 
     Args:
-        task: What the robot does.
-        library: What was taught.
+        library: What was taught, of the tasks that the robot does.
         settings: Of the link at first.
         config: Of the robot.
         hooks: For who watches the robot.
@@ -55,13 +52,12 @@ class VirtualSites:
 
     def __init__(
         self,
-        task: AnyTask,
-        library: TaskLibrary,
+        library: Library,
         settings: LinkSettings,
         config: RemoteConfig | None = None,
         hooks: Hooks | None = None,
     ):
-        self.task, self._library = task, library
+        self.task, self._library = library.task, library
         self.config, self.hooks = config or RemoteConfig(), hooks or Hooks()
         self.time = VirtualTime(start_s=1.0)
         self.link = VirtualLink(self.time, settings)
@@ -107,7 +103,7 @@ class VirtualSites:
         self.written = []
         clock = BootClock(f"boot {life}", lambda: self.time.now_ns() + round(life * _CLOCK_APART_S * 1e9))
         self.robot = Robot(
-            self.config, Repertoire([self.task]), clock, self._robot_end, self._plan,
+            self.config, self._library.tasks, clock, self._robot_end, self._plan,
             lambda **fields: self.written.append(fields), remembered,
         )  # fmt: skip
         self._robot_tick(life, self.time.now_s())
@@ -136,7 +132,7 @@ class VirtualSites:
     def _start_console(self, life: int) -> None:
         self.console_end = self.link.local_end()
         self.console = Console(
-            self.task, self._library, self.console_end, "operator", now_s=self.time.now_s,
+            self._library, self.console_end, "operator", now_s=self.time.now_s,
             rate_bps=self.config.link.rate_bps, place=own_place(self.task, stepped=True),
         )  # fmt: skip
         self.console.listen()

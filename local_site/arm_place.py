@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
-from common.task import ArmTask
+from common.task import AnyTask, ArmTask
 from common.task_frame import TaskFrame
 from local_site.arm_view import ArmView
 from local_site.demonstration import Demonstration
 from local_site.held_arm import HeldArm
+from local_site.own_place import SampleFiles, no_files
 
 
 class ArmPlace:
     """An arm before its receptacle, the one task frame.
 
     Args:
-        task: What is demonstrated.
-        sample_files: The demonstrations that come with the task.
+        task: What is demonstrated at first.
+        sample_files: The demonstrations that come with a task.
         seed: Of where arm and receptacle are at first.
     """
 
-    def __init__(self, task: ArmTask, sample_files: Sequence[Path] = (), seed: int = 0):
-        self._sample_files = tuple(sample_files)
+    def __init__(self, task: ArmTask, sample_files: SampleFiles = no_files, seed: int = 0):
+        self._task, self._sample_files = task, sample_files
         self._arm = HeldArm(task.skill, seed)
         self.view: ArmView = self._arm.view()
         """The arm as it was last."""
@@ -32,6 +30,16 @@ class ArmPlace:
         """The task frames. Length 1."""
         return [TaskFrame.at(self.view.receptacle)]
 
+    def become(self, task: AnyTask) -> None:
+        """See `OwnPlace.become`."""
+        assert isinstance(task, ArmTask), "a repertoire is of one robot"
+        self._task = task
+        self.renew(self.view.seed)
+
+    def renew(self, seed: int | None) -> None:
+        """See `OwnPlace.renew`."""
+        raise NotImplementedError
+
     def samples(self) -> list[Demonstration]:
         """See `OwnPlace.samples`."""
-        return [Demonstration.load(file) for file in self._sample_files]
+        return [Demonstration.load(file) for file in self._sample_files(self._task.name)]

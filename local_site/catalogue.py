@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from common import keys
 from common.messages import CatalogueReply, CatalogueRequest, Event, Telemetry
-from common.task import AnyTask
 from local_site.blob_fetcher import BlobFetcher
 from local_site.inquiries import Inquiries
-from local_site.robot_recordings import RobotRecordings, Tell
+from local_site.library import Library
+from local_site.notices import Tell
+from local_site.robot_recordings import RobotRecordings
 from local_site.robot_scene import KnownScenes, RobotScene
-from local_site.task_library import TaskLibrary
 
 _GIVE_UP_S = 60.0
 
@@ -20,7 +20,6 @@ class Catalogue:
     Args:
         inquiries: Asks the robot.
         library: Learns recordings.
-        task: What they must be of.
         site_name: This place.
         tell: Tells the operator.
         rate_bps: What the link carries [bit/s], 0 for more than enough.
@@ -30,15 +29,14 @@ class Catalogue:
     def __init__(
         self,
         inquiries: Inquiries,
-        library: TaskLibrary,
-        task: AnyTask,
+        library: Library,
         site_name: str,
         tell: Tell,
         rate_bps: float = 0.0,
         known: KnownScenes | None = None,
     ):
         self._inquiries, fetcher = inquiries, BlobFetcher(inquiries, rate_bps)
-        self.recordings = RobotRecordings(fetcher, library, task, site_name, tell)
+        self.recordings = RobotRecordings(fetcher, library, site_name, tell)
         self.scene = RobotScene(fetcher, known)
         self._boot, self._listed, self._asking = "", False, False
 

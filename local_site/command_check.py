@@ -34,7 +34,7 @@ def check(intent: intents.Command, picture: Picture) -> None:
         raise NotNow(f"{action} is not allowed in {robot.mode.name}, only in {modes_allowing(action)}")
     if action in (Action.PREVIEW, Action.EXECUTE) and not picture.confirmed_sha256:
         raise NotNow("the robot has confirmed no model: send it first")
-    if action is Action.EXECUTE and picture.must_preview and not picture.plan_id:
+    if action is Action.EXECUTE and picture.task.require_preview and not picture.plan_id:
         raise NotNow("the robot executes only what was previewed: press Preview first")
     if action is Action.COUPLE and picture.recording:
         raise NotNow("a demonstration is being recorded: end or undo it first")

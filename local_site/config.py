@@ -16,7 +16,7 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     link_control: str = ""
     """Control socket of the link process, host:port; empty: none, the link is a real one."""
     task: str = "planar"
-    """Name of a task that comes with Farhand, or a task file."""
+    """Name of a task that comes with Farhand, or a task file; several, of one robot, with commas between them."""
     site_name: Annotated[str, Meta(min_length=1, max_length=16)] = "operator"
     """What the robot and other operators call this place."""
     watch: bool = False

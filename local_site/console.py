@@ -12,9 +12,6 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
 from common import keys
 from common.budget import limit_flows
 from common.control_mode import Action
@@ -23,13 +20,13 @@ from common.event_log import EventLog
 from common.link import Link
 from common.link_monitor import LinkMonitor
 from common.messages import Event, ExecutionReport, PlannedPath, ReportRequest, StopAck, Telemetry, Wish
-from common.task import AnyTask
 from local_site import intents
 from local_site.catalogue import Catalogue
 from local_site.command_check import check
 from local_site.commanding import Commanding
 from local_site.event_follower import EventFollower
 from local_site.inquiries import Inquiries
+from local_site.library import Library
 from local_site.listening import listen
 from local_site.model_sender import ModelSender
 from local_site.notices import Notice, Notices
@@ -39,13 +36,11 @@ from local_site.parts import Parts
 from local_site.picture import Picture
 from local_site.reports import Reports
 from local_site.robot_scene import KnownScenes
+from local_site.sending import Sending
 from local_site.stop_sender import StopSender
-from local_site.task_library import TaskLibrary
 from local_site.taught import NotNow
 from local_site.teaching import Teaching
 from local_site.teleoperation import Teleoperation
-
-Array = NDArray[np.float64]
 
 PERIOD_S = 0.05
 """Time from one tick to the next [s]."""
@@ -55,22 +50,20 @@ class Console:
     """Owner of everything that the operator's site knows and asks.
 
     Args:
-        task: What is taught and done.
-        library: Demonstrations and models.
+        library: What was taught of each task.
         link: To the robot.
         site_name: This place.
         log: Keeps what happened; None keeps it in memory alone.
         wish: Whether this site takes control when it can, or watches.
         now_s: The clock of this site [s].
         rate_bps: What the link carries [bit/s]; 0 for more than enough.
-        place: What the operator's hand moves; None makes the one that the task needs.
+        place: What the operator's hand moves; None makes the one that the tasks need.
         known: What robots look like as far as it need not be fetched; None when nobody draws the robot.
     """
 
     def __init__(
         self,
-        task: AnyTask,
-        library: TaskLibrary,
+        library: Library,
         link: Link,
         site_name: str,
         log: EventLog | None = None,
@@ -80,24 +73,25 @@ class Console:
         place: OwnPlace | None = None,
         known: KnownScenes | None = None,
     ):
-        self._task, self._library, self._link, self._now_s = task, library, link, now_s
+        self._library, self._link, self._now_s = library, link, now_s
         self.owner = Owner("console", PERIOD_S, self._tick, self._redraw, now_s)
         """Does everything here, one after the other."""
         self._notices, monitor = Notices(log), LinkMonitor()
         self._inquiries = Inquiries(link, self.owner.put, now_s)
         self._commanding = Commanding(link, self._inquiries, monitor, site_name, self._notices.add, wish)
-        self._models = ModelSender(self._inquiries, task.name, self._notices.add, now_s, rate_bps)
+        self._models = ModelSender(self._inquiries, now_s, rate_bps)
         self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(monitor, self._events, self._on_restart)
-        self._place = place or own_place(task)
-        self._catalogue = Catalogue(self._inquiries, library, task, site_name, self._tell, rate_bps, known)
-        self._teaching = Teaching(library, self._place, self._models, self._tell)
+        self._place = place or own_place(library.task)
+        self._catalogue = Catalogue(self._inquiries, library, site_name, self._tell, rate_bps, known)
+        self._teaching = Teaching(library, self._place, self._tell)
+        self._sending = Sending(library, self._models, self._tell)
         self._stop = StopSender(link, site_name)
         self._teleoperation = Teleoperation(link)
         limit_flows(link, rate_bps)
         self._parts = Parts(
-            task, library, self._place, self._catalogue, self._teaching, self._models, self._commanding, self._stop, self._reports,
-            monitor, self._notices,
+            library, self._place, self._catalogue, self._teaching, self._sending, self._models, self._commanding,
+            self._stop, self._reports, monitor, self._notices,
         )  # fmt: skip
         self._changed = threading.Condition()
         self.picture = self._parts.draw(now_s())
@@ -116,7 +110,7 @@ class Console:
         hear(keys.EVENT, Event, self._events.received)
         hear(keys.PATH, PlannedPath, lambda path: self._reports.on_path(path, self._now_s()))
         hear(keys.STOP_ACK, StopAck, self._stop.acknowledged)
-        self._place.start(self.owner.put, self._on_moved)
+        self._place.start(self.owner.put, self._library.on_moved)
 
     def close(self) -> None:
         """End the console; what was not sent is not sent."""
@@ -170,7 +164,7 @@ class Console:
         self._inquiries.tick(now_s)
         self._stop.tick(now_s)
         self._commanding.tick(self._reports.robot, now_s)
-        self._teaching.tick()
+        self._sending.tick()
 
     # Intents ------------------------------------------------------------------------------------
 
@@ -187,6 +181,11 @@ class Console:
                     self._commanding.wish(intent.wish)
                 case intents.MoveTarget():
                     self._teleoperation.move_target(intent.position_m, self._commanding.lease_id)
+                case intents.Choose():
+                    self._teaching.choose(intent.task, self._parts.draw(self._now_s()))
+                    self._reports.forget_plan()
+                case intents.SendModel() | intents.SendLibrary() | intents.AutoSend():
+                    self._sending.do(intent)
                 case intents.Recover() if self._teaching.left_over is None:
                     self._catalogue.recordings.recover()
                 case _:
@@ -205,8 +204,9 @@ class Console:
         check(intent, self._parts.draw(now_s))
         if robot is None:
             raise NotNow("the robot has not reported yet")
-        sha256, plan_id = self._models.confirmed_sha256, self._reports.plan_id
-        self._commanding.command(action, robot, now_s, self._task.name, sha256, plan_id, intent.pace)
+        task, plan_id = self._library.task.name, self._reports.plan_id
+        sha256 = self._models.confirmed_sha256(task)
+        self._commanding.command(action, robot, now_s, task, sha256, plan_id, intent.pace)
 
     def _hand(self, intent: intents.Hand) -> None:
         """The hand drives the robot while coupled, else it moves what is at the operator's own place."""
@@ -216,11 +216,6 @@ class Console:
         else:
             self._place.hand(intent.point, intent.time_s, intent.released)
 
-    def _on_moved(self, points: Array, times_s: Array) -> None:
-        if self._library.recording:
-            for point, time_s in zip(points, times_s, strict=True):
-                self._library.hand(point, float(time_s))
-
     # Reports of the robot -----------------------------------------------------------------------
 
     def _on_telemetry(self, report: Telemetry) -> None:
@@ -229,8 +224,8 @@ class Console:
             self._catalogue.on_report(report)
 
     def _on_restart(self) -> None:
-        self._models.confirmed_sha256 = ""
-        self._tell("restart", "the robot was restarted: send the model again", good=False)
+        self._models.forget_confirmed()
+        self._tell("restart", "the robot was restarted: send the models again", good=False)
 
     def _on_event(self, event: Event) -> None:
         self._commanding.on_event(event, self._now_s(), self._reports.later_s(event.stamp))

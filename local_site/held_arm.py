@@ -46,8 +46,8 @@ class HeldArm:
     """
 
     def __init__(self, skill: SkillName, seed: int):
-        self._dimensions, self._inserts = Dimensions(), skill == "insert"
-        self._arm = OperatorArm(self._placement(seed), self._dimensions, presses=self._inserts)
+        self._dimensions = Dimensions()
+        self._arm = OperatorArm(self._placement(skill, seed), self._dimensions, presses=skill == "insert")
         self._target: Array | None = None
         self._n_ticks = self._n_still = self._n_stuck = 0
         self._tip, self._seed = self._arm.tip, seed
@@ -89,9 +89,9 @@ class HeldArm:
         self._points, self._times_s = [], []
         return moved
 
-    def renew(self, seed: int) -> None:
-        """Put arm and receptacle elsewhere; the hand lets go."""
-        self._arm.put(self._placement(seed))
+    def renew(self, skill: SkillName, seed: int) -> None:
+        """Put arm and receptacle elsewhere, where a motion of this skill begins; the hand lets go."""
+        self._arm.put(self._placement(skill, seed), presses=skill == "insert")
         self._seed, self._tip = seed, self._arm.tip
         self.let_go()
         self.take()
@@ -110,8 +110,8 @@ class HeldArm:
             seed=self._seed,
         )
 
-    def _placement(self, seed: int) -> Placement:
-        place = Placement.sample if self._inserts else Placement.seated
+    def _placement(self, skill: SkillName, seed: int) -> Placement:
+        place = Placement.sample if skill == "insert" else Placement.seated
         return place(np.random.default_rng(seed), ACCEPTANCE, self._dimensions)
 
     def _notice(self) -> None:

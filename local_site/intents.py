@@ -76,6 +76,17 @@ class Delete:
 
 
 @dataclass(frozen=True)
+class Choose:
+    """Have teaching, previews and executions be about another task.
+
+    Args:
+        task: Its name.
+    """
+
+    task: str
+
+
+@dataclass(frozen=True)
 class AutoSend:
     """Send the model whenever it changes, or only when asked to.
 
@@ -99,7 +110,12 @@ class Control:
 
 @dataclass(frozen=True)
 class SendModel:
-    """Send the learned model to the robot."""
+    """Send the learned model of the chosen task to the robot."""
+
+
+@dataclass(frozen=True)
+class SendLibrary:
+    """Send the robot of each task what it lacks."""
 
 
 @dataclass(frozen=True)
@@ -140,5 +156,6 @@ class MoveTarget:
     position_m: tuple[float, ...]
 
 
-Teach = Record | End | Undo | LoadSamples | Recover | GoTo | StartAnew | Delete | SendModel | AutoSend | Renew
-Intent = Command | Control | Hand | MoveTarget | Teach
+Send = SendModel | SendLibrary | AutoSend
+Teach = Record | End | Undo | LoadSamples | Recover | GoTo | StartAnew | Delete | Renew
+Intent = Command | Control | Hand | MoveTarget | Choose | Send | Teach

@@ -5,9 +5,8 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 from common.log import loop_logger
 from common.robot.simulation import TICK_S, PhysicsFailed
@@ -15,7 +14,7 @@ from common.task import ArmTask
 from local_site.arm_place import ArmPlace
 from local_site.arm_view import ArmView
 from local_site.held_arm import Moved, hand_pose
-from local_site.own_place import OnMoved
+from local_site.own_place import OnMoved, SampleFiles, no_files
 from local_site.owner import Job
 
 _log = loop_logger(__name__)
@@ -31,11 +30,11 @@ class LiveArm(ArmPlace):
     recorded is in the arm's own time.
     """
 
-    def __init__(self, task: ArmTask, sample_files: Sequence[Path] = (), seed: int = 0):
+    def __init__(self, task: ArmTask, sample_files: SampleFiles = no_files, seed: int = 0):
         super().__init__(task, sample_files, seed)
         self._jobs: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="operator's arm", daemon=True)
-        self._n_untold = 0
+        self._n_untold = self._n_renewed = 0
 
     def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
         """See `OwnPlace.start`."""
@@ -86,22 +85,22 @@ class LiveArm(ArmPlace):
             self._arm.tick()
         except PhysicsFailed:
             _log.exception("the operator's arm is put back to ready")
-            self._arm.renew(self._arm.seed)
+            self._arm.renew(self._task.skill, self._arm.seed)
         self._n_untold += 1
         if self._n_untold >= _TICKS_TOLD or self._arm.asleep:
             self._tell()
 
     def _renew(self, seed: int | None, done: threading.Event) -> None:
-        self._arm.renew(self._arm.seed + 1 if seed is None else seed)
-        self.view = self._arm.view()
+        self._arm.renew(self._task.skill, self._arm.seed + 1 if seed is None else seed)
+        self.view, self._n_renewed = self._arm.view(), self._n_renewed + 1
         done.set()
 
     def _tell(self) -> None:
         self._n_untold = 0
-        self._put(partial(self._told, self._arm.view(), self._arm.take()))
+        self._put(partial(self._told, self._n_renewed, self._arm.view(), self._arm.take()))
 
-    def _told(self, view: ArmView, moved: Moved) -> None:
-        """In the console's thread."""
-        if view.seed == self.view.seed:
+    def _told(self, n_renewed: int, view: ArmView, moved: Moved) -> None:
+        """In the console's thread; what is told of before a renewal counts no more."""
+        if n_renewed == self._n_renewed:
             self.view = view
             self._moved(*moved)

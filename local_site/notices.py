@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Protocol
 
 from common.event_log import EventLog
 
@@ -33,6 +34,14 @@ class Notice:
     who: str = ""
     robot_s: float | None = None
     late_s: float = 0.0
+
+
+class Tell(Protocol):
+    """Tells the operator something."""
+
+    def __call__(self, what: str, text: str, good: bool = True) -> None:
+        """What it is about, the words, and whether they are good ones."""
+        ...
 
 
 class Notices:

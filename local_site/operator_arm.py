@@ -37,16 +37,16 @@ class OperatorArm:
     """
 
     def __init__(self, placement: Placement, dimensions: Dimensions | None = None, presses: bool = True):
-        self._simulation, self._presses = Simulation(dimensions), presses
-        self.put(placement)
+        self._simulation = Simulation(dimensions)
+        self.put(placement, presses)
 
-    def put(self, placement: Placement) -> None:
+    def put(self, placement: Placement, presses: bool = True) -> None:
         """Put both somewhere, at rest."""
         receptacle, joints_rad = placement
         self._around = Surroundings.still(self._simulation.dimensions).with_receptacle(receptacle)
         self._simulation.reset(joints_rad, self._around)
         self._servo = Servo(self._simulation.dimensions, ServoSettings(), self._simulation.joints_rad)
-        self._servo.see(SeenReceptacle(receptacle, np.zeros(6)), self._presses)
+        self._servo.see(SeenReceptacle(receptacle, np.zeros(6)), presses)
         self.receptacle, self.frame = receptacle, TaskFrame.at(receptacle)
 
     def follow(self, pose: Array) -> None:

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from common.task import ArmTask, PointTask
+from common.task import AnyTask, PointTask
 from common.task_frame import TaskFrame
 from local_site.arm_view import ArmView
 from local_site.demonstration import Demonstration
@@ -20,6 +20,13 @@ from local_site.taught import NotNow
 Array = NDArray[np.float64]
 OnMoved = Callable[[Array, Array], None]
 """Points (n, C) that were moved through, and their times (n,) [s]."""
+SampleFiles = Callable[[str], Sequence[Path]]
+"""The demonstrations that come with a task, by its name, where they are not in its own file."""
+
+
+def no_files(_task: str) -> Sequence[Path]:
+    """Where no demonstrations come with any task."""
+    return ()
 
 
 class OwnPlace(Protocol):
@@ -52,6 +59,10 @@ class OwnPlace(Protocol):
         """
         ...
 
+    def become(self, task: AnyTask) -> None:
+        """Be the place of another task of the same robot: an arm is put where that one begins."""
+        ...
+
     def renew(self, seed: int | None) -> None:
         """Put the arm back to ready and its receptacle elsewhere.
 
@@ -61,7 +72,7 @@ class OwnPlace(Protocol):
         ...
 
     def samples(self) -> list[Demonstration]:
-        """The demonstrations that come with the task.
+        """The demonstrations that come with its task.
 
         Raises:
             InvalidDemonstration: When a file is missing or damaged.
@@ -77,12 +88,12 @@ class Board:
     """A board before a target that stands still: the hand itself makes the motion.
 
     Args:
-        task: The task.
+        task: What is demonstrated at first.
     """
 
     def __init__(self, task: PointTask):
-        self._task = task
-        self.frames, self.view = still_frames(task), None
+        self.view = None
+        self.become(task)
 
     def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
         """See `OwnPlace.start`."""
@@ -91,6 +102,11 @@ class Board:
     def hand(self, point: tuple[float, ...], time_s: float, released: bool) -> None:
         """See `OwnPlace.hand`."""
         self._moved(np.array([point]), np.array([time_s]))
+
+    def become(self, task: AnyTask) -> None:
+        """See `OwnPlace.become`."""
+        assert isinstance(task, PointTask), "a repertoire is of one robot"
+        self._task, self.frames = task, still_frames(task)
 
     def renew(self, seed: int | None) -> None:
         """See `OwnPlace.renew`."""
@@ -105,13 +121,13 @@ class Board:
 
 
 def own_place(
-    task: PointTask | ArmTask, sample_files: Sequence[Path] = (), seed: int = 0, stepped: bool = False
+    task: AnyTask, sample_files: SampleFiles = no_files, seed: int = 0, stepped: bool = False
 ) -> OwnPlace:
-    """The place that a task needs.
+    """The place that the tasks of one robot need.
 
     Args:
-        task: The task.
-        sample_files: The demonstrations that come with it, where they are not in its file.
+        task: The first of them.
+        sample_files: The demonstrations that come with each, where they are not in its file.
         seed: Of where an arm and its receptacle are at first.
         stepped: Whether an arm's time passes with the hand's, as fast as can be, instead of by itself.
     """

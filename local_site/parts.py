@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from common.link_monitor import LinkMonitor
-from common.task import AnyTask
 from local_site.catalogue import Catalogue
 from local_site.commanding import Commanding
+from local_site.library import Library
 from local_site.model_sender import ModelSender
 from local_site.notices import Notices
 from local_site.own_place import OwnPlace
-from local_site.picture import Picture
+from local_site.picture import Picture, TaskStanding
 from local_site.reports import Reports
+from local_site.sending import Sending
 from local_site.stop_sender import StopSender
-from local_site.task_library import TaskLibrary
 from local_site.teaching import Teaching
 
 
@@ -23,11 +23,11 @@ class Parts:
     """Each owns some facts; nobody else keeps them. Used by the console's thread alone.
 
     Args:
-        task: What is taught and done.
         library: Demonstrations and models.
         place: What the operator's hand moves.
         catalogue: What the robot has to fetch.
-        teaching: Recording, undoing, sending by itself.
+        teaching: Recording and undoing.
+        sending: What is to be sent.
         models: What the robot has confirmed.
         commanding: The control of the robot, and what was asked of it.
         stop: The newest stop of this site.
@@ -36,11 +36,11 @@ class Parts:
         notices: What the operator should read.
     """
 
-    task: AnyTask
-    library: TaskLibrary
+    library: Library
     place: OwnPlace
     catalogue: Catalogue
     teaching: Teaching
+    sending: Sending
     models: ModelSender
     commanding: Commanding
     stop: StopSender
@@ -50,7 +50,8 @@ class Parts:
 
     def draw(self, now_s: float) -> Picture:
         """All that is known now."""
-        library, commanding, reports = self.library, self.commanding, self.reports
+        task, library = self.library.task, self.library.chosen
+        commanding, reports = self.commanding, self.reports
         return Picture(
             now_s=now_s,
             robot=reports.robot,
@@ -61,6 +62,9 @@ class Parts:
             asked_by=commanding.asked_by,
             pending=dict(commanding.pending),
             notices=self.notices.newest(),
+            task=task,
+            tasks=tuple(map(self._standing, self.library.by_task)),
+            sending_library=self.sending.sending_library,
             recording=library.recording,
             n_demonstrations=len(library.demonstrations),
             can_undo=library.can_undo,
@@ -70,9 +74,9 @@ class Parts:
             scene_fetching=self.catalogue.scene.fetching,
             learned=library.learned,
             forming=library.forming(),
-            confirmed_sha256=self.models.confirmed_sha256,
-            sending_model=self.models.sending,
-            auto_send=self.teaching.auto_send,
+            confirmed_sha256=self.models.confirmed_sha256(task.name),
+            sending_model=self.models.sending(task.name),
+            auto_send=self.sending.by_itself,
             revisions=library.revisions,
             revision=library.revision,
             strokes=library.strokes,
@@ -81,11 +85,18 @@ class Parts:
             own_arm=self.place.view,
             path=reports.path,
             path_received_s=reports.path_received_s,
-            must_preview=self.task.require_preview,
-            can_retract=self.task.retract_m is not None,
-            lost_link=self.task.lost_link,
             plan_id=reports.plan_id,
             plan_received_s=reports.plan_received_s,
             stop=self.stop.status,
             command_round_trips_s=tuple(commanding.round_trips_s),
+        )
+
+    def _standing(self, name: str) -> TaskStanding:
+        taught = self.library.by_task[name]
+        return TaskStanding(
+            name=name,
+            n_demonstrations=len(taught.demonstrations),
+            learned_sha256=taught.learned.sha256 if taught.learned is not None else "",
+            confirmed_sha256=self.models.confirmed_sha256(name),
+            sending=self.models.sending(name),
         )

@@ -12,6 +12,7 @@ from common.control_mode import Action, ControlMode, Phase
 from common.link_monitor import LinkView
 from common.messages import PlannedPath, Telemetry, Wish
 from common.scene_description import SceneDescription
+from common.task import AnyTask
 from common.task_frame import TaskFrame
 from common.tphsmm import TPHSMM
 from local_site.arm_view import ArmView
@@ -39,6 +40,30 @@ class Pending:
 
 
 @dataclass(frozen=True)
+class TaskStanding:
+    """How it stands with one of the tasks.
+
+    Args:
+        name: Of the task.
+        n_demonstrations: Learned ones.
+        learned_sha256: Of the model; empty while nothing was taught.
+        confirmed_sha256: The model that the robot has confirmed last; empty without one.
+        sending: Whether one is on its way, or waits for another task's.
+    """
+
+    name: str
+    n_demonstrations: int
+    learned_sha256: str
+    confirmed_sha256: str
+    sending: bool
+
+    @property
+    def differs(self) -> bool:
+        """Whether something was taught that the robot has not confirmed."""
+        return self.learned_sha256 not in ("", self.confirmed_sha256)
+
+
+@dataclass(frozen=True)
 class Picture:
     """All that the console knows.
 
@@ -52,6 +77,9 @@ class Picture:
         asked_by: Who asks this site for the control, empty for nobody.
         pending: Actions under way.
         notices: The newest last.
+        task: The task that is chosen; what follows is about it.
+        tasks: All of them, in their order.
+        sending_library: Whether the library is on its way.
         recording: Whether a demonstration is being made.
         n_demonstrations: Learned ones.
         can_undo: Whether there is one to forget.
@@ -73,9 +101,6 @@ class Picture:
         own_arm: The operator's arm; None where a hand alone demonstrates.
         path: The newest path.
         path_received_s: When it came, on the console's clock [s].
-        must_preview: Whether the robot executes only what was previewed.
-        can_retract: Whether the task says where to retract to.
-        lost_link: What an execution does when the link is lost.
         plan_id: The newest preview, 0 without one.
         plan_received_s: When it came, on the console's clock [s].
         stop: The newest stop of this site.
@@ -91,6 +116,9 @@ class Picture:
     asked_by: str
     pending: dict[Action, Pending]
     notices: tuple[Notice, ...]
+    task: AnyTask
+    tasks: tuple[TaskStanding, ...]
+    sending_library: bool
     recording: bool
     n_demonstrations: int
     can_undo: bool
@@ -111,9 +139,6 @@ class Picture:
     own_arm: ArmView | None
     path: PlannedPath | None
     path_received_s: float
-    must_preview: bool
-    can_retract: bool
-    lost_link: str
     plan_id: int
     plan_received_s: float
     stop: StopStatus | None

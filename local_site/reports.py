@@ -34,7 +34,7 @@ class Reports:
             return False
         before, self.robot = self.robot, report
         if before is not None and report.stamp.boot != before.stamp.boot:
-            self.path, self.plan_id = None, 0
+            self.forget_plan()
             self._restarted()
         if was_lost or before is None or report.stamp.boot != before.stamp.boot:
             self._events.catch_up(report.stamp.boot)
@@ -46,6 +46,10 @@ class Reports:
         if robot is None or robot.stamp.boot != stamp.boot:
             return 0.0
         return max(0.0, (robot.stamp.t_ns - stamp.t_ns) * 1e-9)
+
+    def forget_plan(self) -> None:
+        """Whatever was previewed counts no more."""
+        self.path, self.plan_id = None, 0
 
     def on_path(self, path: PlannedPath, now_s: float) -> None:
         """Take a path: what the robot is about to do, or the preview that was asked for."""

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 from common.control_mode import Action
 from common.errors import FarhandError
 from common.messages import RECORDED, Event, RecordingOffer
 from common.recorded_motion import RecordedMotion
-from common.task import AnyTask
 from local_site import intents
 from local_site.blob_fetcher import BlobFetcher
 from local_site.demonstration import Demonstration
+from local_site.library import Library
+from local_site.notices import Tell
 from local_site.picture import Picture
-from local_site.task_library import TaskLibrary
 from local_site.taught import NotNow
-
-Tell = Callable[[str, str, bool], None]
-"""What it is about, the words, and whether they are good ones."""
 
 
 class RobotRecordings:
@@ -28,16 +25,13 @@ class RobotRecordings:
 
     Args:
         fetcher: Fetches them.
-        library: Learns them.
-        task: What they must be of.
+        library: Learns each into the task that it is of.
         site_name: This place.
         tell: Tells the operator.
     """
 
-    def __init__(
-        self, fetcher: BlobFetcher, library: TaskLibrary, task: AnyTask, site_name: str, tell: Tell
-    ):  # fmt: skip
-        self._fetcher, self._library, self._task = fetcher, library, task
+    def __init__(self, fetcher: BlobFetcher, library: Library, site_name: str, tell: Tell):
+        self._fetcher, self._library = fetcher, library
         self._site_name, self._tell = site_name, tell
         self._expected = False  # one that was begun by this process and is to be learned
         self._ended = False  # it is in the catalogue by now
@@ -82,14 +76,15 @@ class RobotRecordings:
     def on_restart(self) -> None:
         """The robot was started again: its recordings are gone."""
         if self._expected or self._ended or self._newest is not None:
-            self._tell("record", "the robot was restarted: what it had recorded is lost", False)
+            self._tell("record", "the robot was restarted: what it had recorded is lost", good=False)
         self._expected = self._ended = False
         self._offers = ()
         self._to_fetch.clear()
 
     def on_offers(self, offers: Sequence[RecordingOffer]) -> None:
         """What the robot has."""
-        learned, known = "\n".join(each.source for each in self._library.demonstrations), self._offers
+        taught, known = self._library.by_task.values(), self._offers
+        learned = "\n".join(each.source for task in taught for each in task.demonstrations)
         self._offers = tuple(
             o for o in offers if o.site_name == self._site_name and o.sha256 not in learned
         )  # fmt: skip
@@ -117,15 +112,29 @@ class RobotRecordings:
         (sha256, content), self._arrived = self._arrived, None
         self._fetch_next()
         try:
-            self._library.learn([_demonstration(content, sha256, self._task)])
+            learned = self._learn(content, sha256)
         except FarhandError as error:
-            self._tell("record", f"what the robot recorded was not learned: {error}", False)
-            return
-        learned = self._library.learned
-        assert learned is not None
-        self._tell(
-            "record", f"learned what the robot recorded: {learned.model.n_components} components", True
-        )
+            self._tell("record", f"what the robot recorded was not learned: {error}", good=False)
+        else:
+            self._tell("record", f"learned what the robot recorded: {learned}")
+
+    def _learn(self, content: bytes, sha256: str) -> str:
+        """Learn a recorded motion into the task that it is of; says what is known of it now.
+
+        Raises:
+            FarhandError: When it is malformed, of no task here, or no motion.
+        """
+        motion = RecordedMotion.from_bytes(content)
+        task, taught = self._library.tasks.get(motion.task), self._library.by_task.get(motion.task)
+        if (
+            task is None
+            or taught is None
+            or (motion.frame_names, motion.space) != (task.frame_names, task.space)
+        ):
+            raise NotNow(f"it is one of {motion.task!r}, which is not taught here")
+        taught.learn([_demonstration(motion, sha256)])
+        assert taught.learned is not None
+        return f"{task.name}, {taught.learned.model.n_components} components"
 
     @property
     def _newest(self) -> RecordingOffer | None:
@@ -135,7 +144,7 @@ class RobotRecordings:
     def _on_content(self, sha256: str, content: bytes | None) -> None:
         self._fetching = ""
         if content is None:
-            self._tell("record", "what the robot recorded could not be fetched", False)
+            self._tell("record", "what the robot recorded could not be fetched", good=False)
         else:
             self._arrived = sha256, content
             self._done.add(sha256)
@@ -148,16 +157,8 @@ class RobotRecordings:
             self._fetcher.fetch(self._fetching, partial(self._on_content, self._fetching))
 
 
-def _demonstration(content: bytes, sha256: str, task: AnyTask) -> Demonstration:
-    """A recorded motion as a demonstration of a task.
-
-    Raises:
-        InvalidInput: When it is malformed, or of another task.
-    """
-    motion = RecordedMotion.from_bytes(content)
+def _demonstration(motion: RecordedMotion, sha256: str) -> Demonstration:
     samples = motion.samples()
-    if (motion.task, motion.frame_names, motion.space) != (task.name, task.frame_names, task.space):
-        raise NotNow(f"it is one of {motion.task!r}, this is {task.name!r}")
     points, D = samples.points, motion.n_dims
     return Demonstration(
         time_s=samples.time_s,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +13,16 @@ from common.event_log import EventLog
 from common.link import ZenohLink
 from common.link_control import RelayControl
 from common.messages import Wish
-from common.task import AnyTask, ArmTask
+from common.repertoire import Repertoire
+from common.task import ArmTask
 from local_site.config import LocalConfig
 from local_site.console import Console
 from local_site.learning.warm_up import warm_up
+from local_site.library import Library
 from local_site.operators_place import PlannedOutage
-from local_site.own_place import OwnPlace, own_place
+from local_site.own_place import OwnPlace, SampleFiles, no_files, own_place
 from local_site.robot_scene import KnownScenes
 from local_site.scripted_operator import ScriptedOperator
-from local_site.task_library import TaskLibrary
 
 if TYPE_CHECKING:
     from local_site.view.page import Page
@@ -34,14 +35,16 @@ class LocalSite:
 
     Args:
         config: Endpoints, names, timeouts.
-        task: What is taught and done.
+        tasks: What is taught and done.
         data_dir: Where demonstrations and models are kept.
-        sample_files: The demonstrations that come with the task, where they are not in its own file.
+        sample_files: The demonstrations that come with each task, where they are not in its own file.
     """
 
-    def __init__(self, config: LocalConfig, task: AnyTask, data_dir: Path, sample_files: Sequence[Path] = ()):
-        self._config, self._task, self._sample_files = config, task, sample_files
-        self._library = TaskLibrary(task, data_dir)
+    def __init__(
+        self, config: LocalConfig, tasks: Repertoire, data_dir: Path, sample_files: SampleFiles = no_files
+    ):
+        self._config, self._tasks, self._sample_files = config, tasks, sample_files
+        self._library = Library(tasks, data_dir)
         self._event_log = data_dir / "operator" / config.site_name / "events.jsonl"
         self._scenes = data_dir / "scenes"
         self._stop = threading.Event()
@@ -81,18 +84,21 @@ class LocalSite:
         control = relay_control(self._config.link_control)
         with self._opened(stepped=True) as opened:
             ready()
-            return ScriptedOperator(opened.console, self._task, control, outage, self._config.seed).run()
+            return ScriptedOperator(
+                opened.console, self._tasks.first, control, outage, self._config.seed
+            ).run()
 
     def _opened(self, page_port: int = 0, stepped: bool = False) -> _Opened:
-        warm_up(self._task.space, len(self._task.frame_names))
+        first = self._tasks.first
+        warm_up(first.space, len(first.frame_names))
         log = EventLog(self._event_log)
-        place = own_place(self._task, self._sample_files, self._config.seed, stepped)
+        place = own_place(first, self._sample_files, self._config.seed, stepped)
         known = self._known_scenes() if page_port else None
-        return _Opened(self._config, self._task, self._library, place, log, self._stop, page_port, known)
+        return _Opened(self._config, self._library, place, log, self._stop, page_port, known)
 
     def _known_scenes(self) -> KnownScenes | None:
         """What an arm can look like: the operator's own, and what was fetched from earlier robots."""
-        if not isinstance(self._task, ArmTask):
+        if not isinstance(self._tasks.first, ArmTask):
             return None
         # It comes from the arm's physics, which boards need not load.
         from common.robot.description import describe
@@ -107,20 +113,19 @@ class _Opened:
     def __init__(
         self,
         config: LocalConfig,
-        task: AnyTask,
-        library: TaskLibrary,
+        library: Library,
         place: OwnPlace,
         log: EventLog,
         stop: threading.Event,
         page_port: int,
         known: KnownScenes | None,
     ):
-        self._config, self._task, self._stop, self._page_port = config, task, stop, page_port
+        self._config, self._library, self._stop, self._page_port = config, library, stop, page_port
         self._log = log
         self._link = ZenohLink(config.link)
         wish = Wish.WATCH if config.watch else Wish.CONTROL
         self.console = Console(
-            task, library, self._link, config.site_name, log, wish, rate_bps=config.link.rate_bps, place=place,
+            library, self._link, config.site_name, log, wish, rate_bps=config.link.rate_bps, place=place,
             known=known,
         )  # fmt: skip
         self.page: Page | None = None
@@ -159,7 +164,7 @@ class _Opened:
         )  # costs half a second, which a site without a page need not wait
 
         control = relay_control(self._config.link_control)
-        page = Page(self.console, self._task, control, self._config.page_host, self._page_port)
+        page = Page(self.console, self._library.task, control, self._config.page_host, self._page_port)
         page.start()
         _log.info("the page is at %s", page.address)
         return page

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Callable
 
 from common.robot.simulation import TICK_S
 from common.task import ArmTask
 from local_site.arm_place import ArmPlace
 from local_site.held_arm import hand_pose
-from local_site.own_place import OnMoved
+from local_site.own_place import OnMoved, SampleFiles, no_files
 from local_site.owner import Job
 
 _LONGEST_S = 1.0
@@ -19,7 +18,7 @@ _LONGEST_S = 1.0
 class SteppedArm(ArmPlace):
     """For a scripted operator: between two events of the hand the arm does what the first one says."""
 
-    def __init__(self, task: ArmTask, sample_files: Sequence[Path] = (), seed: int = 0):
+    def __init__(self, task: ArmTask, sample_files: SampleFiles = no_files, seed: int = 0):
         super().__init__(task, sample_files, seed)
         self._held_s: float | None = None
         self._n_ticks = 0
@@ -48,7 +47,7 @@ class SteppedArm(ArmPlace):
     def renew(self, seed: int | None) -> None:
         """See `OwnPlace.renew`."""
         self._held_s = None
-        self._arm.renew(self._arm.seed + 1 if seed is None else seed)
+        self._arm.renew(self._task.skill, self._arm.seed + 1 if seed is None else seed)
         self.view = self._arm.view()
 
     def close(self) -> None:

@@ -20,8 +20,8 @@ from common.repertoire import Repertoire
 from common.task import PointTask
 from local_site import intents
 from local_site.console import Console
+from local_site.library import Library
 from local_site.picture import Picture
-from local_site.task_library import TaskLibrary
 from remote_site.config import RemoteConfig
 from remote_site.planner import PlanRequest, plan
 from remote_site.plant_memory import PlantState
@@ -125,9 +125,9 @@ class Site:
     def __init__(self, meeting: Meeting, name: str, data_dir: Path, wish: Wish):
         self._meeting = meeting
         self.link = OperatorsEnd(meeting.robots_end)
-        self.library = TaskLibrary(TASK, data_dir)
+        self.library = Library(Repertoire([TASK]), data_dir)
         self.console = Console(
-            TASK, self.library, self.link, name, wish=wish, now_s=lambda: meeting.sites_time.ns * 1e-9
+            self.library, self.link, name, wish=wish, now_s=lambda: meeting.sites_time.ns * 1e-9
         )
         self.console.listen()
 

@@ -19,7 +19,7 @@ from common.repertoire import Repertoire
 from docs.protocol_page import FLOWS, PAGE, meaning, page
 from docs.protocol_words import ERRORS, SHARED_FIELDS
 from local_site.console import Console
-from local_site.task_library import TaskLibrary
+from local_site.library import Library
 from remote_site.config import RemoteConfig
 from remote_site.robot import Robot
 from tests.messages import all_kinds
@@ -83,7 +83,7 @@ def test_the_robot_listens_to_what_the_page_says_goes_to_it():
 
 def test_a_console_listens_to_what_the_page_says_comes_from_the_robot(tmp_path: Path):
     spy = Spy()
-    Console(TASK, TaskLibrary(TASK, tmp_path), spy, "ann").listen()
+    Console(Library(Repertoire([TASK]), tmp_path), spy, "ann").listen()
     assert set(spy.kinds) == {flow.channel for flow in FLOWS if flow.channel.key.startswith("rov/")}
 
 

@@ -59,11 +59,13 @@ def _command_enabled(action: Action, picture: Picture) -> bool:
         case Action.PREVIEW:
             return bool(picture.confirmed_sha256)
         case Action.EXECUTE:
-            return bool(picture.confirmed_sha256) and bool(picture.plan_id or not picture.must_preview)
+            return bool(picture.confirmed_sha256) and bool(
+                picture.plan_id or not picture.task.require_preview
+            )
         case Action.COUPLE:
             return not picture.recording
         case Action.RETRACT:
-            return picture.can_retract
+            return picture.task.retract_m is not None
         case Action.RESET:
             return picture.stop is None or picture.stop.standing
     return True
@@ -83,6 +85,10 @@ def _wish(wish: Wish, label: str, enabled: Callable[[Picture], bool], colour: Co
 def _can_send(picture: Picture) -> bool:
     learned = picture.learned
     return learned is not None and not picture.sending_model and learned.sha256 != picture.confirmed_sha256
+
+
+def _can_send_library(picture: Picture) -> bool:
+    return any(task.differs for task in picture.tasks) and not picture.sending_library
 
 
 def _can_record(picture: Picture) -> bool:
@@ -105,6 +111,9 @@ TEACH_ARM = (
     ButtonSpec("New place", lambda _: intents.Renew(), lambda p: not p.recording, colour="gray"),
 )
 LIBRARY = (
+    ButtonSpec(
+        "Send library", lambda _: intents.SendLibrary(), _can_send_library, lambda p: p.sending_library
+    ),
     ButtonSpec("Start anew", lambda _: intents.StartAnew(), lambda p: p.can_undo and not p.recording),
     ButtonSpec("Recover", lambda _: intents.Recover(), lambda p: p.can_recover),
 )

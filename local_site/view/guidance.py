@@ -7,7 +7,7 @@ import viser
 from common.control_mode import ControlMode, Phase
 from local_site.picture import Picture
 from local_site.view.html import Html, element
-from local_site.view.words import Words
+from local_site.view.words import Words, words_of
 
 
 class Guidance:
@@ -15,23 +15,21 @@ class Guidance:
 
     Args:
         gui: Of the server.
-        words: For the kind of task.
     """
 
-    def __init__(self, gui: viser.GuiApi, words: Words):
-        self._words = words
+    def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
 
     def draw(self, picture: Picture) -> None:
         """Show it."""
         self._html.show(
-            f'<div class="fh-advice"><i>next</i>{element("advice", advice(picture, self._words), tag="div")}</div>'
+            f'<div class="fh-advice"><i>next</i>{element("advice", advice(picture), tag="div")}</div>'
         )
 
 
-def advice(picture: Picture, words: Words) -> str:
+def advice(picture: Picture) -> str:
     """The next step of the job, for someone who sees the page for the first time."""
-    stop = picture.stop
+    stop, words = picture.stop, words_of(picture.task)
     if stop is not None and not stop.standing:
         return "The stop is being resent until the robot confirms it."
     if picture.mode is None:
@@ -79,7 +77,7 @@ def _teaching_advice(picture: Picture, words: Words) -> str:
 def _executing_advice(picture: Picture) -> str:
     if picture.mode is ControlMode.DISARMED:
         return "The robot has the model. Press Arm."
-    if not picture.plan_id and picture.must_preview:
+    if not picture.plan_id and picture.task.require_preview:
         return "Press Preview: the robot executes only what was previewed. Or Couple to drive by hand."
     if not picture.plan_id:
         return "Press Preview to see the plan, Execute to run it, or Couple to drive by hand."

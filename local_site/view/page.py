@@ -32,8 +32,8 @@ from local_site.view.redraw import Redraw
 from local_site.view.server import PageServer
 from local_site.view.status_strip import StatusStrip
 from local_site.view.tabs import Tabs
+from local_site.view.task_choice import TaskChoice
 from local_site.view.transition_graph import TransitionGraph
-from local_site.view.words import words_of
 
 _log = loop_logger(__name__)
 
@@ -47,7 +47,7 @@ class Page:
 
     Args:
         console: What is shown and asked.
-        task: Its kind decides on the scene.
+        task: One of the robot; its kind decides on the scene.
         control: The link process, None without one.
         host: Address to serve at.
         port: Port; 0 takes a free one.
@@ -102,19 +102,19 @@ class Page:
         return PlanarScene(self._server.scene, task, self._console.submit, explain, self._act)
 
     def _build_panels(self, gui: viser.GuiApi, task: AnyTask) -> None:
-        words = words_of(task)
         gui.main_panel.dock_left()
         gui.main_panel.set_width(_DOCK_PX)
         self._beat = Html(gui)
-        self._strip = StatusStrip(gui, words)
+        self._strip = StatusStrip(gui)
         self._graph, self._history = TransitionGraph(gui), LinkHistory(gui)
         self._buttons = [Buttons(gui, (buttons.STOP,), self._on_press)]
-        self._guidance, self._happened = Guidance(gui, words), EventPanel(gui)
+        self._guidance, self._happened = Guidance(gui), EventPanel(gui)
         with gui.add_folder("Teach"):
             teach = buttons.TEACH_ARM if isinstance(task, ArmTask) else buttons.TEACH
             self._buttons.append(Buttons(gui, teach, self._on_press))
             self._auto_send = AutoSend(gui, self._console.submit, self._act)
         with gui.add_folder("Library", expand_by_default=False):
+            self._task = TaskChoice(gui, self._shown, self._console.submit, self._act)
             self._library = LibraryPanel(gui, self._console.submit, self._act)
             self._buttons.append(Buttons(gui, buttons.LIBRARY, self._on_press))
         with gui.add_folder("Robot"):
@@ -186,6 +186,7 @@ class Page:
         for group in self._buttons:
             group.draw(picture)
         self._auto_send.draw(picture)
+        self._task.draw(picture)
         self._library.draw(picture)
         self._pace.draw(picture, now_s)
         self._guidance.draw(picture)

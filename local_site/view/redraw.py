@@ -15,7 +15,7 @@ AT_REST_S = 0.25
 """From one drawing to the next while nothing changes but ages [s]."""
 _equal = operator.attrgetter(
     "mode", "phase", "link.health", "in_control", "why_not_in_control", "wish", "asked_by", "pending", "notices",
-    "recording", "n_demonstrations", "can_recover", "confirmed_sha256", "sending_model", "auto_send", "revisions",
+    "task", "tasks", "sending_library", "recording", "n_demonstrations", "can_recover", "auto_send", "revisions",
     "revision", "plan_id", "stop", "robot_records", "fetching", "scene_fetching",
 )  # fmt: skip
 _identical = operator.attrgetter("learned", "forming", "own_arm", "path", "robot_scene")

@@ -17,7 +17,7 @@ from local_site.picture import Picture
 from local_site.view.ghost import Ghost
 from local_site.view.html import Html, element, text
 from local_site.view.reported_pose import reported_tip
-from local_site.view.words import Words
+from local_site.view.words import Words, words_of
 
 _LINK_WORDS = {
     LinkHealth.NEVER: "LOST",
@@ -38,24 +38,22 @@ class StatusStrip:
 
     Args:
         gui: Of the server.
-        words: For the kind of task.
     """
 
-    def __init__(self, gui: viser.GuiApi, words: Words):
-        self._words = words
+    def __init__(self, gui: viser.GuiApi):
         self._strip, self._alarm, self._titles = Html(gui), Html(gui), Html(gui)
         self._age_s, self._age_shown_s = 0.0, float("-inf")
 
     def draw(self, picture: Picture, ghost: Ghost | None, now_s: float) -> None:
         """Show the newest state."""
-        age = self._age(picture, now_s)
+        age, words = self._age(picture, now_s), words_of(picture.task)
         self._strip.show(f'<div class="fh-strip">{_cells(picture, age, now_s)}</div>')
         self._alarm.show(_alarm(picture, ghost, now_s))
         self._titles.show(
             '<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> '
             + element("recording", "RECORDING" if picture.recording else "", "fh-recording")
-            + f" {_local_words(picture, self._words)}</div>"
-            f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(picture, age, ghost, self._words)}</div></div>'
+            + f" {_local_words(picture, words)}</div>"
+            f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(picture, age, ghost, words)}</div></div>'
         )
 
     def _age(self, picture: Picture, now_s: float) -> str:
@@ -86,7 +84,7 @@ def _cells(picture: Picture, age: str, now_s: float) -> str:
             _cell("link", element("link", link, f"fh-link fh-{link.lower()}"),
                   element("silence", _silence_words(picture, now_s), "fh-note")),
             _cell("model", f"{element('components', n_components)} components",
-                  f'<span class="fh-note">{element("demos", picture.n_demonstrations)} demos'
+                  f'<span class="fh-note">{_task_words(picture)}{element("demos", picture.n_demonstrations)} demos'
                   f"{element('model', _model_words(picture))}</span>"),
             _tool_cell(picture.robot),
             _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet"),
@@ -135,8 +133,13 @@ def _lease_words(picture: Picture) -> str:
 def _silence_words(picture: Picture, now_s: float) -> str:
     link = picture.link
     if link.health is LinkHealth.OK or math.isinf(link.silent_s):
-        return f"if lost: {_LOST_LINK[picture.lost_link]}"
+        return f"if lost: {_LOST_LINK[picture.task.lost_link]}"
     return f"silent for {math.floor(link.silent_s + now_s - picture.now_s)} s"
+
+
+def _task_words(picture: Picture) -> str:
+    """Which task is chosen, where there is a choice."""
+    return element("task", picture.task.name) + ": " if len(picture.tasks) > 1 else ""
 
 
 def _model_words(picture: Picture) -> str:

@@ -8,11 +8,12 @@ from typing import Any
 import pytest
 
 from common.impairment import DirectionSettings, LinkSettings
+from common.repertoire import Repertoire
 from deploy.places import find_task
 from evaluation.virtual_job import do_job
 from evaluation.virtual_sites import VirtualSites
+from local_site.library import Library
 from local_site.operators_place import PlannedOutage
-from local_site.task_library import TaskLibrary
 from remote_site.config import RemoteConfig
 
 
@@ -21,7 +22,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     task, way = find_task("hot-stab"), DirectionSettings(delay_ms=300.0)
     settings = LinkSettings(uplink=way, downlink=way)
     folder: Path = tmp_path_factory.mktemp("library")
-    sites = VirtualSites(task, TaskLibrary(task, folder), settings, RemoteConfig(seed=1))
+    sites = VirtualSites(Library(Repertoire([task]), folder), settings, RemoteConfig(seed=1))
     return do_job(sites, settings, PlannedOutage("blackhole", 4.0), seed=1)
 
 

@@ -31,12 +31,13 @@ from common.messages import (
     Stop,
     Telemetry,
 )
+from common.repertoire import Repertoire
 from common.task import AnyTask, ArmTask, PointTask, load_toml
 from local_site.console import Console
+from local_site.library import Library
 from local_site.own_place import OwnPlace
 from local_site.picture import Picture
 from local_site.samples import still_frames
-from local_site.task_library import TaskLibrary
 from tests.loopback import Loopback
 
 TASK = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml", PointTask)
@@ -149,7 +150,7 @@ class RobotEnd:
 class Desk:
     """A running console, its library, and the robot's end."""
 
-    def __init__(self, console: Console, library: TaskLibrary, robot: RobotEnd, link: Loopback):
+    def __init__(self, console: Console, library: Library, robot: RobotEnd, link: Loopback):
         self.console, self.library, self.robot, self.link = console, library, robot, link
 
     @property
@@ -173,11 +174,11 @@ class Desk:
 
 
 @contextmanager
-def desk(data_dir: Path, task: AnyTask = TASK, place: OwnPlace | None = None) -> Iterator[Desk]:
-    """A console on a link in memory."""
+def desk(data_dir: Path, *tasks: AnyTask, place: OwnPlace | None = None) -> Iterator[Desk]:
+    """A console on a link in memory, of the planar task unless told otherwise."""
     remote, local = Loopback.pair()
-    robot, library = RobotEnd(remote), TaskLibrary(task, data_dir)
-    console = Console(task, library, local, "ann", place=place)
+    robot, library = RobotEnd(remote), Library(Repertoire(tasks or (TASK,)), data_dir)
+    console = Console(library, local, "ann", place=place)
     console.start()
     try:
         yield Desk(console, library, robot, local)

@@ -16,6 +16,7 @@ from local_site.taught import NotNow
 from tests.local_site.robot_end import TASK, desk
 
 SHA = "a" * 64
+PREVIEWED = structs.replace(TASK, require_preview=True)
 ROBOT = Telemetry(
     seq=1, stamp=Stamp("boot", 1), mode=ControlMode.HOLD, position_m=(0.5, 0.5), frame_origin_m=(0.7, 0.3)
 )  # fmt: skip
@@ -88,5 +89,5 @@ def test_nobody_couples_while_recording(nothing_yet: Picture):
 
 def test_execute_waits_for_a_preview_where_the_task_demands_one(nothing_yet: Picture):
     assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0))
-    assert "press Preview first" in refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0, must_preview=True))
-    assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=3, must_preview=True))
+    assert "press Preview first" in refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0, task=PREVIEWED))
+    assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=3, task=PREVIEWED))

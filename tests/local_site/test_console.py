@@ -106,7 +106,7 @@ def test_a_model_that_the_robot_refuses_is_not_confirmed(tmp_path: Path):
         teach(it)
         it.robot.refusal = "it does not fit"
         it.console.submit(intents.SendModel())
-        it.told("send model: refused: it does not fit")
+        it.told("refused: it does not fit")
         assert not it.picture.confirmed_sha256
 
 

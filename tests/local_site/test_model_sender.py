@@ -11,7 +11,6 @@ from common.model_file import content_hash
 from common.model_file import encode as encode_model
 from local_site.inquiries import Inquiries
 from local_site.model_sender import ModelSender
-from local_site.notices import Notice
 from local_site.taught import LearnedModel
 from tests.loopback import Loopback
 from tests.strategies import learned
@@ -30,8 +29,15 @@ class Sending:
         self.remote, local = Loopback.pair()
         self.jobs: queue.SimpleQueue = queue.SimpleQueue()
         self.inquiries = Inquiries(local, self.jobs.put, lambda: 5.0, ask_timeout_s=0.1)
-        self.notices: list[Notice] = []
-        self.sender = ModelSender(self.inquiries, "planar", self.notices.append, lambda: 5.0)
+        self.settled: list[tuple[str, bool]] = []
+        self.sender = ModelSender(self.inquiries, lambda: 5.0)
+
+    def send(self, model: LearnedModel, task: str = "planar", ask_first: bool = False) -> None:
+        self.sender.send(task, model, lambda *said: self.settled.append(said), ask_first)
+
+    @property
+    def confirmed_sha256(self) -> str:
+        return self.sender.confirmed_sha256("planar")
 
     def settle(self) -> None:
         self.jobs.get(timeout=60.0)()
@@ -53,37 +59,37 @@ class Sending:
 def test_a_model_counts_once_the_robot_has_confirmed_its_hash():
     sending, model = Sending(), a_model()
     got = sending.serve()
-    sending.sender.send(model)
-    assert sending.sender.sending and not sending.sender.confirmed_sha256
+    sending.send(model)
+    assert sending.sender.sending("planar") and not sending.confirmed_sha256
     sending.settle()
     assert got == [ModelTransfer(task="planar", sha256=model.sha256, version=1, content=model.content)]
-    assert sending.sender.confirmed_sha256 == model.sha256 and not sending.sender.sending
-    assert sending.notices[-1].good and model.sha256[:8] in sending.notices[-1].text
+    assert sending.confirmed_sha256 == model.sha256 and not sending.sender.sending("planar")
+    assert sending.settled == [("confirmed after 0.00 s", True)]
 
 
 def test_a_refusal_is_told_in_the_robots_words():
     sending = Sending()
     sending.serve(accepted=False, reason="another task")
-    sending.sender.send(a_model())
+    sending.send(a_model())
     sending.settle()
-    assert not sending.sender.confirmed_sha256 and not sending.sender.sending
-    assert not sending.notices[-1].good and "another task" in sending.notices[-1].text
+    assert not sending.confirmed_sha256 and not sending.sender.sending("planar")
+    assert sending.settled == [("refused: another task", False)]
 
 
 def test_the_confirmation_of_another_model_is_none():
     sending = Sending()
     sending.serve(sha256="0" * 64)
-    sending.sender.send(a_model())
+    sending.send(a_model())
     sending.settle()
-    assert not sending.sender.confirmed_sha256
-    assert not sending.notices[-1].good
+    assert not sending.confirmed_sha256
+    assert sending.settled == [("refused: the robot confirmed another model", False)]
 
 
 def test_the_same_model_is_under_way_once():
     sending, model = Sending(), a_model()
     got = sending.serve()
-    sending.sender.send(model)
-    sending.sender.send(model)
+    sending.send(model)
+    sending.send(model)
     sending.settle()
     assert sending.jobs.empty() and len(got) == 1
 
@@ -91,17 +97,17 @@ def test_the_same_model_is_under_way_once():
 def test_a_refused_model_leaves_the_confirmed_one():
     sending, first = Sending(), a_model()
     sending.serve()
-    sending.sender.send(first)
+    sending.send(first)
     sending.jobs.get(timeout=60.0)()
     sending.serve(accepted=False, reason="no")
-    sending.sender.send(a_model(seed=1))
+    sending.send(a_model(seed=1))
     sending.settle()
-    assert sending.sender.confirmed_sha256 == first.sha256
+    assert sending.confirmed_sha256 == first.sha256
 
 
 def test_on_a_narrow_link_a_model_goes_in_parts_each_after_the_one_before_was_confirmed():
     sending, model = Sending(), a_model()
-    sending.sender = ModelSender(sending.inquiries, "planar", sending.notices.append, lambda: 5.0, 9600.0)
+    sending.sender = ModelSender(sending.inquiries, lambda: 5.0, 9600.0)
     got = bytearray()
 
     def answer(request: Request) -> None:
@@ -115,20 +121,20 @@ def test_on_a_narrow_link_a_model_goes_in_parts_each_after_the_one_before_was_co
         request.answer(encode(reply))
 
     sending.remote.serve(keys.MODEL, answer)
-    sending.sender.send(model)
-    while sending.sender.sending:
+    sending.send(model)
+    while sending.sender.sending("planar"):
         sending.jobs.get(timeout=60.0)()
     assert bytes(got) == model.content
-    assert sending.sender.confirmed_sha256 == model.sha256
+    assert sending.confirmed_sha256 == model.sha256
 
 
 def test_what_the_robot_has_is_not_sent_again():
     sending, first, second = Sending(), a_model(), a_model(1)
     got = sending.serve()
     for model in (first, second, first):
-        sending.sender.send(model)
+        sending.send(model)
         sending.jobs.get(timeout=60.0)()
-        assert sending.sender.confirmed_sha256 == model.sha256
+        assert sending.confirmed_sha256 == model.sha256
     sending.inquiries.close()
     asked = got[-1]
     assert (asked.sha256, asked.content, asked.size) == (first.sha256, b"", len(first.content))
@@ -137,7 +143,7 @@ def test_what_the_robot_has_is_not_sent_again():
 def test_a_restarted_robot_that_has_it_no_more_gets_it_again():
     sending, model = Sending(), a_model()
     sending.serve()
-    sending.sender.send(model)
+    sending.send(model)
     sending.jobs.get(timeout=60.0)()
     got: list[ModelTransfer] = []
 
@@ -148,8 +154,45 @@ def test_a_restarted_robot_that_has_it_no_more_gets_it_again():
         request.answer(encode(reply))
 
     sending.remote.serve(keys.MODEL, answer)
-    sending.sender.send(model)
+    sending.send(model)
     for _ in range(2):
         sending.jobs.get(timeout=60.0)()
     sending.inquiries.close()
-    assert [bool(part.content) for part in got] == [False, True] and not sending.sender.sending
+    assert [bool(part.content) for part in got] == [False, True] and not sending.sender.sending("planar")
+
+
+def test_models_of_several_tasks_go_one_after_the_other():
+    sending, first, second = Sending(), a_model(), a_model(1)
+    got = sending.serve()
+    sending.send(first, "one")
+    sending.send(second, "two")
+    assert sending.sender.sending("one") and sending.sender.sending("two") and len(got) == 1
+    sending.jobs.get(timeout=60.0)()
+    sending.settle()
+    assert [(part.task, part.sha256) for part in got] == [("one", first.sha256), ("two", second.sha256)]
+    assert sending.sender.confirmed_sha256("two") == second.sha256
+    sending.sender.forget_confirmed()
+    assert not any(map(sending.sender.confirmed_sha256, ("one", "two")))
+
+
+def test_a_newer_model_takes_the_place_of_an_older_one_of_its_task_alone():
+    sending, first, older, newer = Sending(), a_model(), a_model(1), a_model(2)
+    got = sending.serve()
+    sending.send(first, "one")
+    sending.send(older, "two")
+    sending.send(newer, "two")
+    assert sending.settled == [("a newer one is sent in its place", True)]
+    assert sending.sender.newest_sha256("two") == newer.sha256
+    sending.jobs.get(timeout=60.0)()
+    sending.settle()
+    assert [part.sha256 for part in got] == [first.sha256, newer.sha256]
+
+
+def test_whoever_asks_first_learns_that_the_robot_has_it_without_sending_it():
+    sending, model = Sending(), a_model()
+    got = sending.serve()
+    sending.send(model, ask_first=True)
+    sending.settle()
+    assert [part.content for part in got] == [b""]
+    assert sending.settled == [("the robot has it already", True)]
+    assert sending.confirmed_sha256 == model.sha256

@@ -37,7 +37,7 @@ def test_the_page_sees_for_how_long_the_robot_has_recorded_and_what_came_of_it(m
     picture = ann.ask(intents.End())
     assert picture.mode is ControlMode.DIRECT and picture.recorded_s is None and picture.fetching is None
     assert picture.n_demonstrations == 1 and picture.learned is not None and not picture.can_recover
-    (shown,) = ann.library.demonstrations
+    (shown,) = ann.library.chosen.demonstrations
     np.testing.assert_allclose(picture.strokes[0], _seen_from_the_end(shown), atol=1e-12)
 
 

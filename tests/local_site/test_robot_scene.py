@@ -21,8 +21,8 @@ from common.robot.dimensions import Dimensions, Plug
 from common.scene_description import SceneDescription
 from local_site.catalogue import Catalogue
 from local_site.inquiries import Inquiries
+from local_site.library import Library
 from local_site.robot_scene import KnownScenes
-from local_site.task_library import TaskLibrary
 from remote_site.config import RemoteConfig
 from remote_site.robot import Robot
 from tests.local_site.robot_end import HOT_STAB
@@ -91,8 +91,8 @@ def arm() -> Arm:
 
 def site(arm: Arm, folder: Path, *own: SceneDescription) -> Catalogue:
     """An operator's site that has just heard of the robot."""
-    known, library = KnownScenes(folder / "scenes", own), TaskLibrary(HOT_STAB, folder)
-    catalogue = Catalogue(arm.inquiries, library, HOT_STAB, "ann", lambda *_: None, 0.0, known)
+    known, library = KnownScenes(folder / "scenes", own), Library(Repertoire([HOT_STAB]), folder)
+    catalogue = Catalogue(arm.inquiries, library, "ann", lambda what, text, good=True: None, 0.0, known)
     arm.n_parts = 0
     catalogue.on_report(report())
     assert arm.answer_one()  # the catalogue

@@ -10,13 +10,13 @@ import pytest
 from common.control_mode import Action, ControlMode, Phase
 from common.endpoint import EndpointSettings
 from common.impairment import DirectionSettings, LinkSettings
-from deploy.places import find_task
+from deploy.places import find_task, find_tasks
 from evaluation.virtual_job import VirtualPlace
 from evaluation.virtual_sites import VirtualSites
 from local_site import intents
+from local_site.library import Library
 from local_site.scripted_actions import ScriptedActions
 from local_site.scripted_driving import demonstrate_by_driving
-from local_site.task_library import TaskLibrary
 from remote_site.config import RemoteConfig
 
 _WAY = DirectionSettings(delay_ms=300.0)
@@ -27,8 +27,8 @@ class Job:
     """A robot that is armed, and a scripted operator."""
 
     def __init__(self, task: str, folder: Path, config: RemoteConfig | None = None):
-        self.task, self.library = find_task(task), TaskLibrary(find_task(task), folder)
-        self.sites = VirtualSites(self.task, self.library, LINK, config or RemoteConfig(seed=1))
+        self.task, self.library = find_task(task), Library(find_tasks(task), folder)
+        self.sites = VirtualSites(self.library, LINK, config or RemoteConfig(seed=1))
         place = VirtualPlace(self.sites, LINK)
         self.actions = ScriptedActions(place, place)
         self.actions.command(Action.ARM, ControlMode.HOLD)
@@ -48,7 +48,7 @@ def test_a_stroke_driven_on_the_robots_board_is_executed_as_any_other(tmp_path: 
         job.sites.time.call_at(29.5, job.sites.link.mend)
     demonstrate_by_driving(job.task, job.actions, seed=1)
     assert (job.sites.time.now_s() > 29.0) is outage
-    (shown,) = job.library.demonstrations
+    (shown,) = job.library.chosen.demonstrations
     assert shown.frames_move and "recorded by the robot" in shown.source
     np.testing.assert_allclose(np.diff(shown.time_s), 0.02, atol=1e-4)
     assert np.ptp(shown.frame_origin_m, axis=0).max() > 0.05  # its target swings
@@ -81,7 +81,7 @@ def test_a_plug_driven_into_the_receptacle_is_seated_again_by_the_robot_itself(t
     job = Job("hot-stab", tmp_path)
     assert job.actions.manoeuvre(Action.GO_TO_READY)
     demonstrate_by_driving(job.task, job.actions, seed=1)
-    (shown,) = job.library.demonstrations
+    (shown,) = job.library.chosen.demonstrations
     assert shown.space.oriented and shown.frames_move
     np.testing.assert_allclose(np.diff(shown.time_s), 0.01, atol=1e-4)
     assert 0.075 < shown.in_frame()[-1][2] < 0.095  # the robot believes that it is seated

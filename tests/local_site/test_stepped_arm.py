@@ -18,7 +18,7 @@ class Held:
     """An arm, and all that it moved through."""
 
     def __init__(self, seed: int = 0):
-        self.arm = SteppedArm(HOT_STAB, sample_files("hot-stab"), seed)
+        self.arm = SteppedArm(HOT_STAB, sample_files, seed)
         self.points: list[Array] = []
         self.times_s: list[float] = []
         self.joints: list[Array] = []

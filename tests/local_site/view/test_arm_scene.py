@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 import viser
 
+from common.repertoire import Repertoire
 from common.robot.description import describe
 from common.robot.dimensions import Dimensions, Plug
 from local_site.console import Console
+from local_site.library import Library
 from local_site.picture import Picture
-from local_site.task_library import TaskLibrary
 from local_site.view.arm_scene import ArmScene
 from local_site.view.server import PageServer
 from local_site.view.status_strip import _remote_words
@@ -35,7 +36,7 @@ def server() -> Iterator[PageServer]:
 
 @pytest.fixture
 def nothing_yet(tmp_path: Path) -> Picture:
-    return Console(TASK, TaskLibrary(TASK, tmp_path), Loopback(), "ann").picture
+    return Console(Library(Repertoire([TASK]), tmp_path), Loopback(), "ann").picture
 
 
 def instances(server: PageServer) -> dict[str, int]:
