@@ -20,6 +20,7 @@ class ArmView:
         receptacle: Pose of its mouth, z into the bore. Shape (7,).
         depth_m: How far the tip is behind the mouth, negative before it [m].
         lateral_m: How far it is from the bore's axis [m].
+        tilt_rad: Between the axes of plug and bore [rad].
         held: Whether a hand holds the arm.
         saturated: Whether the hand wants what the arm cannot do.
         seed: Of where arm and receptacle were put; another one after each renewal.
@@ -30,6 +31,7 @@ class ArmView:
     receptacle: Array
     depth_m: float
     lateral_m: float
+    tilt_rad: float
     held: bool
     saturated: bool
     seed: int

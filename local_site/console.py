@@ -153,10 +153,10 @@ class Console:
     # The owner ----------------------------------------------------------------------------------
 
     def _redraw(self) -> None:
-        # After everything that was done, so that no loss of control is too short to be noticed.
-        self._teaching.watch(self._commanding.in_control(self._reports.robot))
+        now_s = self._now_s()
+        self._teaching.watch(self._commanding.in_control(self._reports.robot), now_s)
         with self._changed:
-            self.picture = self._parts.draw(self._now_s())
+            self.picture = self._parts.draw(now_s)
             self._changed.notify_all()
 
     def _tick(self) -> None:

@@ -20,6 +20,8 @@ SkillName = Literal["insert", "extract"]
 
 _REST_S = 1.0
 _STILL_M_S, _AWAY_M, _STUCK_S = 0.01, 0.025, 0.3
+_ALIGNED_S = 0.3
+"""A plug that turns by itself and has stood for so long is where it was to be [s]."""
 _RADIAN_M = 0.2
 """What a radian is worth beside metres [m/rad]."""
 _FAR_M = 10.0
@@ -49,6 +51,7 @@ class HeldArm:
         self._dimensions = Dimensions()
         self._arm = OperatorArm(self._placement(skill, seed), self._dimensions, presses=skill == "insert")
         self._target: Array | None = None
+        self._aligns = False
         self._n_ticks = self._n_still = self._n_stuck = 0
         self._tip, self._seed = self._arm.tip, seed
         self._points: list[Array] = []
@@ -64,13 +67,23 @@ class HeldArm:
         """Nothing moves and no hand holds it: time need not pass."""
         return self._target is None and self._n_still * TICK_S >= _REST_S
 
+    @property
+    def held(self) -> bool:
+        """Whether a hand holds it, or it turns by itself."""
+        return self._target is not None
+
     def hold(self, target: Array) -> None:
         """The hand is there from now on. A pose from the arm's base. Shape (7,)."""
-        self._target, self._n_still = target, 0
+        self._target, self._n_still, self._aligns = target, 0, False
+
+    def align(self) -> None:
+        """Turn on the spot until the plug points along the bore, as if a hand did it, and let go there."""
+        self.hold(np.concatenate([self._arm.tip[:3], self._arm.receptacle[3:]]))
+        self._aligns = True
 
     def let_go(self) -> None:
         """No hand holds it any more."""
-        self._target, self._n_still, self._n_stuck = None, 0, 0
+        self._target, self._n_still, self._n_stuck, self._aligns = None, 0, 0, False
 
     def tick(self) -> None:
         """Let one control period pass."""
@@ -82,6 +95,8 @@ class HeldArm:
             self._points.append(self._arm.tip)
             self._times_s.append(self._n_ticks * TICK_S)
         self._notice()
+        if self._aligns and self._n_still * TICK_S >= _ALIGNED_S:
+            self.let_go()
 
     def take(self) -> Moved:
         """What was not taken before."""
@@ -105,7 +120,8 @@ class HeldArm:
             receptacle=arm.receptacle,
             depth_m=insertion.depth_m,
             lateral_m=insertion.lateral_m,
-            held=self._target is not None,
+            tilt_rad=insertion.tilt_rad,
+            held=self.held,
             saturated=self._n_stuck * TICK_S >= _STUCK_S,
             seed=self._seed,
         )

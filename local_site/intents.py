@@ -146,6 +146,11 @@ class Renew:
 
 
 @dataclass(frozen=True)
+class Align:
+    """Turn the plug of the operator's arm, where it is, until it points along the bore."""
+
+
+@dataclass(frozen=True)
 class MoveTarget:
     """Move the robot's simulated target.
 
@@ -157,5 +162,5 @@ class MoveTarget:
 
 
 Send = SendModel | SendLibrary | AutoSend
-Teach = Record | End | Undo | LoadSamples | Recover | GoTo | StartAnew | Delete | Renew
+Teach = Record | End | Undo | LoadSamples | Recover | GoTo | StartAnew | Delete | Renew | Align
 Intent = Command | Control | Hand | MoveTarget | Choose | Send | Teach

@@ -52,6 +52,10 @@ class LiveArm(ArmPlace):
         self._jobs.put(partial(self._renew, seed, done))
         done.wait(timeout=5.0)
 
+    def align(self) -> None:
+        """See `OwnPlace.align`."""
+        self._jobs.put(self._arm.align)
+
     @property
     def asleep(self) -> bool:
         """Nothing moves, and nothing is computed."""

@@ -71,6 +71,14 @@ class OwnPlace(Protocol):
         """
         ...
 
+    def align(self) -> None:
+        """Turn the arm's plug, where it is, until it points along the bore. Begun when it returns.
+
+        Raises:
+            NotNow: When there is no arm.
+        """
+        ...
+
     def samples(self) -> list[Demonstration]:
         """The demonstrations that come with its task.
 
@@ -111,6 +119,10 @@ class Board:
     def renew(self, seed: int | None) -> None:
         """See `OwnPlace.renew`."""
         raise NotNow("there is no arm on a board that could be put elsewhere")
+
+    def align(self) -> None:
+        """See `OwnPlace.align`."""
+        raise NotNow("there is no plug on a board that could be turned")
 
     def samples(self) -> list[Demonstration]:
         """See `OwnPlace.samples`."""

@@ -14,6 +14,9 @@ from local_site.owner import Job
 _LONGEST_S = 1.0
 """A hand that says nothing for longer has rested: the arm stands by then [s]."""
 
+_TURN_S = 5.0
+"""No plug takes longer to be turned along the bore [s]."""
+
 
 class SteppedArm(ArmPlace):
     """For a scripted operator: between two events of the hand the arm does what the first one says."""
@@ -49,6 +52,17 @@ class SteppedArm(ArmPlace):
         self._held_s = None
         self._arm.renew(self._task.skill, self._arm.seed + 1 if seed is None else seed)
         self.view = self._arm.view()
+
+    def align(self) -> None:
+        """See `OwnPlace.align`. Done when it returns."""
+        self._held_s = None
+        self._arm.align()
+        for _ in range(round(_TURN_S / TICK_S)):
+            if self._arm.held:
+                self._arm.tick()
+        self._arm.let_go()
+        self.view = self._arm.view()
+        self._moved(*self._arm.take())
 
     def close(self) -> None:
         """See `OwnPlace.close`."""

@@ -12,6 +12,9 @@ from local_site.picture import Picture
 from local_site.task_library import TaskLibrary
 from local_site.taught import NotNow
 
+_LOST_S = 3.0
+"""Control that came back sooner was not lost: as long as a lease lasts [s]."""
+
 
 class Teaching:
     """Does what the operator asks about the chosen task. Used by the console's thread alone.
@@ -24,7 +27,7 @@ class Teaching:
 
     def __init__(self, library: Library, place: OwnPlace, tell: Tell):
         self._library, self._place, self._tell = library, place, tell
-        self._had_control = False
+        self._control_s: float | None = None
 
     @property
     def left_over(self) -> Demonstration | None:
@@ -54,8 +57,8 @@ class Teaching:
                 self._tell("recover", "the demonstration that was left over was learned")
             case intents.GoTo() | intents.StartAnew() | intents.Delete():
                 self._go_back(intent)
-            case intents.Renew(seed):
-                self._renew(seed)
+            case intents.Renew() | intents.Align():
+                self._move_arm(intent)
 
     def choose(self, name: str, picture: Picture) -> None:
         """Teach another task from now on, at a place that is made ready for it.
@@ -77,11 +80,13 @@ class Teaching:
         self._place.become(self._library.task)
         self._tell("task", f"{name} is chosen: it is taught, previewed and executed now")
 
-    def watch(self, in_control: bool) -> None:
-        """Roll a demonstration back when the control of the robot is lost."""
-        if self._had_control and not in_control:
+    def watch(self, in_control: bool, now_s: float) -> None:
+        """Roll a demonstration back when the control of the robot is lost, and does not come back by itself."""
+        if in_control:
+            self._control_s = now_s
+        elif self._control_s is not None and now_s - self._control_s > _LOST_S:
+            self._control_s = None
             self.roll_back("the control of the robot was lost")
-        self._had_control = in_control
 
     def roll_back(self, why: str) -> None:
         """Forget a demonstration under way; the model is as before it, bit for bit."""
@@ -100,11 +105,16 @@ class Teaching:
         self._task.learn(samples)
         self._tell("samples", "the samples were learned")
 
-    def _renew(self, seed: int | None) -> None:
-        if self._task.recording:
-            raise NotNow("a demonstration is being recorded: end or undo it first")
-        self._place.renew(seed)
-        self._tell("renew", "your arm is back at ready, and its receptacle elsewhere")
+    def _move_arm(self, intent: intents.Renew | intents.Align) -> None:
+        match intent:
+            case intents.Renew() if self._task.recording:
+                raise NotNow("a demonstration is being recorded: end or undo it first")
+            case intents.Renew(seed):
+                self._place.renew(seed)
+                self._tell("renew", "your arm is back at ready, and its receptacle elsewhere")
+            case intents.Align():
+                self._place.align()
+                self._tell("align", "your plug turns until it points along the bore")
 
     def _go_back(self, intent: intents.GoTo | intents.StartAnew | intents.Delete) -> None:
         match intent:

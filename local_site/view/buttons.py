@@ -108,6 +108,7 @@ TEACH = (
 )
 TEACH_ARM = (
     *TEACH,
+    ButtonSpec("Align", lambda _: intents.Align(), lambda p: not p.coupled, colour="gray"),
     ButtonSpec("New place", lambda _: intents.Renew(), lambda p: not p.recording, colour="gray"),
 )
 LIBRARY = (

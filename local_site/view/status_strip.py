@@ -16,6 +16,7 @@ from common.messages import Telemetry
 from local_site.picture import Picture
 from local_site.view.ghost import Ghost
 from local_site.view.html import Html, element, text
+from local_site.view.local_words import local_words
 from local_site.view.reported_pose import reported_tip
 from local_site.view.words import Words, words_of
 
@@ -27,8 +28,6 @@ _LINK_WORDS = {
 }
 _HOLDERS = {ControlMode.DIRECT: "OPERATOR", ControlMode.AUTONOMOUS: "REMOTE MPC"}
 _LOST_LINK = {"continue": "goes on", "hold": "pauses", "retract": "retracts"}
-_IN_M = 0.005
-"""From this depth on the plug counts as in the receptacle, for words [m]."""
 _AGE_STEP_S, _AGE_PERIOD_S = 0.03, 0.5
 """An age that changed by less, or was shown so shortly ago, is not shown anew."""
 
@@ -52,7 +51,7 @@ class StatusStrip:
         self._titles.show(
             '<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> '
             + element("recording", "RECORDING" if picture.recording else "", "fh-recording")
-            + f" {_local_words(picture, words)}</div>"
+            + f" {local_words(picture, words)}</div>"
             f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(picture, age, ghost, words)}</div></div>'
         )
 
@@ -148,17 +147,6 @@ def _model_words(picture: Picture) -> str:
     if picture.confirmed_sha256 == picture.learned.sha256:
         return ", robot has it"
     return ", on its way" if picture.sending_model else ", robot lacks it"
-
-
-def _local_words(picture: Picture, words: Words) -> str:
-    arm = picture.own_arm
-    if arm is not None and arm.saturated:
-        return "the arm cannot follow there"
-    if arm is not None and arm.depth_m > _IN_M:
-        return f"{1e3 * arm.depth_m:.0f} mm deep"
-    if picture.recording:
-        return words.recording
-    return words.driving if picture.coupled else words.own
 
 
 def _remote_words(picture: Picture, age: str, ghost: Ghost | None, words: Words) -> str:

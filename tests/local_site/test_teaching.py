@@ -41,10 +41,14 @@ def test_stop_and_abort_roll_back_to_before_the_demonstration_and_offer_it_again
         np.testing.assert_allclose(picture.strokes[0][-1], positions[-1], atol=0.02)
 
 
-def test_losing_the_control_rolls_back_and_offers_it_again(tmp_path: Path):
+def test_control_that_is_given_back_at_once_ends_no_demonstration_and_lost_control_offers_it_again(tmp_path):
     with desk(tmp_path) as it:
         it.connected()
         begin(it)
+        it.robot.report(lease="")
+        it.until(lambda p: not p.in_control)
+        it.robot.report()
+        assert it.until(lambda p: p.in_control).recording
         it.robot.report(lease="")
         it.told("the control of the robot was lost")
         assert it.until(lambda p: p.can_recover).n_demonstrations == 0

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 import viser
 
-from common.repertoire import Repertoire
 from common.robot.description import describe
 from common.robot.dimensions import Dimensions, Plug
-from local_site.console import Console
-from local_site.library import Library
 from local_site.picture import Picture
 from local_site.view.arm_scene import ArmScene
 from local_site.view.server import PageServer
 from local_site.view.status_strip import _remote_words
 from local_site.view.words import words_of
-from tests.local_site.robot_end import HOT_STAB, TASK
+from tests.local_site.robot_end import HOT_STAB
 from tests.local_site.test_robot_scene import report
-from tests.loopback import Loopback
 
 OWN = describe(Dimensions())
 OTHER = describe(Dimensions(plug=Plug(radius_m=0.015)))
@@ -32,11 +27,6 @@ def server() -> Iterator[PageServer]:
     server = PageServer("127.0.0.1", 0)
     yield server
     server.stop()
-
-
-@pytest.fixture
-def nothing_yet(tmp_path: Path) -> Picture:
-    return Console(Library(Repertoire([TASK]), tmp_path), Loopback(), "ann").picture
 
 
 def instances(server: PageServer) -> dict[str, int]:

@@ -1,0 +1,37 @@
+"""What the page says above the operator's own arm: while it is led, where its plug is."""
+
+from __future__ import annotations
+
+import math
+
+from local_site.arm_view import ArmView
+from local_site.picture import Picture
+from local_site.view.words import Words
+
+_IN_M, _BESIDE_M = 0.005, 0.020
+"""From this depth on, and at most so far beside the axis, the plug counts as in the receptacle [m]."""
+
+
+def local_words(picture: Picture, words: Words) -> str:
+    """A few words on the operator's own place."""
+    arm = picture.own_arm
+    if arm is not None and (arm.held or picture.recording or _is_in(arm)):
+        return _where(arm)
+    if picture.recording:
+        return words.recording
+    return words.driving if picture.coupled else words.own
+
+
+def _where(arm: ArmView) -> str:
+    """Where the plug is in, or before, its receptacle."""
+    askew = f"{math.degrees(arm.tilt_rad):.0f}° askew"
+    if _is_in(arm):
+        deep = f"{1e3 * arm.depth_m:.0f} mm deep"
+        return f"{deep}, jammed: {askew}" if arm.saturated else f"{deep}, {askew}"
+    side = "before" if arm.depth_m <= 0.0 else "behind"
+    where = f"{1e3 * abs(arm.depth_m):.0f} mm {side} the mouth, {1e3 * arm.lateral_m:.0f} mm beside"
+    return f"the arm cannot follow there: {where}" if arm.saturated else f"{where}, {askew}"
+
+
+def _is_in(arm: ArmView) -> bool:
+    return arm.depth_m > _IN_M and arm.lateral_m < _BESIDE_M
