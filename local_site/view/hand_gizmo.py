@@ -16,7 +16,9 @@ from local_site.view.solids import put
 Array = NDArray[np.float64]
 Act = Callable[[int, Callable[[], None]], None]
 
-_SIZE_M = 0.18
+SIZE_M = 0.24
+"""Length of the arrows. Their arcs, of two thirds of it, are taken within a few pixels: in a smaller gizmo they lie over
+the ends of arrows that point away from the camera [m]."""
 _REACH_M = 2.0
 """No hand is further away from the arm's base than this [m]."""
 
@@ -37,7 +39,7 @@ class HandGizmo:
         self._submit, self._held = submit, False
         self._hand = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
         self._node = scene.add_transform_controls(
-            f"{parent}/hand", _SIZE_M, line_width=3.0, depth_test=False, opacity=0.9
+            f"{parent}/hand", SIZE_M, line_width=3.0, depth_test=False, opacity=0.9
         )
 
         @self._node.on_update

@@ -7,12 +7,13 @@ from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from playwright.sync_api import expect
+from playwright.sync_api import Locator, expect
 
 from common.task_frame import TaskFrame
 from local_site.arm_view import ArmView
 from local_site.held_arm import HeldArm
 from local_site.view.arm_camera import arm_camera, base_m
+from local_site.view.hand_gizmo import SIZE_M
 from tests.browser.board_picture import blueness, picture_of
 from tests.browser.operator_page import WAIT_MS, OperatorPage, Point
 
@@ -21,8 +22,8 @@ Array = NDArray[np.float64]
 _COLUMN_M = (0.0, 0.0, 0.12)
 """A place on every arm of this kind, whatever its joints [m]."""
 _FRAMES = 600
-_GRIP_M = 0.14
-"""Where an arrow is taken hold of, from the plug's tip [m]."""
+_GRIP_M = 0.93 * SIZE_M
+"""Where an arrow is taken hold of, from the plug's tip: by its head, away from the arcs [m]."""
 
 
 class ArmPage(OperatorPage):
@@ -30,6 +31,11 @@ class ArmPage(OperatorPage):
 
     seed = 0
     """Of where the operator's arm and receptacle are, see `new_place`."""
+
+    @property
+    def local(self) -> Locator:
+        """What it says above the operator's arm."""
+        return self.page.locator(".fh-local")
 
     def await_scene(self) -> None:
         """Wait until both arms are drawn where they belong: blue left and amber right."""

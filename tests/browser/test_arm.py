@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -28,14 +29,17 @@ NewArmTab = Callable[[Stack], ArmPage]
 # In software an arm is drawn slowly: these take minutes on two quiet cores.
 pytestmark = [pytest.mark.soak, pytest.mark.timeout(400)]
 
-STRAIGHT = 4
-"""With this seed the operator's plug points along the bore, so that three arrows lead into it."""
+ASKEW = 3
+"""With this seed the operator's plug is 24 degrees askew at first."""
+ALIGNED = re.compile(r"\b[01]° askew")
+AIMED_MM = 12
+"""How well an arrow brings the plug to where it is to be; the chamfer catches one that is 15 mm beside [mm]."""
+BORE_M = 0.10
+"""How far beyond the mouth the hand goes: the bore is a little less deep [m]."""
 DEEP = re.compile("(7[5-9]|8[0-9]|9[0-5]) mm deep")
 SEATED_OR_PAUSED = """() => ['phase', 'mode'].some((name) =>
   ['SEATED', 'PAUSED'].includes(document.querySelector(`[data-tp=${name}]`)?.textContent))"""
 MANOEUVRE = {"Retract": "RETRACTING", "Go to ready": "GOING TO READY"}
-A_SECOND = 60
-"""Frames of the browser, which draws no more of them."""
 
 
 @pytest.fixture(scope="module")
@@ -145,27 +149,44 @@ def test_the_samples_lead_to_a_seated_plug_by_clicks_alone(tab: ArmPage) -> None
     assert_legible(tab)
 
 
-@pytest.mark.xfail(
-    reason="by mouse, the third of three arrows does not bring the plug in; why is not understood"
-)
 def test_a_demonstration_by_the_arrows_leads_to_a_seated_plug(tab: ArmPage) -> None:
-    for manoeuvre in ("Retract", "Go to ready"):
-        tab.insist(manoeuvre, "phase", MANOEUVRE[manoeuvre])
-        tab.tells(f"{MANOEUVRE[manoeuvre].lower()} ended")
-        tab.says("mode", "HOLD")
-    demos, arm = tab.number("demos"), tab.new_place(STRAIGHT)
-    tip, way_m = arm.tip, TaskFrame.at(arm.tip).to_local(arm.receptacle)[:3]
+    if tab.tp("phase").inner_text() == "SEATED":
+        for manoeuvre in ("Retract", "Go to ready"):
+            tab.insist(manoeuvre, "phase", MANOEUVRE[manoeuvre])
+            tab.tells(f"{MANOEUVRE[manoeuvre].lower()} ended")
+            tab.says("mode", "HOLD")
+    demos, arm = tab.number("demos"), tab.new_place(ASKEW)
     tab.press("Record")
     tab.says("recording", "RECORDING")
+    tab.press("Align")
+    expect(tab.local).to_contain_text(ALIGNED, timeout=WAIT_MS)
+    tip, frame = np.concatenate([arm.tip[:3], arm.receptacle[3:]]), TaskFrame.at(arm.receptacle)
     for axis in (0, 1):
-        with tab.hold_arrow(tip, axis, float(way_m[axis])):
-            tab.frames(A_SECOND)  # the arm is there by then
-        tip[:3] += TaskFrame.at(tip).A[:3, axis] * way_m[axis]
-    with tab.hold_arrow(tip, axis=2, length_m=float(way_m[2]) + 0.10):
-        expect(tab.page.locator(".fh-local")).to_contain_text(DEEP, timeout=WAIT_MS)
+        way = np.zeros(3)
+        way[axis] = -frame.to_local(tip)[axis]
+        lead(tab, tip, axis, float(way[axis]), beside(float(np.hypot(*(frame.to_local(tip)[:3] + way)[:2]))))
+        tip[:3] += frame.A[:3, :3] @ way
+    lead(tab, tip, 2, BORE_M - float(frame.to_local(tip)[2]), DEEP)
     tab.press("End")
     tab.says("demos", f"{demos + 1:.0f}")
     execute_until_seated(tab)
+
+
+def lead(tab: ArmPage, tip: Array, axis: int, length_m: float, arrived: re.Pattern[str]) -> None:
+    """Drag an arrow until the page says that the plug is there; again where the mouse missed the arrow."""
+    for _ in range(3):
+        with tab.hold_arrow(tip, axis, length_m), suppress(AssertionError):
+            expect(tab.local).to_contain_text(arrived, timeout=WAIT_MS / 2.0)
+            return
+    raise AssertionError(f"the plug could not be led there: {tab.local.inner_text()}, not {arrived.pattern}")
+
+
+def beside(distance_m: float) -> re.Pattern[str]:
+    """What the page says of a plug so far beside the bore's axis, more or less."""
+    mm = round(1e3 * distance_m)
+    return re.compile(
+        rf"\b({'|'.join(str(k) for k in range(max(mm - AIMED_MM, 0), mm + AIMED_MM))}) mm beside"
+    )
 
 
 def test_a_stop_in_the_bore_holds_gently_while_the_receptacle_sways(

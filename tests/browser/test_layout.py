@@ -37,6 +37,9 @@ TO_THE_TOP = "() => document.querySelectorAll('*').forEach((element) => { elemen
 
 
 def assert_legible(tab: OperatorPage) -> None:
+    """In each of the sizes; the window is as before in the end, for who takes hold of something in it."""
+    before = tab.page.viewport_size
+    assert before is not None
     for width, height in SIZES:
         tab.page.set_viewport_size({"width": width, "height": height})
         tab.page.evaluate(TO_THE_TOP)
@@ -45,7 +48,7 @@ def assert_legible(tab: OperatorPage) -> None:
         assert len(boxes) > 30
         assert [box["text"] for box in boxes if box["cut"]] == [], f"cut off at {width} x {height}"
         assert overlapping(boxes) == [], f"at {width} x {height}"
-    tab.page.set_viewport_size({"width": 900, "height": 560})
+    tab.page.set_viewport_size(before)
 
 
 def overlapping(boxes: list[dict]) -> list[tuple[str, str]]:
