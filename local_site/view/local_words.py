@@ -26,11 +26,11 @@ def _where(arm: ArmView) -> str:
     """Where the plug is in, or before, its receptacle."""
     askew = f"{math.degrees(arm.tilt_rad):.0f}° askew"
     if _is_in(arm):
-        deep = f"{1e3 * arm.depth_m:.0f} mm deep"
-        return f"{deep}, jammed: {askew}" if arm.saturated else f"{deep}, {askew}"
-    side = "before" if arm.depth_m <= 0.0 else "behind"
-    where = f"{1e3 * abs(arm.depth_m):.0f} mm {side} the mouth, {1e3 * arm.lateral_m:.0f} mm beside"
-    return f"the arm cannot follow there: {where}" if arm.saturated else f"{where}, {askew}"
+        return f"{1e3 * arm.depth_m:.0f} mm deep, {'jammed: ' if arm.saturated else ''}{askew}"
+    if arm.saturated:
+        return "the arm cannot follow there"
+    side = "away" if arm.depth_m <= 0.0 else "past"
+    return f"{1e3 * abs(arm.depth_m):.0f} mm {side}, {1e3 * arm.lateral_m:.0f} mm beside, {askew}"
 
 
 def _is_in(arm: ArmView) -> bool:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import pytest
 from playwright.sync_api import Browser, sync_playwright
 
 from tests.browser.operator_page import CHROMIUM, OperatorPage, launch
 from tests.browser.stack import Stack, farhand_up, still_task
+from tests.browser.tabs import tabs_of
 
 NewTab = Callable[[], OperatorPage]
 
@@ -39,19 +41,9 @@ def stack(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterato
 
 @pytest.fixture
 def new_tab(browser: Browser, stack: Stack) -> Iterator[NewTab]:
-    """Opens tabs that are closed with the test, and sees to it that none had an error."""
-    tabs: list[OperatorPage] = []
-
-    def open_one() -> OperatorPage:
-        context = browser.new_context(viewport={"width": 900, "height": 560})
-        tabs.append(tab := OperatorPage(context.new_page()))
-        tab.open(stack.address)
-        return tab
-
-    yield open_one
-    for tab in tabs:
-        tab.page.context.close()
-        assert tab.problems == []
+    """Opens tabs that are closed with the test."""
+    with tabs_of(browser, OperatorPage, 900, 560) as open_one:
+        yield partial(open_one, stack)
 
 
 @pytest.fixture

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from typing import Any
@@ -64,12 +66,19 @@ class RawClient:
             yield
         self._send(_messages.TransformControlsDragEndMessage(name))
 
-    def until(self, text: str) -> None:
-        """Wait until an element is sent that has this text."""
-        while not any(
-            text in str(message.get("updates", message.get("props"))) for message in self.receive()
-        ):
-            pass
+    def shows(self, words: str, timeout_s: float) -> bool:
+        """Wait until an element is sent that has these words, a regular expression. False when none was in time."""
+        end_s = time.monotonic() + timeout_s
+        while (left_s := end_s - time.monotonic()) > 0.0:
+            try:
+                messages = self.receive(left_s)
+            except TimeoutError:
+                return False
+            if any(
+                re.search(words, str(message.get("updates", message.get("props")))) for message in messages
+            ):
+                return True
+        return False
 
     def receive(self, timeout_s: float = _PATIENCE_S) -> list[dict[str, Any]]:
         """The next messages of the server.

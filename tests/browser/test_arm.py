@@ -21,6 +21,7 @@ from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import WAIT_MS
 from tests.browser.robot_record import RobotRecord, recorded, went_m
 from tests.browser.stack import Stack, farhand_up, swaying_task
+from tests.browser.tabs import tabs_of
 from tests.browser.test_layout import assert_legible
 
 Array = NDArray[np.float64]
@@ -51,18 +52,9 @@ def stack(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterato
 
 @pytest.fixture(scope="module")
 def new_arm_tab(browser: Browser) -> Iterator[NewArmTab]:
-    """Opens tabs that are closed in the end, and sees to it that none had an error."""
-    tabs: list[ArmPage] = []
-
-    def open_one(stack: Stack) -> ArmPage:
-        tabs.append(tab := ArmPage(browser.new_context(viewport={"width": 1280, "height": 720}).new_page()))
-        tab.open(stack.address)
-        return tab
-
-    yield open_one
-    for tab in tabs:
-        tab.page.context.close()
-        assert tab.problems == []
+    """Opens tabs that are closed in the end."""
+    with tabs_of(browser, ArmPage, 1280, 720) as open_one:
+        yield open_one
 
 
 @pytest.fixture(scope="module")
@@ -167,6 +159,7 @@ def test_a_demonstration_by_the_arrows_leads_to_a_seated_plug(tab: ArmPage) -> N
         lead(tab, tip, axis, float(way[axis]), beside(float(np.hypot(*(frame.to_local(tip)[:3] + way)[:2]))))
         tip[:3] += frame.A[:3, :3] @ way
     lead(tab, tip, 2, BORE_M - float(frame.to_local(tip)[2]), DEEP)
+    assert_legible(tab)
     tab.press("End")
     tab.says("demos", f"{demos + 1:.0f}")
     execute_until_seated(tab)

@@ -26,7 +26,9 @@ STEP_S = 0.05
 N_STEPS, WAY_M = 40, 0.08
 MOST_N = 60.0
 TOWARDS_DIRECT = {ControlMode.STOPPED: "Reset", ControlMode.DISARMED: "Arm", ControlMode.HOLD: "Couple"}
-"""A robot that a busy machine has stopped for a missed deadline is reset like any other."""
+TOWARDS_SEATED = {ControlMode.STOPPED: "Reset", ControlMode.DISARMED: "Arm", ControlMode.PAUSED: "Resume"}
+"""A robot that a busy machine has stopped for a missed deadline is reset like any other; what comes too late is refused,
+and asked for again."""
 
 
 class Operator:
@@ -68,16 +70,23 @@ class Operator:
         """The whole job with the samples."""
         self.tab.press("Load samples")
         self.insist("Send model", lambda report: bool(report.model))
-        self.insist("Arm", lambda report: report.mode is ControlMode.HOLD)
-        self.tab.press("Preview")
-        self.tab.until("of motion")
-        self.insist("Execute", lambda report: report.mode is ControlMode.AUTONOMOUS)
-        for _ in range(5):
-            self.robot.until(lambda report: report.phase is Phase.SEATED or report.mode is ControlMode.PAUSED)
+        for _ in range(12):
+            mode = self.robot.newest.mode
+            if mode is ControlMode.AUTONOMOUS:
+                self.robot.until(lambda report: report.phase is Phase.SEATED or report.mode is not mode)  # noqa: B023
+            elif mode is not ControlMode.HOLD:
+                self.tab.press(TOWARDS_SEATED[mode])
+            elif self.previewed():
+                self.tab.press("Execute")
             if self.robot.newest.phase is Phase.SEATED:
                 return
-            self.insist("Resume", lambda report: report.mode is ControlMode.AUTONOMOUS)
-        raise AssertionError("the plug was never seated")
+            self.robot.shows(lambda report: report.mode is not mode, timeout_s=8.0)  # noqa: B023
+        raise AssertionError(f"the plug was never seated: {self.robot.newest}")
+
+    def previewed(self) -> bool:
+        """Ask for a preview; whether the page has it."""
+        self.tab.press("Preview")
+        return self.tab.shows("plan [0-9] s old", timeout_s=20.0)
 
     def drag(self) -> Iterator[None]:
         """A drag of the gizmo, away from the receptacle, in steps of a twentieth of a second; let go on the way."""

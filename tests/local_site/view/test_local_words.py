@@ -19,9 +19,9 @@ AT_REST = HeldArm("insert", 0).view()
 @pytest.mark.parametrize(
     ("depth_m", "lateral_m", "saturated", "words"),
     [
-        (-0.034, 0.012, False, "34 mm before the mouth, 12 mm beside, 9° askew"),
-        (0.060, 0.120, False, "60 mm behind the mouth, 120 mm beside, 9° askew"),
-        (-0.300, 0.500, True, "the arm cannot follow there: 300 mm before the mouth, 500 mm beside"),
+        (-0.034, 0.012, False, "34 mm away, 12 mm beside, 9° askew"),
+        (0.060, 0.120, False, "60 mm past, 120 mm beside, 9° askew"),
+        (-0.300, 0.500, True, "the arm cannot follow there"),
         (0.083, 0.001, False, "83 mm deep, 9° askew"),
         (0.046, 0.005, True, "46 mm deep, jammed: 9° askew"),
     ],
