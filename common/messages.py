@@ -17,6 +17,8 @@ SCHEMA = 1
 """Version of all messages together; a site refuses another one by name."""
 MAX_TELEMETRY_BYTES = 264
 """No report is longer [B]."""
+MOST_TASKS = 8
+"""No robot says that it does more."""
 
 Id = Annotated[str, Meta(max_length=64)]
 Text = Annotated[str, Meta(max_length=500)]
@@ -173,7 +175,8 @@ class LeaseReply(Message, frozen=True, kw_only=True):
     asked_by: Id = ""
     """To the holder: who asks for the control."""
     stamp: Stamp
-    task: Id
+    tasks: Annotated[tuple[Id, ...], Meta(min_length=1, max_length=MOST_TASKS)]
+    """What the robot does, by name; it begins with the first."""
     n_dims: Annotated[int, Meta(ge=2, le=3)]
     newest_age_s: float | None = None
     """Age of the echo in the request, as the robot measured it [s]."""
@@ -365,6 +368,7 @@ class ExecutionReport(Message, frozen=True, kw_only=True):
     """How the newest execution went, measured at the robot."""
 
     began: Stamp | None = None
+    task: Id = ""
     model_sha256: Sha256 = ""
     arrived_after_s: float | None = None
     tracked_s: float = 0.0

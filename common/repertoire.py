@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from common.errors import InvalidConfiguration
+from common.messages import MOST_TASKS
 from common.task import AnyTask
 
 _OF_THE_ROBOT = (
@@ -17,15 +18,17 @@ class Repertoire:
     """Tasks by their names. A robot begins with the first: an arm is then where that one starts.
 
     Args:
-        tasks: One or more.
+        tasks: 1 to `MOST_TASKS`.
 
     Raises:
-        InvalidConfiguration: When there is none, two have one name, or they are not for the same robot.
+        InvalidConfiguration: When there is none or too many, two have one name, or they are not for the same robot.
     """
 
     def __init__(self, tasks: Sequence[AnyTask]):
-        if not tasks:
-            raise InvalidConfiguration("tasks", "", "one task or more")
+        if not 1 <= len(tasks) <= MOST_TASKS:
+            raise InvalidConfiguration(
+                "tasks", "", f"one task or more, {MOST_TASKS} at most; got {len(tasks)}"
+            )
         self._by_name = {task.name: task for task in tasks}
         if len(self._by_name) < len(tasks):
             raise InvalidConfiguration("tasks", "name", "each task once")
@@ -41,6 +44,11 @@ class Repertoire:
     def get(self, name: str) -> AnyTask | None:
         """The task with this name, or None."""
         return self._by_name.get(name)
+
+    def refusal(self, name: str) -> str:
+        """Why a task with this name is not done; empty when it is."""
+        known = " and ".join(map(repr, self._by_name))
+        return "" if name in self._by_name else f"this robot does {known}, not {name!r}"
 
     def __iter__(self) -> Iterator[AnyTask]:
         return iter(self._by_name.values())

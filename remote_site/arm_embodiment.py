@@ -25,7 +25,7 @@ from common.robot.preflight import Preflights
 from common.robot.servo import ServoSettings
 from common.robot.setpoint import MotionLimits
 from common.robot.simulation import TICK_S, Simulation
-from common.task import ArmTask
+from common.task import AnyTask, ArmTask
 from remote_site.adaptive_filter import AdaptiveFilter
 from remote_site.arm_memory import ArmMemory
 from remote_site.arm_plant import ArmPlant
@@ -62,7 +62,7 @@ class ArmEmbodiment:
     """An arm; see `Embodiment` for what each method says.
 
     Args:
-        task: What it does.
+        task: What it is at first.
         config: Its seed.
         remembered: Where it was in its last boot.
         dimensions: Of the arm and its surroundings.
@@ -84,7 +84,7 @@ class ArmEmbodiment:
             expected = f"{CONTROL_HZ:g} for an arm, got {config.control_hz:g}"
             raise InvalidConfiguration("remote configuration", "control_hz", expected)
         limits = MotionLimits()
-        self._task, self.must_seat = task, task.skill == "insert"
+        self.task = task
         self.max_speed_m_s = min(task.limits.speed_m_s, limits.speed_m_s)
         self._acceleration = min(task.limits.acceleration_m_s2, limits.acceleration_m_s2)
         self.settings = ExecutorSettings(
@@ -108,6 +108,11 @@ class ArmEmbodiment:
         self._preflights = Preflights(kinematics)
         self._joints_rad = self.simulation.joints_rad  # of the same moment as what is sensed
         self._look_until_s, self.guidance = -np.inf, Guidance()
+
+    @property
+    def must_seat(self) -> bool:
+        """See `Embodiment`."""
+        return self.task.skill == "insert"
 
     def _start(self, remembered: ArmMemory | None, seed: int) -> tuple[ArmPlant, Stage]:
         """The arm where it was, or else where its seed puts it."""
@@ -137,8 +142,10 @@ class ArmEmbodiment:
         given_up = "jammed too often" if self._touch.recovery.given_up else ""
         self.guidance = Guidance(waits, back, BACK_M_S, given_up)
 
-    def begin(self, now_s: float) -> None:
+    def begin(self, task: AnyTask, now_s: float) -> None:
         """See `Embodiment`: in free water what was felt is forgotten, and the wrist's sensor tared."""
+        assert isinstance(task, ArmTask)
+        self.task = task
         recovery = Recovery(enters=self.must_seat)
         if self.plant.servo.governor.active:
             recovery.correction = self._touch.recovery.correction
@@ -156,7 +163,7 @@ class ArmEmbodiment:
         x, y, z = sensing.frames[0].to_local(sensing.effector.point)[:3]
         inside = _DEPTH_M[0] <= z <= _DEPTH_M[1] and np.hypot(x, y) < _LATERAL_M
         force_n = force_of(sensing.effector) or 0.0
-        pressed = self.plant.servo.governor.seated or force_n >= self._task.limits.contact_n
+        pressed = self.plant.servo.governor.seated or force_n >= self.task.limits.contact_n
         return Phase.SEATED if inside and pressed else Phase.ARRIVED
 
     # What is asked -------------------------------------------------------------------------------
@@ -170,8 +177,8 @@ class ArmEmbodiment:
         if phase is Phase.BACKING_OFF:
             back = shifted(sensing, np.array([0.0, 0.0, -BACK_OFF_M]))
             return along(back, distance_m=BACK_OFF_M, time_limit_s=BACK_OFF_S)
-        if phase is Phase.RETRACTING and self._task.retract_m is not None:
-            by_m = np.array(self._task.retract_m)
+        if phase is Phase.RETRACTING and self.task.retract_m is not None:
+            by_m = np.array(self.task.retract_m)
             return along(shifted(sensing, by_m), distance_m=float(np.linalg.norm(by_m)))
         if phase is Phase.GOING_TO_READY:
             return Straight.to(self._home, sensing.effector.point, speed_m_s)
@@ -185,9 +192,9 @@ class ArmEmbodiment:
             return "the robot has not seen its receptacle: it does not know the way out"
         return ""
 
-    def check(self, sensing: Sensing) -> Callable[[], Check] | None:
+    def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
         """See `Embodiment`: the kinematic pre-flight of an insertion."""
-        if not self.must_seat:
+        if not isinstance(task, ArmTask) or task.skill != "insert":
             return None
         return partial(self._examine, self._joints_rad, pose_of(sensing.frames[0]))
 
@@ -207,7 +214,7 @@ class ArmEmbodiment:
 
     def memory(self) -> ArmMemory:
         """See `Embodiment`."""
-        time_s, still = self.plant.time_s, self._task.disturbances == "calm"
+        time_s, still = self.plant.time_s, self.task.disturbances == "calm"
         return ArmMemory(
             tuple(self.simulation.joints_rad.tolist()),
             tuple(self._stage.rest(time_s).tolist()),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from common.control_mode import Action, ControlMode, Phase, mode_after, modes_allowing
 from common.messages import Command, Stamp
-from common.task import Task
+from common.repertoire import Repertoire
 from remote_site.contact import OperatorContact
 from remote_site.embodiment import Embodiment
 from remote_site.execution import start_refusal
@@ -17,7 +17,7 @@ class CommandJudge:
     """Finds the reason against a command.
 
     Args:
-        task: What the robot does.
+        tasks: What the robot does.
         contact: The operator's lease and the age of its messages.
         models: What was received.
         plans: What was previewed.
@@ -27,14 +27,14 @@ class CommandJudge:
 
     def __init__(
         self,
-        task: Task,
+        tasks: Repertoire,
         contact: OperatorContact,
         models: ModelStore,
         plans: Plans,
         sensing: Sensing,
         embodiment: Embodiment,
     ):
-        self._task, self._contact, self._models = task, contact, models
+        self._tasks, self._contact, self._models = tasks, contact, models
         self._plans, self._sensing, self._embodiment = plans, sensing, embodiment
 
     def refusal(
@@ -53,23 +53,25 @@ class CommandJudge:
             )
         if command.action in (Action.EXECUTE, Action.PREVIEW):
             return self._motion_refusal(command, mode, now)
-        if command.action is Action.RETRACT and self._task.retract_m is None:
+        if command.action is Action.RETRACT and self._embodiment.task.retract_m is None:
             return "this task says nowhere to retract to (`retract_m`)", None
         return self._embodiment.refusal(command.action, self._sensing), None
 
     def _motion_refusal(
         self, command: Command, mode: ControlMode, now: Stamp
     ) -> tuple[str, float | None]:  # fmt: skip
-        if command.task != self._task.name:
-            return f"this robot does {self._task.name!r}, not {command.task!r}", None
+        if reason := self._tasks.refusal(command.task):
+            return reason, None
         stored = self._models.get(command.model_sha256)
         if stored is None:
             return f"the robot has no model {command.model_sha256[:8] or '(none named)'}: send it first", None
+        if stored.task.name != command.task:
+            return f"model {stored.sha256[:8]} is one of {stored.task.name!r}, not of {command.task!r}", None
         if self._sensing.unseen_s > 0.0:
             return "the robot does not see the target", min(self._sensing.unseen_s, 1e6)
         if reason := start_refusal(stored, self._sensing.effector, self._sensing.frames):
             return reason, None
-        if command.action is Action.EXECUTE and self._task.require_preview:
+        if command.action is Action.EXECUTE and stored.task.require_preview:
             if mode is ControlMode.DIRECT:
                 return "this task is previewed before it is executed: clutch and preview first", None
             situation = self._plans.situation(command.model_sha256, now)

@@ -14,7 +14,7 @@ from common.messages import (
     OperatorInput,
     Stamp,
 )
-from common.task import Task
+from common.repertoire import Repertoire
 from remote_site.config import RemoteConfig
 from remote_site.freshness import Freshness
 from remote_site.lease import Lease
@@ -51,7 +51,7 @@ class OperatorContact:
         self.delay_changed = False
         """Set when another delay became usual; who drives must be decoupled for it, then it is cleared."""
 
-    def answer(self, request: LeaseRequest, task: Task, now: Stamp) -> LeaseReply:
+    def answer(self, request: LeaseRequest, tasks: Repertoire, now: Stamp) -> LeaseReply:
         """Grant, renew or refuse the lease, and say what the robot is."""
         reason, age_s = self._refusal(request)
         holds = not reason
@@ -63,8 +63,8 @@ class OperatorContact:
             reason=reason,
             asked_by=self.lease.asked_by if holds else "",
             stamp=now,
-            task=task.name,
-            n_dims=task.space.n_dims,
+            tasks=tasks.names,
+            n_dims=tasks.first.space.n_dims,
             newest_age_s=age_s,
         )
 

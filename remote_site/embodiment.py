@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from common.control_mode import Action, Phase
 from common.messages import ArmState
+from common.task import AnyTask
 from remote_site.arm_memory import ArmMemory
 from remote_site.perception import Perception
 from remote_site.plant import EffectorState, Plant
@@ -92,8 +93,16 @@ class Embodiment(Protocol):
     """How it executes."""
     max_speed_m_s: float
     """Of its effector, in every mode [m/s]."""
-    must_seat: bool
-    """Whether an execution has arrived only once the tool is seated."""
+
+    @property
+    def task(self) -> AnyTask:
+        """What it is at: the first of its tasks, until another one is executed."""
+        ...
+
+    @property
+    def must_seat(self) -> bool:
+        """Whether an execution of its task has arrived only once the tool is seated."""
+        ...
 
     @property
     def plant(self) -> Plant:
@@ -121,8 +130,13 @@ class Embodiment(Protocol):
         """
         ...
 
-    def begin(self, now_s: float) -> None:
-        """An execution begins [s]."""
+    def begin(self, task: AnyTask, now_s: float) -> None:
+        """An execution begins, which makes its task the present one.
+
+        Args:
+            task: One of the robot's.
+            now_s: Now [s].
+        """
         ...
 
     def confined(self, reference: Array, sensing: Sensing) -> Array:
@@ -142,11 +156,11 @@ class Embodiment(Protocol):
         ...
 
     def new_record(self) -> Record:
-        """Of an execution that begins."""
+        """Of an execution that has begun."""
         ...
 
-    def check(self, sensing: Sensing) -> Callable[[], Check] | None:
-        """What examines a motion from here; it takes long and is called by another thread. None for nothing."""
+    def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
+        """What examines the motion of a task from here; it takes long and is called by another thread. None for nothing."""
         ...
 
     def move_target(self, position_m: Array) -> None:

@@ -16,7 +16,7 @@ def embodiment_of(
     """The simulated robot that a task is for.
 
     Args:
-        task: What it does.
+        task: What it is at first.
         config: Its rate and seed.
         clock: Its time.
         remembered: Where it was in its last boot, None for its first.

@@ -104,6 +104,7 @@ class Execution:
         """How it went so far."""
         return ExecutionReport(
             began=self.began,
+            task=self.stored.task.name,
             model_sha256=self.stored.sha256,
             arrived_after_s=self.arrived_after_s,
             overruns=overruns,

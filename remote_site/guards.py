@@ -84,21 +84,19 @@ class SightGuard:
 
 
 class LinkGuard:
-    """Applies the task's policy for a lost link, once for each loss.
+    """Applies the task's policy for a lost link, once for each loss."""
 
-    Args:
-        task: Its policy.
-    """
-
-    def __init__(self, task: Task):
-        self._task = task
+    def __init__(self) -> None:
         self._acted = False
         self._blind_and_alone_s = 0.0
 
-    def trip(self, silent_s: float, executing: bool, blind: bool, dt_s: float) -> tuple[Guard | None, str]:
+    def trip(
+        self, task: Task, silent_s: float, executing: bool, blind: bool, dt_s: float
+    ) -> tuple[Guard | None, str]:  # fmt: skip
         """What follows from the link's silence now.
 
         Args:
+            task: The present one; its policy counts.
             silent_s: For how long nothing was heard, beyond what is usual [s].
             executing: Whether a model is executed.
             blind: Whether the execution is paused for want of sight.
@@ -107,13 +105,13 @@ class LinkGuard:
         lost = silent_s > LINK_LOST_S
         self._acted = self._acted and lost
         self._blind_and_alone_s = self._blind_and_alone_s + dt_s if lost and blind else 0.0
-        if self._task.blind_retract and self._blind_and_alone_s > BLIND_AND_ALONE_S:
+        if task.blind_retract and self._blind_and_alone_s > BLIND_AND_ALONE_S:
             self._blind_and_alone_s = 0.0
             return Guard.LINK_LOST_RETRACT, "neither the target was seen nor the link heard for a minute"
-        if not lost or self._acted or not executing or self._task.lost_link == "continue":
+        if not lost or self._acted or not executing or task.lost_link == "continue":
             return None, ""
         self._acted = True
-        hold = self._task.lost_link == "hold"
+        hold = task.lost_link == "hold"
         guard = Guard.LINK_LOST_HOLD if hold else Guard.LINK_LOST_RETRACT
         return (
             guard,

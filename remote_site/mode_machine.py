@@ -109,7 +109,7 @@ class ModeMachine:
             self._set_pace(command)
             return
         if action in (Action.RECORD, Action.END_RECORDING):
-            why_not = self._recordings.run(action)
+            why_not = self._recordings.run(action, command.task)
             self.fail(command, why_not) if why_not else self.complete(command, "done")
             return
         for overtaken in self._until_standing:
@@ -209,12 +209,12 @@ class ModeMachine:
 
     def _execute(self, command: Command, stored: StoredModel) -> None:
         now = self._now()
+        self._embodiment.begin(stored.task, now.t_ns * 1e-9)
         self.last_execution = Execution(
             command, stored, self._plans.settings, self._embodiment, self._sensing, now
         )
-        self._embodiment.begin(now.t_ns * 1e-9)
         self._motion.begin(self.last_execution)
-        self.tell("executing", f"executing {stored.sha256[:8]}", command_id=command.command_id)
+        self.tell("executing", f"executing {stored.label}", command_id=command.command_id)
         self._plans.forget_commit()
 
     def _leave_motion(self, why: str) -> None:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass
 
 from common.errors import InvalidModel
 from common.messages import ModelReply, ModelTransfer, Stamp
 from common.model_file import content_hash, decode
-from common.task import Task
+from common.repertoire import Repertoire
+from common.task import AnyTask
 from common.tphsmm import TPHSMM
+
+_MOST_ARRIVING = 4
+"""So many models may arrive in parts at a time; the one that was heard of least recently begins anew."""
 
 
 @dataclass(frozen=True)
@@ -18,23 +23,30 @@ class StoredModel:
     Args:
         sha256: Of the bytes that arrived.
         model: What they say.
+        task: What it was sent for.
     """
 
     sha256: str
     model: TPHSMM
+    task: AnyTask
+
+    @property
+    def label(self) -> str:
+        """In words: its task, and the first digits of its hash."""
+        return f"{self.task.name} {self.sha256[:8]}"
 
 
 class ModelStore:
-    """Keeps what fits the task; what does not fit changes nothing.
+    """Keeps what fits its task; what does not fit changes nothing.
 
     Args:
-        task: The task that this robot does.
+        tasks: What this robot does.
     """
 
-    def __init__(self, task: Task):
-        self._task = task
+    def __init__(self, tasks: Repertoire):
+        self._tasks = tasks
         self._models: dict[str, StoredModel] = {}
-        self._arriving: tuple[str, bytearray] = ("", bytearray())
+        self._arriving: OrderedDict[str, bytearray] = OrderedDict()
         self.newest: StoredModel | None = None
 
     def receive(self, transfer: ModelTransfer, content: bytes) -> StoredModel:
@@ -52,18 +64,17 @@ class ModelStore:
             raise InvalidModel(
                 "model", "sha256", f"{transfer.sha256[:8]} was announced, {sha256[:8]} arrived"
             )
-        if transfer.task != self._task.name:
-            raise InvalidModel("model", "task", f"{self._task.name!r}, got {transfer.task!r}")
+        task = self._task_of(transfer)
         model = decode(content)
-        if model.manifold.oriented != self._task.space.oriented:
+        if model.manifold.oriented != task.space.oriented:
             kinds = ("positions", "poses")[:: -1 if model.manifold.oriented else 1]
             raise InvalidModel("model", "means", f"{kinds[1]}, as the task has; these are {kinds[0]}")
-        if (model.n_dims, model.n_frames) != (self._task.space.n_dims, len(self._task.frame_names)):
-            expected = f"{self._task.space.n_dims} dimensions and {len(self._task.frame_names)} frames"
+        if (model.n_dims, model.n_frames) != (task.space.n_dims, len(task.frame_names)):
+            expected = f"{task.space.n_dims} dimensions and {len(task.frame_names)} frames"
             raise InvalidModel("model", "means", f"{expected}, got {model.n_dims} and {model.n_frames}")
         if not model.terminal.any():
             raise InvalidModel("model", "terminal", "a component where a demonstration ended; end one first")
-        stored = StoredModel(sha256, model)
+        stored = StoredModel(sha256, model, task)
         self._models[sha256] = self.newest = stored
         return stored
 
@@ -72,28 +83,41 @@ class ModelStore:
 
         A part without content asks whether the model is here already.
         """
-        known = self._models.get(transfer.sha256)
-        if known is not None and transfer.size and not transfer.content:
-            self.newest = known
-            return ModelReply(accepted=True, sha256=known.sha256, received=transfer.size, stamp=now)
-        content = self._so_far(transfer)
-        sha256, received = transfer.sha256, len(content)
-        if received < transfer.size:
-            return ModelReply(accepted=True, sha256=sha256, complete=False, received=received, stamp=now)
+        sha256 = transfer.sha256
         try:
-            stored = self.receive(transfer, content)
+            complete, received = self._take(transfer)
         except InvalidModel as error:
-            self._arriving = ("", bytearray())
+            self._arriving.pop(sha256, None)
             return ModelReply(accepted=False, sha256=sha256, reason=str(error)[:500], stamp=now)
-        return ModelReply(accepted=True, sha256=stored.sha256, received=received, stamp=now)
+        return ModelReply(accepted=True, sha256=sha256, complete=complete, received=received, stamp=now)
+
+    def _take(self, transfer: ModelTransfer) -> tuple[bool, int]:
+        """Whether all of the model is here, and how many bytes of it are."""
+        task, known = self._task_of(transfer), self._models.get(transfer.sha256)
+        if transfer.size and known is not None and known.task is task:
+            self.newest = known
+            return True, transfer.size
+        content = self._so_far(transfer)
+        if len(content) < transfer.size:
+            return False, len(content)
+        self.receive(transfer, content)
+        self._arriving.pop(transfer.sha256, None)
+        return True, len(content)
+
+    def _task_of(self, transfer: ModelTransfer) -> AnyTask:
+        task = self._tasks.get(transfer.task)
+        if task is None:
+            raise InvalidModel("model", "task", self._tasks.refusal(transfer.task))
+        return task
 
     def _so_far(self, transfer: ModelTransfer) -> bytes:
-        """What has arrived of a model, this part included. Only one model arrives in parts at a time."""
+        """What has arrived of a model, this part included."""
         if not transfer.size:
             return transfer.content
-        sha256, arrived = self._arriving
-        if sha256 != transfer.sha256:
-            self._arriving = (transfer.sha256, arrived := bytearray())
+        arrived = self._arriving.setdefault(transfer.sha256, bytearray())
+        self._arriving.move_to_end(transfer.sha256)
+        if len(self._arriving) > _MOST_ARRIVING:
+            self._arriving.popitem(last=False)
         if transfer.offset == len(arrived) and len(arrived) + len(transfer.content) <= transfer.size:
             arrived += transfer.content
         return bytes(arrived)

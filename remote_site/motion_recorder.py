@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from common.messages import Stamp
 from common.recorded_motion import MAX_DURATION_S, MAX_GAP_S, RecordedMotion, packed_row
-from common.task import Task
+from common.task import AnyTask
 from remote_site.coupling import Coupling
 from remote_site.sensing import PREDICTED_S, Sensing
 
@@ -35,25 +35,25 @@ class MotionRecorder:
     """At most one recording at a time; it begins with the first input of the hand that drives.
 
     Args:
-        task: What the robot does.
         sensing: The newest measurements.
         control_hz: How often `sample` is called [Hz].
         now: The present stamp.
     """
 
-    def __init__(self, task: Task, sensing: Sensing, control_hz: float, now: Callable[[], Stamp]):
-        self._task, self._sensing, self._now = task, sensing, now
+    def __init__(self, sensing: Sensing, control_hz: float, now: Callable[[], Stamp]):
+        self._sensing, self._now = sensing, now
         self._every = max(1, round(control_hz / _SAMPLE_HZ))
         self.recording = False
-        self._clear("")
+        self._clear()
 
-    def begin(self, site_name: str) -> None:
+    def begin(self, site_name: str, task: AnyTask) -> None:
         """Record from now on.
 
         Args:
             site_name: Who drives.
+            task: What for.
         """
-        self._clear(site_name)
+        self._clear(site_name, task)
         self.recording = True
 
     @property
@@ -95,9 +95,9 @@ class MotionRecorder:
         """
         began, task, rows, site_name = self._began, self._task, bytes(self._rows), self._site_name
         duration_s, n = self.recorded_s, self._n
-        self._clear("")
+        self._clear()
         self.recording = False
-        if began is None or n < 2:
+        if began is None or task is None or n < 2:
             return None
         motion = RecordedMotion(
             task=task.name, frame_names=task.frame_names, n_dims=task.space.n_dims,
@@ -105,8 +105,8 @@ class MotionRecorder:
         )  # fmt: skip
         return Recorded(motion, site_name, duration_s, whole)
 
-    def _clear(self, site_name: str) -> None:
-        self._site_name = site_name
+    def _clear(self, site_name: str = "", task: AnyTask | None = None) -> None:
+        self._site_name, self._task = site_name, task
         self._rows, self._n, self._ticks = bytearray(), 0, -1
         self._began: Stamp | None = None
         self._last_s = 0.0

@@ -133,6 +133,6 @@ class Plans:
                 state=state,
                 effector=self._sensing.effector,
                 frames=tuple(self._sensing.frames),
-                check=self._embodiment.check(self._sensing) if plan_id else None,
+                check=self._embodiment.check(stored.task, self._sensing) if plan_id else None,
             )
         )

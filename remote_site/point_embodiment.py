@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from common.clock import BootClock
 from common.control_mode import Action, Phase
 from common.messages import ArmState
-from common.task import PointTask
+from common.task import AnyTask, PointTask
 from remote_site.arm_memory import ArmMemory
 from remote_site.config import RemoteConfig
 from remote_site.embodiment import Check, Guidance, Way
@@ -34,7 +34,7 @@ class PointEmbodiment:
     """A point; see `Embodiment` for what each method says.
 
     Args:
-        task: What it does.
+        task: What it is at first.
         plant: It.
         perception: Its sight.
         control_hz: Its control rate [Hz].
@@ -45,7 +45,7 @@ class PointEmbodiment:
 
     def __init__(self, task: PointTask, plant: Plant, perception: Perception, control_hz: float = CONTROL_HZ):
         self.plant, self.perception, self.control_hz = plant, perception, control_hz
-        self._task = task
+        self.task = task
         self.max_speed_m_s = task.limits.speed_m_s
         self.settings = ExecutorSettings(
             dt_s=1.0 / control_hz,
@@ -56,8 +56,10 @@ class PointEmbodiment:
     def attend(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> None:
         """See `Embodiment`: it believes what it sees."""
 
-    def begin(self, now_s: float) -> None:
+    def begin(self, task: AnyTask, now_s: float) -> None:
         """See `Embodiment`: it is ready at once."""
+        assert isinstance(task, PointTask)
+        self.task = task
 
     def confined(self, reference: Array, sensing: Sensing) -> Array:
         """See `Embodiment`."""
@@ -65,7 +67,7 @@ class PointEmbodiment:
 
     def way(self, phase: Phase, sensing: Sensing) -> Way | None:
         """See `Embodiment`."""
-        effector, task = sensing.effector, self._task
+        effector, task = sensing.effector, self.task
         speed_m_s = SPEED * task.limits.speed_m_s
         if phase is Phase.BACKING_OFF:
             return giving_way(effector, speed_m_s)
@@ -84,14 +86,14 @@ class PointEmbodiment:
     def end_phase(self, sensing: Sensing) -> Phase:
         """See `Embodiment`."""
         force_n = force_of(sensing.effector)
-        seated = force_n is not None and force_n >= self._task.limits.contact_n
+        seated = force_n is not None and force_n >= self.task.limits.contact_n
         return Phase.SEATED if seated else Phase.ARRIVED
 
     def new_record(self) -> TrackingRecord:
         """See `Embodiment`."""
         return TrackingRecord(self.perception)
 
-    def check(self, sensing: Sensing) -> Callable[[], Check] | None:
+    def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
         """See `Embodiment`."""
 
     def move_target(self, position_m: Array) -> None:
@@ -113,7 +115,7 @@ class SimulatedPoint(PointEmbodiment):
     """A point and its target, simulated.
 
     Args:
-        task: What it does.
+        task: What it is at first.
         config: Its rate, and the seed of its target's phase and noise.
         clock: The target's time.
         remembered: Where it was in its last boot.
@@ -133,4 +135,4 @@ class SimulatedPoint(PointEmbodiment):
 
     def move_target(self, position_m: Array) -> None:
         """See `Embodiment`: it stays in the workspace."""
-        self._target.move_to(np.clip(position_m, 0.0, self._task.workspace_m), self._clock.now_s())
+        self._target.move_to(np.clip(position_m, 0.0, self.task.workspace_m), self._clock.now_s())

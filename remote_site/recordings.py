@@ -7,7 +7,7 @@ from enum import StrEnum
 
 from common.control_mode import Action, Cause, ControlMode, Guard
 from common.messages import RECORDED, Stamp
-from common.task import Task
+from common.repertoire import Repertoire
 from remote_site.catalogue import Catalogue
 from remote_site.events import Events
 from remote_site.lease import Lease
@@ -38,7 +38,7 @@ class Recordings:
     """The recording under way, and the catalogue that keeps those which were ended.
 
     Args:
-        task: What the robot does.
+        tasks: What the robot does.
         sensing: The newest measurements.
         motion: What moves the robot.
         lease: Who drives.
@@ -48,15 +48,15 @@ class Recordings:
 
     def __init__(
         self,
-        task: Task,
+        tasks: Repertoire,
         sensing: Sensing,
         motion: Motion,
         lease: Lease,
         events: Events,
         now: Callable[[], Stamp],
     ):
-        self._motion, self._lease, self._events = motion, lease, events
-        self._recorder = MotionRecorder(task, sensing, motion.embodiment.control_hz, now)
+        self._tasks, self._motion, self._lease, self._events = tasks, motion, lease, events
+        self._recorder = MotionRecorder(sensing, motion.embodiment.control_hz, now)
         self._who = ""
         self.catalogue = Catalogue()
 
@@ -65,12 +65,15 @@ class Recordings:
         """For how long a motion is being recorded [s]; None while none is."""
         return self._recorder.recorded_s if self._recorder.recording else None
 
-    def run(self, action: Action) -> str:
-        """Record from now on, or to here. Returns why not, empty when it was done."""
+    def run(self, action: Action, task_name: str) -> str:
+        """Record from now on for a task, or to here. Returns why not, empty when it was done."""
         recording = self._recorder.recording
         if action is Action.RECORD and not recording:
+            task = self._tasks.get(task_name)
+            if task is None:
+                return self._tasks.refusal(task_name)
             self._who = self._lease.holder
-            self._recorder.begin(self._who)
+            self._recorder.begin(self._who, task)
         elif action is Action.END_RECORDING and recording:
             self._end(Ending.WHOLE, f"ended by {action}")
         else:

@@ -67,25 +67,24 @@ class Supervisor:
         request_plan: Callable[[PlanRequest], None],
         write: Write,
     ):
-        task = tasks.first
-        self._task, self._clock, self._announce = task, clock, announce
-        self.embodiment, control_hz, n_frames = embodiment, embodiment.control_hz, len(task.frame_names)
+        self._tasks, self._clock, self._announce = tasks, clock, announce
+        self.embodiment, control_hz = embodiment, embodiment.control_hz
         plant, perception = embodiment.plant, embodiment.perception
-        self.sensing = Sensing(plant, perception, n_frames, control_hz, clock.now_s())
+        self.sensing = Sensing(plant, perception, len(tasks.first.frame_names), control_hz, clock.now_s())
         self.contact = OperatorContact(config, clock)
-        self.models = ModelStore(task)
+        self.models = ModelStore(tasks)
         self.motion = Motion(embodiment, self.sensing)
         self.events = Events(announce, self.stamp, write)
         self._plans = Plans(self.sensing, embodiment, request_plan)
         self.recordings = Recordings(
-            task, self.sensing, self.motion, self.contact.lease, self.events, self.stamp
+            tasks, self.sensing, self.motion, self.contact.lease, self.events, self.stamp
         )
         self.machine = ModeMachine(
             embodiment, self.sensing, self.motion, self._plans, self.events, announce, self.stamp, self.recordings
         )  # fmt: skip
-        self._judge = CommandJudge(task, self.contact, self.models, self._plans, self.sensing, embodiment)
+        self._judge = CommandJudge(tasks, self.contact, self.models, self._plans, self.sensing, embodiment)
         self._log = CommandLog()
-        self._watch = Watch(task, self.sensing, self.contact, self.motion, config.deadline_s)
+        self._watch = Watch(self.sensing, self.contact, self.motion, config.deadline_s)
         self._black_box = BlackBox(self.sensing, self.motion, control_hz, write)
         self._holder = ""
 
@@ -117,7 +116,7 @@ class Supervisor:
 
     def on_lease(self, request: LeaseRequest) -> LeaseReply:
         """Grant, renew, refuse or hand over the control of the robot."""
-        reply = self.contact.answer(request, self._task, self.stamp())
+        reply = self.contact.answer(request, self._tasks, self.stamp())
         self._tell_holder()
         return reply
 
@@ -176,7 +175,8 @@ class Supervisor:
         elif path is None:
             self.machine.fail(command, words)
         else:
-            text = f"previewed {duration_s(path):.1f} s of motion" + (f"; {words}" if words else "")
+            motion = f"{duration_s(path):.1f} s of motion, {request.stored.label}"
+            text = f"previewed {motion}" + (f"; {words}" if words else "")
             self.machine.complete(command, text, plan_id=request.plan_id)
 
     # The tick -----------------------------------------------------------------------------------

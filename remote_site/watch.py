@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from common.control_mode import ControlMode, Guard, Phase
-from common.task import Task
 from remote_site.contact import OperatorContact
 from remote_site.guards import ForceGuard, LinkGuard, SightGuard
 from remote_site.motion import Motion
@@ -31,19 +30,17 @@ class Watch:
     """Asks every guard that matters in the present mode.
 
     Args:
-        task: Limits and policies.
         sensing: The newest measurements.
         contact: How long the operator was silent.
-        motion: What moves the robot.
+        motion: What moves the robot, by the limits and policies of its task.
         deadline_s: A control period that comes later than this is a fault [s].
     """
 
-    def __init__(
-        self, task: Task, sensing: Sensing, contact: OperatorContact, motion: Motion, deadline_s: float
-    ):
+    def __init__(self, sensing: Sensing, contact: OperatorContact, motion: Motion, deadline_s: float):
         self._sensing, self._contact, self._motion = sensing, contact, motion
         self._deadline_s = deadline_s
-        self._force, self._sight, self._link = ForceGuard(task.limits), SightGuard(sensing), LinkGuard(task)
+        limits = motion.embodiment.task.limits  # all tasks of one robot have the same
+        self._force, self._sight, self._link = ForceGuard(limits), SightGuard(sensing), LinkGuard()
 
     @property
     def must_wait(self) -> bool:
@@ -90,5 +87,6 @@ class Watch:
                 return Trip(Guard.JAMMED, why)
         paused = mode is ControlMode.PAUSED and self._motion.execution is not None
         blind = paused and self._sensing.unseen_s > 0.0
-        guard, why = self._link.trip(self._contact.silent_s(now_s), executing, blind, dt_s)
+        task, silent_s = self._motion.embodiment.task, self._contact.silent_s(now_s)
+        guard, why = self._link.trip(task, silent_s, executing, blind, dt_s)
         return Trip(guard, why) if guard is not None else None

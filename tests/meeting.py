@@ -166,10 +166,14 @@ class Meeting:
         task: What it does.
         sites_ahead_s: What the sites' clocks are ahead of the robot's at first [s].
         sites_drift: What they gain on it, as a part of the time.
+        config: Of the robot.
     """
 
-    def __init__(self, task: PointTask = TASK, sites_ahead_s: float = 5000.0, sites_drift: float = 0.0):
-        self._sites_drift = sites_drift
+    def __init__(
+        self, task: PointTask = TASK, sites_ahead_s: float = 5000.0, sites_drift: float = 0.0,
+        config: RemoteConfig | None = None,
+    ):  # fmt: skip
+        self._sites_drift, self._config = sites_drift, config or RemoteConfig()
         self.time, self.sites_time = VirtualTime(100.0), VirtualTime(100.0 + sites_ahead_s)
         self.robots_end = RobotsEnd()
         self.sites: list[Site] = []
@@ -226,7 +230,7 @@ class Meeting:
             robot.take_path(request, plan(request), "")
 
         robot = Robot(
-            RemoteConfig(), Repertoire([self._task]), BootClock(f"boot {self._boots}", self.time), self.robots_end,
+            self._config, Repertoire([self._task]), BootClock(f"boot {self._boots}", self.time), self.robots_end,
             request_plan, lambda **fields: self.written.append(fields), remembered,
         )  # fmt: skip
         return robot

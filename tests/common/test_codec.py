@@ -11,7 +11,18 @@ from hypothesis import strategies as st
 
 from common.codec import MAX_BYTES, decode, encode
 from common.errors import InvalidMessage
-from common.messages import Command, Heartbeat, Message, ModelTransfer, OperatorInput, Stamp, Stop, Telemetry
+from common.messages import (
+    MOST_TASKS,
+    Command,
+    Heartbeat,
+    LeaseReply,
+    Message,
+    ModelTransfer,
+    OperatorInput,
+    Stamp,
+    Stop,
+    Telemetry,
+)
 from tests.messages import all_kinds, floats_in, instances, plain
 
 KINDS = all_kinds()
@@ -167,6 +178,16 @@ def test_a_message_of_another_class_is_refused():
 
 def test_an_id_that_is_too_long_is_refused():
     assert fault(encode(Stop(stop_id="x" * 65, site_name="here")), Stop).field == "stop_id"
+
+
+@pytest.mark.parametrize(
+    "names", [(), ("task",) * (MOST_TASKS + 1), ("x" * 65,)], ids=["none", "many", "long"]
+)
+def test_a_robot_that_names_no_task_too_many_or_one_too_long_is_refused(names: tuple[str, ...]):
+    reply = LeaseReply(
+        granted=False, lease_id="", holder="", stamp=Stamp("boot", 0), tasks=names, n_dims=3
+    )  # fmt: skip
+    assert fault(encode(reply), LeaseReply).field.startswith("tasks")
 
 
 def _lists(value: Any) -> Any:

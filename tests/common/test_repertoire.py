@@ -4,6 +4,7 @@ import msgspec
 import pytest
 
 from common.errors import InvalidConfiguration
+from common.messages import MOST_TASKS
 from common.repertoire import Repertoire
 from common.task import ArmTask, Limits
 from deploy.places import find_task, find_tasks
@@ -24,6 +25,16 @@ def test_there_must_be_a_task_and_each_only_once():
         Repertoire([])
     with pytest.raises(InvalidConfiguration, match="each task once"):
         Repertoire([STAB, STAB])
+    many = [msgspec.structs.replace(STAB, name=f"stab-{n}") for n in range(MOST_TASKS + 1)]
+    assert len(Repertoire(many[1:])) == MOST_TASKS
+    with pytest.raises(InvalidConfiguration, match=f"{MOST_TASKS} at most"):
+        Repertoire(many)
+
+
+def test_a_task_that_is_not_done_is_refused_in_words_that_name_those_that_are():
+    tasks = Repertoire([STAB, UNSTAB])
+    assert tasks.refusal("hot-unstab") == ""
+    assert tasks.refusal("planar") == "this robot does 'hot-stab' and 'hot-unstab', not 'planar'"
 
 
 @pytest.mark.parametrize(

@@ -128,7 +128,7 @@ class RobotEnd:
         why = self.lease_refusal
         return LeaseReply(
             granted=not why, lease_id="" if why else LEASE_ID, holder=request.site_name, reason=why,
-            stamp=self.now(), task=TASK.name, n_dims=2,
+            stamp=self.now(), tasks=(TASK.name,), n_dims=2,
         )  # fmt: skip
 
     def _on_command(self, command: Command) -> CommandReply:

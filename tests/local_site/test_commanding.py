@@ -93,12 +93,12 @@ def test_a_refused_lease_is_shown_in_the_robots_words(desk: Desk):
 def test_an_older_answer_about_the_lease_does_not_replace_a_newer_one(desk: Desk):
     commanding = desk.in_control()
     older = LeaseReply(
-        granted=False, lease_id="", holder="", reason="long ago", stamp=Stamp("boot", 0), task="planar", n_dims=2
+        granted=False, lease_id="", holder="", reason="long ago", stamp=Stamp("boot", 0), tasks=("planar",), n_dims=2
     )  # fmt: skip
     commanding._on_lease(older, 0.1)
     assert commanding.lease_id == LEASE_ID
     commanding._on_lease(LeaseReply(
-        granted=False, lease_id="", holder="", reason="restarted", stamp=Stamp("next boot", 0), task="planar",
+        granted=False, lease_id="", holder="", reason="restarted", stamp=Stamp("next boot", 0), tasks=("planar",),
         n_dims=2,
     ), 0.1)  # fmt: skip
     assert commanding.lease_id == ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -25,7 +26,9 @@ from remote_site.plant_memory import PlantState
 from tests.remote_site.bench import Bench
 
 _DEPLOY = Path(__file__).parents[2] / "deploy"
-HOT_STAB = load_toml(_DEPLOY / "tasks" / "hot-stab.toml", ArmTask)
+HOT_STAB, HOT_UNSTAB = (
+    load_toml(_DEPLOY / "tasks" / f"{name}.toml", ArmTask) for name in ("hot-stab", "hot-unstab")
+)
 
 
 @functools.cache
@@ -55,11 +58,12 @@ class ArmBench(Bench):
         seed: int = 0,
         remembered: PlantState | None = None,
         dimensions: Dimensions | None = None,
+        also: Sequence[ArmTask] = (),
         **changes: Any,
     ):
         task = structs.replace(HOT_STAB, **changes)
         self.arm = ArmEmbodiment(task, RemoteConfig(seed=seed), remembered, dimensions)
-        super().__init__(task, embodiment=self.arm)
+        super().__init__(task, embodiment=self.arm, also=also)
         self.taught = hot_stab_model()
 
     @property

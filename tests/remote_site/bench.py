@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Self, TypeVar
 
@@ -113,9 +114,10 @@ class Bench:
     """The supervisor of a simulated robot, and an operator who is `delay_s` away, there and back.
 
     Args:
-        task: What the robot does.
+        task: What the robot does, and the operator asks for at first.
         plant: Another machine than the task's point.
         embodiment: Another robot than a point.
+        also: Other tasks that it does.
         delay_s: Age of whatever the operator echoes, when it arrives [s].
     """
 
@@ -124,6 +126,7 @@ class Bench:
         task: AnyTask = TASK,
         plant: PointPlant | None = None,
         embodiment: Embodiment | None = None,
+        also: Sequence[AnyTask] = (),
         delay_s: float = 0.1,
     ):
         self.task = task
@@ -137,7 +140,7 @@ class Bench:
             embodiment = self._point(task, plant)
         self.plant, self.dt_s = embodiment.plant, 1.0 / embodiment.control_hz
         self.robot = Supervisor(
-            Repertoire([task]), RemoteConfig(), embodiment, self.clock,
+            Repertoire([task, *also]), RemoteConfig(), embodiment, self.clock,
             lambda channel, message: self.said.append((channel, message)), self.plan_requests.append,
             lambda **fields: self.written.append(fields),
         )  # fmt: skip

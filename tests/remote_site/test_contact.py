@@ -5,6 +5,7 @@ import pytest
 from common.clock import BootClock
 from common.control_mode import Action
 from common.messages import Command, Heartbeat, LeaseReply, LeaseRequest, Stamp
+from common.repertoire import Repertoire
 from remote_site.config import RemoteConfig
 from remote_site.contact import OperatorContact
 from tests.remote_site.bench import VirtualTime
@@ -27,7 +28,7 @@ class Operators:
         echo = None if age_s is None else self.echo(age_s)
         now = Stamp("boot", self.time.ns)
         request = LeaseRequest(session=f"session of {who}", site_name=who, echo=echo)
-        return self.contact.answer(request, TASK, now)
+        return self.contact.answer(request, Repertoire([TASK]), now)
 
     def command(self, who: str, lease_id: str, age_s: float = 0.1) -> tuple[str, float | None]:
         return self.contact.command_refusal(
@@ -41,7 +42,7 @@ class Operators:
 def test_the_lease_is_granted_without_an_echo_and_says_what_the_robot_is():
     reply = Operators().ask("ann", age_s=None)
     assert reply.granted and reply.lease_id and reply.holder == "ann"
-    assert (reply.task, reply.n_dims, reply.newest_age_s) == (TASK.name, TASK.n_dims, None)
+    assert (reply.tasks, reply.n_dims, reply.newest_age_s) == ((TASK.name,), TASK.n_dims, None)
     assert reply.stamp.boot == "boot"
 
 

@@ -46,7 +46,7 @@ class Robot:
         return coupling
 
     def execution(self) -> Execution:
-        stored = StoredModel("a" * 64, planar_model())
+        stored = StoredModel("a" * 64, planar_model(), TASK)
         settings = self.embodiment.settings
         return Execution(COMMAND, stored, settings, self.embodiment, self.sensing, Stamp("b", 0))
 

@@ -112,7 +112,7 @@ def test_of_what_waits_only_the_newest_preview_and_commit_are_planned():
 def test_a_plan_is_cut_where_it_has_too_many_points():
     request = a_request()
     slow = ExecutorSettings(max_speed_m_s=0.005)
-    stored = StoredModel(request.stored.sha256, request.stored.model)
+    stored = StoredModel(request.stored.sha256, request.stored.model, TASK)
     at_rest = EffectorState(np.array(TASK.start_m), np.zeros(2))
     path = plan(replace(request, settings=slow, stored=stored, effector=at_rest))
     assert not path.reaches_end and len(points_of(path)) == MAX_POINTS

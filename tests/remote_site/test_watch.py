@@ -8,7 +8,6 @@ import pytest
 from common.control_mode import Action, ControlMode, Guard, Phase
 from remote_site.watch import Watch
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant
-from tests.remote_site.planar import TASK
 
 DEADLINE_S = 0.5
 MOVING = (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
@@ -22,7 +21,7 @@ class Watched:
         self.bench = Bench(plant=self.plant)
         BEGINNINGS[mode](self.bench)
         robot = self.bench.robot
-        self.watch = Watch(TASK, robot.sensing, robot.contact, robot.motion, DEADLINE_S)
+        self.watch = Watch(robot.sensing, robot.contact, robot.motion, DEADLINE_S)
 
     def trip(self, late_s: float = 0.0) -> Guard | None:
         bench = self.bench

@@ -1,0 +1,30 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from common.budget import part_bytes
+from common.control_mode import Action
+from common.endpoint import EndpointSettings
+from common.link_profile import find_profile, load_profiles
+from common.path_points import duration_s
+from deploy.link_process import PROFILES_FILE
+from local_site import intents
+from remote_site.config import RemoteConfig
+from tests.meeting import Meeting
+
+
+def test_a_path_is_thinned_for_the_link_that_it_is_announced_over(tmp_path: Path):
+    acoustic = find_profile(load_profiles(PROFILES_FILE), "acoustic").settings.downlink.rate_bps
+    paths = []
+    for rate_bps in (0.0, acoustic):
+        config = RemoteConfig(link=EndpointSettings(listen="tcp/127.0.0.1:0", rate_bps=rate_bps))
+        site = Meeting(config=config).join("ann", tmp_path / f"{rate_bps:g}")
+        slowly = intents.Command(Action.SET_PACE, pace=0.25)  # so that it is a long path
+        picture = site.ask(intents.LoadSamples(), intents.SendModel(), Action.ARM, slowly, Action.PREVIEW)
+        assert picture.path is not None and picture.path.reaches_end
+        paths.append(picture.path)
+    whole, thin = paths
+    assert len(thin.points) <= part_bytes(acoustic) < len(whole.points)
+    assert duration_s(thin) == pytest.approx(duration_s(whole), abs=thin.step_s)
