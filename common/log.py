@@ -60,3 +60,5 @@ def configure_logging(process: str, verbose: bool = False) -> None:
         handler = logging.StreamHandler()
         handler.setFormatter(logging.Formatter(_FORMAT.replace("%(name)s", process)))
     logging.basicConfig(level=logging.DEBUG if verbose else logging.INFO, handlers=[handler], force=True)
+    # dm_control tells through it, at every start, which OpenGL it does not load: that reads like a failure.
+    logging.getLogger("absl").setLevel(logging.NOTSET if verbose else logging.WARNING)

@@ -88,7 +88,7 @@ class Dialler:
 
     def __init__(self, target: Address):
         self._target = target
-        self._answers = True
+        self._answers, self._ever = True, False
 
     async def dial(self) -> socket.socket:
         """A non-blocking socket connected to the target.
@@ -100,10 +100,13 @@ class Dialler:
             connected = await _connect(self._target)
         except OSError as error:
             if self._answers:  # the local site tries again and again: say it once
-                log.warning("nobody answers at %s port %d (%s)", *self._target, error.strerror or "time-out")
+                # Before the robot's site is up that is nothing to worry about.
+                level, yet = (logging.WARNING, "") if self._ever else (logging.INFO, " yet")
+                reason = error.strerror or "time-out"
+                log.log(level, "nobody answers%s at %s port %d (%s): it is tried again", yet, *self._target, reason)
             self._answers = False
             raise
-        self._answers = True
+        self._answers = self._ever = True
         return connected
 
 

@@ -47,6 +47,15 @@ def test_each_line_names_its_process(root_logger, capsys):
     assert "INFO    remote: ready" in capsys.readouterr().err
 
 
+def test_what_libraries_tell_about_themselves_is_shown_on_request_only(root_logger, capsys):
+    configure_logging("remote")
+    logging.getLogger("absl").info("hidden")
+    logging.getLogger("absl").warning("a warning")
+    configure_logging("remote", verbose=True)
+    logging.getLogger("absl").info("shown")
+    assert "hidden" not in (err := capsys.readouterr().err) and "a warning" in err and "shown" in err
+
+
 def test_debug_records_are_shown_on_request_only(root_logger, capsys):
     configure_logging("remote")
     logging.getLogger("anything").debug("hidden")

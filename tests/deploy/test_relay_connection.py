@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
 from typing import Any
 
@@ -66,15 +67,23 @@ def test_a_side_that_has_left_resets_the_other_once_it_is_written_to(run, linked
 
 
 def test_the_target_may_come_later(run, linked, caplog):
+    caplog.set_level(logging.INFO)
+
     async def scenario() -> None:
         async with linked() as bench:
             await bench.remote.stop()
             for _ in range(3):
                 reader, _ = await bench.knock()
                 await bench.assert_reset(reader)
-            assert caplog.text.count("nobody answers") == 1
+            assert caplog.text.count("nobody answers yet") == 1
             await bench.remote.start(bench.remote.port)
             await bench.assert_open(await bench.dial())
+            assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
+            await bench.remote.stop()
+            reader, _ = await bench.knock()
+            await bench.assert_reset(reader)
+            assert "nobody answers at" in caplog.records[-1].getMessage()
+            assert caplog.records[-1].levelno == logging.WARNING
 
     run(scenario)
 

@@ -12,7 +12,9 @@ DEPLOY = Path(__file__).parents[2] / "deploy"
 
 
 def test_the_configuration_that_comes_with_farhand_is_valid():
-    assert load_toml(DEPLOY / "local.toml", LocalConfig).link.connect
+    config = load_toml(DEPLOY / "local.toml", LocalConfig)
+    assert config.link.connect
+    assert config.page_port, "an operator needs a page"
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ DEPLOY = Path(__file__).parents[2] / "deploy"
 def test_the_configuration_that_comes_with_farhand_is_valid():
     config = load_toml(DEPLOY / "remote.toml", RemoteConfig)
     assert config.link.listen
+    assert config.control_hz is None, "each robot has its own"
 
 
 @pytest.mark.parametrize(
