@@ -32,7 +32,7 @@ class Up:
     seed: int = 0
     """Of everything random."""
     data_dir: str = ""
-    """Where demonstrations and models are kept; empty: the user's data folder."""
+    """Where demonstrations, models and events are kept; empty: ~/.local/share/farhand."""
 
     def run(self) -> int:
         """Do it."""
@@ -73,28 +73,32 @@ class Demo:
 
 @dataclass(frozen=True)
 class Local:
-    """Run the operator's site."""
+    """Run the operator's site. What is not said here is as in the file, or else as `local_site/config.py` has it.
+
+    One to start from: deploy/local.toml, which has a page.
+    """
 
     config: Path | None = None
     """TOML file; what is named here on the command line overrides it."""
     connect: str | None = None
-    """Endpoint of the robot or of the link, such as tcp/127.0.0.1:7447."""
+    """Endpoint of the robot or of the link; tcp/127.0.0.1:7447 when not said."""
     link_rate_bps: float | None = None
     """What the link carries each way [bit/s]; 0: more than enough. Each flow has its share of a narrow one."""
     link_control: str | None = None
     """Control socket of the link process, host:port; without one the link is a real one."""
     task: str | None = None
-    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
+    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between; planar
+    when not said. The other site needs the same."""
     port: int | None = None
     """Port of the web page; without one, or with 0, there is no page."""
     site_name: str | None = None
-    """What the robot and other operators call this place."""
+    """What the robot and other operators call this place; a second one of the same name takes over from the first."""
     watch: bool = False
     """Only watch: never take the control of the robot by itself."""
     data_dir: str | None = None
-    """Where demonstrations, models and events are kept."""
+    """Where demonstrations, models and events are kept; ~/.local/share/farhand when not said."""
     connect_timeout_s: float | None = None
-    """How long to wait for the robot's first report [s]."""
+    """How long to wait for the robot's first report [s]; 60 when not said."""
     seed: int | None = None
     """Of the scripted operator's hand."""
     demo: bool = False
@@ -120,18 +124,22 @@ class Local:
 
 @dataclass(frozen=True)
 class Remote:
-    """Run the robot's site."""
+    """Run the robot's site. What is not said here is as in the file, or else as `remote_site/config.py` has it.
+
+    One to start from: deploy/remote.toml.
+    """
 
     config: Path | None = None
     """TOML file; what is named here on the command line overrides it."""
     listen: str | None = None
-    """Endpoint to listen on, such as tcp/0.0.0.0:7447."""
+    """Endpoint to listen on: tcp/0.0.0.0:7447 for other machines; tcp/127.0.0.1:7447, for this one, when not said."""
     link_rate_bps: float | None = None
     """What the link carries each way [bit/s]; 0: more than enough. Each flow has its share of a narrow one."""
     task: str | None = None
-    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
+    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between; planar
+    when not said. The other site needs the same."""
     data_dir: str | None = None
-    """Where the events and the state of the simulated robot are kept."""
+    """Where the events and the state of the simulated robot are kept; ~/.local/share/farhand when not said."""
     seed: int | None = None
     """Of the simulated noise and of the target's phase."""
 

@@ -45,7 +45,7 @@ def rollout(model_file: Path, like: Path, out: Path | None) -> int:
 
 
 def show(model_file: Path, figure: Path | None) -> int:
-    """Say what is in a model file."""
+    """Say what is in a model file; its components count from one, as on the page."""
     model = load(model_file)
     content = encode(model)
     _say(
@@ -61,9 +61,9 @@ def show(model_file: Path, figure: Path | None) -> int:
     for i in range(model.n_components):
         deviation_s = float(np.sqrt(model.duration_variance_s2[i]))
         duration = "end" if model.terminal[i] else f"{model.duration_mean_s[i]:.2f} +- {deviation_s:.2f}"
-        targets = [f"{k} ({model.transition[i, k]:.2f})" for k in np.flatnonzero(model.transition[i])]
+        targets = [f"{k + 1} ({model.transition[i, k]:.2f})" for k in np.flatnonzero(model.transition[i])]
         begins = " begins here" if model.initial[i] > 0 else ""
-        _say(f"  {i:9d}  {model.counts[i]:6d}  {duration:16s}  {', '.join(targets) or '-'}{begins}")
+        _say(f"  {i + 1:9d}  {model.counts[i]:6d}  {duration:16s}  {', '.join(targets) or '-'}{begins}")
     if figure is not None:
         _draw(model, figure)
         _say(f"written: {figure}")
@@ -103,7 +103,7 @@ def evaluate(study: str, trials: int | None, seed: int, out: Path) -> int:
         raise _MissingExtra("evaluation", error) from error
     command = " ".join(["farhand", *sys.argv[1:]])
     result = run(study, trials, seed, out, command)
-    _say(f"written: {result}")
+    _say(f"written: {result.with_suffix('.md')}, with its figures and {result.name} beside it")
     return 0
 
 

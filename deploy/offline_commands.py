@@ -21,7 +21,8 @@ class Learn:
     out: Path
     """The model file to write."""
     max_distance_m: float | None = None
-    """Lambda of the learning [m]; a fraction of the demonstrations' extent when not given."""
+    """Lambda of the learning [m]; a quarter of the demonstrations' extent when not given. The page takes the task's own:
+    0.1 for the hot-stab."""
 
     def run(self) -> int:
         """Do it."""
@@ -68,10 +69,10 @@ class Model:
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Run a study of the evaluation; writes its JSON and Markdown."""
+    """Run a study of the evaluation; writes its page, its figures and its JSON."""
 
     study: Annotated[str, tyro.conf.Positional]
-    """Name of the study; an unknown one lists them."""
+    """Name of the study: docs/results/README.md has them all, with what each takes; an unknown one lists the names."""
     trials: int | None = None
     """How many trials; all of the study's when not given."""
     seed: int = 0

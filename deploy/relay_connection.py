@@ -102,8 +102,8 @@ class Dialler:
             if self._answers:  # the local site tries again and again: say it once
                 # Before the robot's site is up that is nothing to worry about.
                 level, yet = (logging.WARNING, "") if self._ever else (logging.INFO, " yet")
-                reason = error.strerror or "time-out"
-                log.log(level, "nobody answers%s at %s port %d (%s): it is tried again", yet, *self._target, reason)
+                where, why = "{} port {}".format(*self._target), error.strerror or "time-out"
+                log.log(level, "nobody answers%s at %s (%s): it is tried again", yet, where, why)
             self._answers = False
             raise
         self._answers = self._ever = True

@@ -20,7 +20,7 @@ from common.link_profile import find_profile, load_profiles
 from deploy.child import Child
 from deploy.link_process import PROFILES_FILE
 from deploy.listener import bind
-from deploy.places import check_writable, find_tasks
+from deploy.places import check_writable, data_folder, find_tasks
 from deploy.summary import summary
 
 _log = logging.getLogger(__name__)
@@ -109,6 +109,7 @@ def run_up(settings: Together, port: int, data_dir: str) -> int:
     """
     settings.check()
     bind((_HOST, port)).close()  # better now in one line than as a child's last words
+    _log.info("what is taught is kept in %s", data_folder(data_dir))
     data = [f"--data-dir={data_dir}"] if data_dir else []
     status = asyncio.run(_together(settings, data, [f"--port={port}"]))
     return 0 if status == INTERRUPTED else status

@@ -21,7 +21,7 @@ def draw_model(model: TPHSMM, file: Path) -> None:
     """Draw a model as its first task frame sees it.
 
     On the left its components and transitions in the plane of the first two dimensions, on the right
-    the duration of each component.
+    the duration of each component. Components count from one, as on the page.
 
     Args:
         model: What was learned.
@@ -63,7 +63,7 @@ def draw_components(axes: Axes, model: TPHSMM, origin: ArrayLike = 0.0) -> None:
         axes.add_patch(
             Ellipse(tuple(mean), width, height, angle=angle, facecolor=(*colours[i][:3], 0.45), **line)
         )
-        axes.annotate(str(i), tuple(mean), ha="center", va="center", fontsize=9, zorder=4)
+        axes.annotate(str(i + 1), tuple(mean), ha="center", va="center", fontsize=9, zorder=4)
 
 
 def _draw_components(axes: Axes, model: TPHSMM) -> None:
@@ -97,7 +97,7 @@ def _draw_durations(axes: Axes, model: TPHSMM, colours: np.ndarray) -> None:
         density = np.exp(-0.5 * ((time_s - mean) / deviation) ** 2)
         axes.fill_between(time_s, density, alpha=0.25, color=colours[i])
         axes.plot(time_s, density, color=colours[i])
-        axes.annotate(str(i), (mean, 1.02), ha="center", fontsize=9)
+        axes.annotate(str(i + 1), (mean, 1.02), ha="center", fontsize=9)
     axes.set(
         xlabel="duration [s]",
         ylabel="relative probability",

@@ -22,7 +22,7 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     watch: bool = False
     """Only watch: never take the control of the robot by itself. Stop works all the same."""
     data_dir: str = ""
-    """Where demonstrations and models are kept; empty: the user's data folder."""
+    """Where demonstrations and models are kept; empty: ~/.local/share/farhand."""
     page_port: Annotated[int, Meta(ge=0, le=65535)] = 0
     """Port of the web page; 0: no page."""
     page_host: Annotated[str, Meta(min_length=1)] = "127.0.0.1"

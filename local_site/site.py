@@ -136,7 +136,7 @@ class _Opened:
             if self._page_port:
                 self.page = self._open_page()
             where, timeout_s = self._config.link.connect, self._config.connect_timeout_s
-            _log.info("connecting to the robot at %s", where)
+            _log.info("connecting to the robot at %s, for at most %g s", where, timeout_s)
             reported = self.console.wait_for(lambda p: p.robot is not None or self._stop.is_set(), timeout_s)
             if not reported:
                 raise LinkError(

@@ -79,6 +79,7 @@ def main(file: Path) -> None:
     right.legend(fontsize=8)
     right.set(title="a scene that was never shown", xlabel="x [m]", aspect="equal")
     figure.savefig(file, dpi=110)
+    sys.stdout.write(f"written: {file}\n")
 
 
 def _draw_frames(axes: Axes, frames: list[TaskFrame]) -> None:

@@ -33,6 +33,8 @@ def test_a_model_is_shown_with_its_size_its_hash_and_the_papers_figure(folder, t
     assert content_hash(content) in done.stdout
     assert f"{len(content)} B" in done.stdout
     assert f"{N_RECORDINGS - 1} demonstrations" in done.stdout
+    first_column = [line.split()[0] for line in done.stdout.partition("leads to\n")[2].splitlines()]
+    assert first_column[:2] == ["1", "2"], "components count from one, as on the page"
     assert (tmp_path / "model.png").read_bytes().startswith(b"\x89PNG")
 
 
