@@ -1,0 +1,56 @@
+"""The page about a robot of one's own: its example executes a model."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from deploy.places import find_point_task
+from local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from local_site.samples import sample_strokes
+from remote_site.plant import Plant
+from remote_site.point_embodiment import PointEmbodiment
+from remote_site.reproduction.executor import Executor
+
+PAGE = (Path(__file__).parent.parent / "docs" / "extending.md").read_text(encoding="utf-8")
+DT_S = 0.02
+
+
+def example() -> PointEmbodiment:
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    names: dict[str, type] = {}
+    exec(code, names)
+    return PointEmbodiment(find_point_task("planar"), names["MyPlant"](), names["MySight"]())
+
+
+def test_the_plant_and_the_sight_execute_what_was_learned():
+    robot = example()
+    learner = OnlineLearner(LearnerSettings(0.22), 2, ("u",))
+    for stroke in sample_strokes(find_point_task("planar")):
+        learner.start()
+        learner.observe_many(stroke.position_m, stroke.frames_at(0), stroke.time_s)
+        learner.end()
+    executor = Executor(learner.model(), robot.settings)
+    frames = robot.perception.observe(0.0)
+    assert frames is not None
+    state = robot.plant.read()
+    executor.begin(state.point, state.velocity, frames)
+    for _ in range(1000):
+        state = robot.plant.read()
+        control = executor.step(state.point, state.velocity, frames)
+        if control.arrived:
+            break
+        robot.plant.accelerate(control.acceleration, DT_S)
+    assert np.linalg.norm(robot.plant.read().position_m - frames[0].b) < 0.01
+
+
+def test_the_plant_is_driven_and_brakes_to_rest():
+    plant: Plant = example().plant
+    for _ in range(300):
+        plant.follow(np.array([0.5, 0.5]), 0.6, DT_S)
+    np.testing.assert_allclose(plant.read().position_m, [0.5, 0.5], atol=1e-3)
+    for _ in range(20):
+        plant.accelerate(np.array([4.0, 0.0]), DT_S)
+    for _ in range(60):
+        plant.brake(DT_S)
+    np.testing.assert_array_equal(plant.read().velocity_m_s, 0.0)
