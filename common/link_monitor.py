@@ -8,7 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from common.messages import Telemetry
+from common.messages import Stamp, Telemetry
 
 _LATE_S = 0.5
 _LOST_S = 2.0
@@ -56,6 +56,8 @@ class LinkMonitor:
         self._boot, self._seq = "", 0
         self._n_received = self._n_missed = 0
         self._round_trips: deque[float] = deque(maxlen=_HISTORY)
+        self._ways_s: deque[float] = deque(maxlen=_HISTORY)
+        """Of the last reports: arrival here less stamp there, so with the unknown difference of the two clocks."""
 
     def heartbeat_sent(self, seq: int, now_s: float) -> None:
         """A heartbeat left."""
@@ -73,6 +75,9 @@ class LinkMonitor:
             if report.seq <= self._seq:
                 return False
             self._n_missed += report.seq - self._seq - 1
+        else:
+            self._ways_s.clear()
+        self._ways_s.append(now_s - report.stamp.t_ns * 1e-9)
         self._boot, self._seq, self._arrived_s = report.stamp.boot, report.seq, now_s
         self._n_received += 1
         if report.heartbeat_echo != self._last_echo:
@@ -92,6 +97,17 @@ class LinkMonitor:
             health = LinkHealth.LOST
         age_s = silent_s + 0.5 * newest if newest is not None else None
         return LinkView(health, silent_s, newest, age_s, self._n_received, self._n_missed)
+
+    def late_s(self, stamp: Stamp, now_s: float) -> float:
+        """How much longer than the quickest of the last reports something that arrives now was on its way [s].
+
+        Args:
+            stamp: When it left, by the robot's clock.
+            now_s: Now.
+        """
+        if stamp.boot != self._boot or not self._ways_s:
+            return 0.0
+        return max(0.0, now_s - stamp.t_ns * 1e-9 - min(self._ways_s))
 
     def median_round_trip_s(self) -> float | None:
         """Median of the last measured round trips [s]."""

@@ -132,13 +132,15 @@ class Commanding:
         Args:
             event: What it reported.
             now_s: Now [s].
-            late_s: How much older than the newest report it is, on the robot's clock [s].
+            late_s: How much older than the newest report it is, on the robot's clock [s]. That report may have been held
+                up as well, and be the older for it.
         """
         for action, pending in list(self.pending.items()):
             if event.command_id and pending.command_id == event.command_id:
                 del self.pending[action]
         what = event.action or event.kind
         robot_s = event.stamp.t_ns * 1e-9
+        late_s = max(late_s, self._monitor.late_s(event.stamp, now_s))
         self._notify(
             Notice(now_s, what, event.text, event.succeeded, event.measured, event.who, robot_s, late_s)
         )
@@ -189,6 +191,12 @@ class Commanding:
             self._notify(Notice(asked_s, action, text, good=False))
         elif not reply.accepted:
             del self.pending[action]
-            self._notify(Notice(asked_s + took_s, action, f"refused: {reply.reason}", False, reply.measured))
+            self._notify(Notice(asked_s + took_s, action, self._refusal(reply.reason), False, reply.measured))
         else:
             self.pending[action] = Pending(command_id, pending.since_s, reply.stamp.t_ns, reply.mode)
+
+    def _refusal(self, reason: str) -> str:
+        """The robot names who is in control: perhaps this site, which has lost the control meanwhile and has it back."""
+        if reason == f"{self._site_name} is in control":
+            reason = "the control of the robot had been lost on the way; it is back: press again"
+        return f"refused: {reason}"

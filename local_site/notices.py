@@ -23,7 +23,7 @@ class Notice:
         measured: A measured value that goes with it, if any.
         who: The site that caused it; empty for the robot itself, and for this site.
         robot_s: When it happened at the robot, on the robot's own clock [s]; None for what happened here.
-        late_s: How much longer than usual it was on its way, by the robot's clock: an outage held it up [s].
+        late_s: How much longer than usual it was on its way: an outage held it up [s].
     """
 
     time_s: float

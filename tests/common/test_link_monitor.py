@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from common.control_mode import ControlMode
 from common.link_monitor import LinkHealth, LinkMonitor
@@ -81,3 +82,26 @@ def test_a_new_boot_of_the_robot_begins_to_count_anew():
     monitor.received(report(500), 1.0)
     assert monitor.received(report(1, boot="two"), 2.0)
     assert monitor.view(2.0).n_missed == 0
+
+
+def test_what_an_outage_held_up_is_late_by_the_time_it_waited():
+    monitor = LinkMonitor()
+    clocks_apart_s, way_s = 1000.0, 0.3
+
+    def arrives_s(sent_s: float, held_up_s: float = 0.0) -> float:
+        return sent_s + clocks_apart_s + way_s + held_up_s
+
+    def stamp(sent_s: float) -> Stamp:
+        return Stamp("one", round(sent_s * 1e9))
+
+    assert monitor.late_s(stamp(1.0), arrives_s(1.0)) == 0.0
+    for n in range(100):
+        monitor.received(replace(report(n + 1), stamp=stamp(0.04 * n)), arrives_s(0.04 * n))
+    # The first that comes through is a backlog: reports that are themselves old.
+    for n in range(100, 120):
+        monitor.received(
+            replace(report(n + 1), stamp=stamp(0.04 * n)), arrives_s(0.04 * n, 25.0 - 0.04 * (n - 100))
+        )
+    assert monitor.late_s(stamp(4.5), arrives_s(4.5, 24.0)) == pytest.approx(24.0)
+    assert monitor.late_s(stamp(30.0), arrives_s(30.0)) == pytest.approx(0.0, abs=1e-9)
+    assert monitor.late_s(Stamp("next boot", 0), 5.0) == 0.0

@@ -4,6 +4,7 @@ import queue
 from collections.abc import Callable, Iterator
 
 import pytest
+from msgspec.structs import replace
 
 from common.control_mode import Action, ControlMode
 from common.link_monitor import LinkMonitor
@@ -24,7 +25,8 @@ class Desk:
         self.jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self.notices: list[Notice] = []
         self.inquiries = Inquiries(self.link, self.jobs.put, lambda: 100.0, ask_timeout_s=1.0)
-        self.commanding = Commanding(self.link, self.inquiries, LinkMonitor(), "ann", self.notices.append)
+        self.monitor = LinkMonitor()
+        self.commanding = Commanding(self.link, self.inquiries, self.monitor, "ann", self.notices.append)
 
     def settle(self) -> None:
         """Let the answer to one question arrive."""
@@ -131,6 +133,25 @@ def test_a_report_of_the_mode_that_it_leads_to_settles_a_command_whose_event_was
     assert Action.ARM in commanding.pending
     commanding.on_report(desk.report(ControlMode.HOLD))
     assert not commanding.pending
+
+
+def test_who_is_refused_in_favour_of_itself_is_told_to_press_again(desk: Desk):
+    commanding = desk.in_control()
+    desk.robot.refusal = "ann is in control"
+    commanding.command(Action.ARM, desk.report(), 101.0)
+    desk.settle()
+    (notice,) = desk.notices
+    assert "press again" in notice.text and "ann" not in notice.text
+
+
+def test_an_event_that_waited_out_an_outage_before_any_newer_report_came_is_late_all_the_same(desk: Desk):
+    for n in range(50):
+        desk.monitor.received(
+            replace(desk.report(), seq=n + 1, stamp=Stamp("boot", n * 40_000_000)), 100.0 + 0.04 * n
+        )
+    event = replace(an_event(""), stamp=Stamp("boot", 2_000_000_000))
+    desk.commanding.on_event(event, 122.0, late_s=0.0)
+    assert desk.notices[-1].late_s == pytest.approx(20.0)
 
 
 def test_a_refusal_is_told_with_its_reason_and_measured_value(desk: Desk):
