@@ -194,7 +194,8 @@ class ArmEmbodiment:
 
     def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
         """See `Embodiment`: the kinematic pre-flight of an insertion."""
-        if not isinstance(task, ArmTask) or task.skill != "insert":
+        assert isinstance(task, ArmTask)
+        if task.skill != "insert":
             return None
         return partial(self._examine, self._joints_rad, pose_of(sensing.frames[0]))
 
