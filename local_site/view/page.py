@@ -113,7 +113,7 @@ class Page:
             teach = buttons.TEACH_ARM if isinstance(task, ArmTask) else buttons.TEACH
             self._buttons.append(Buttons(gui, teach, self._on_press))
             self._auto_send = AutoSend(gui, self._console.submit, self._act)
-        with gui.add_folder("Library", expand_by_default=False):
+        with gui.add_folder("Library", expand_by_default=len(self._shown.tasks) > 1):
             self._task = TaskChoice(gui, self._shown, self._console.submit, self._act)
             self._library = LibraryPanel(gui, self._console.submit, self._act)
             self._buttons.append(Buttons(gui, buttons.LIBRARY, self._on_press))

@@ -82,8 +82,8 @@ def _cells(picture: Picture, age: str, now_s: float) -> str:
             _cell("age of data", element("age", age)),
             _cell("link", element("link", link, f"fh-link fh-{link.lower()}"),
                   element("silence", _silence_words(picture, now_s), "fh-note")),
-            _cell("model", f"{element('components', n_components)} components",
-                  f'<span class="fh-note">{_task_words(picture)}{element("demos", picture.n_demonstrations)} demos'
+            _cell(_model_title(picture), f"{element('components', n_components)} components",
+                  f'<span class="fh-note">{element("demos", picture.n_demonstrations)} demos'
                   f"{element('model', _model_words(picture))}</span>"),
             _tool_cell(picture.robot),
             _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet"),
@@ -136,9 +136,9 @@ def _silence_words(picture: Picture, now_s: float) -> str:
     return f"silent for {math.floor(link.silent_s + now_s - picture.now_s)} s"
 
 
-def _task_words(picture: Picture) -> str:
+def _model_title(picture: Picture) -> str:
     """Which task is chosen, where there is a choice."""
-    return element("task", picture.task.name) + ": " if len(picture.tasks) > 1 else ""
+    return element("task", picture.task.name) if len(picture.tasks) > 1 else "model"
 
 
 def _model_words(picture: Picture) -> str:

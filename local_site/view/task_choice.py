@@ -9,6 +9,7 @@ import viser
 
 from local_site import intents
 from local_site.picture import Picture, TaskStanding
+from local_site.view.html import Html, element, text
 
 Submit = Callable[[intents.Intent], None]
 Act = Callable[[int, Callable[[], None]], None]
@@ -25,30 +26,33 @@ class TaskChoice:
     """
 
     def __init__(self, gui: viser.GuiApi, picture: Picture, submit: Submit, act: Act):
-        labels = tuple(map(_label, picture.tasks))
-        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Task", labels, visible=len(labels) > 1)
+        names = tuple(task.name for task in picture.tasks)
+        self._several = len(names) > 1
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Task", names, visible=self._several)
+        self._standings = Html(gui)
 
         @self._choice.on_update
         async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
             if event.client_id is not None:
-                name = event.target.value.partition(":")[0]
-                act(event.client_id, partial(submit, intents.Choose(name)))
+                act(event.client_id, partial(submit, intents.Choose(event.target.value)))
 
     def draw(self, picture: Picture) -> None:
         """Show what is so."""
-        labels = tuple(map(_label, picture.tasks))
-        if self._choice.options != labels:
-            self._choice.options = labels
-        (chosen,) = (
-            label for task, label in zip(picture.tasks, labels, strict=True) if task.name == picture.task.name
-        )
-        if self._choice.value != chosen:
-            self._choice.value = chosen
+        if self._choice.value != picture.task.name:
+            self._choice.value = picture.task.name
+        if self._several:
+            lines = "".join(map(_line, picture.tasks))
+            self._standings.show(f'<div class="fh-tasks">{lines}</div>')
 
 
-def _label(task: TaskStanding) -> str:
+def _line(task: TaskStanding) -> str:
+    return f"<div><b>{text(task.name)}</b> {element(f'standing-{task.name}', standing_words(task))}</div>"
+
+
+def standing_words(task: TaskStanding) -> str:
+    """How often a task was demonstrated, and whether the robot has what was learned."""
     n = task.n_demonstrations
     if not n:
-        return f"{task.name}: not taught"
+        return "not taught"
     robot = "on its way" if task.sending else "robot lacks it" if task.differs else "robot has it"
-    return f"{task.name}: {n} demonstration{'' if n == 1 else 's'}, {robot}"
+    return f"{n} demo{'' if n == 1 else 's'}, {robot}"
