@@ -6,13 +6,17 @@ from typing import Any
 
 
 def summary(result: dict[str, Any]) -> list[str]:
-    """The result of a job in a few lines."""
-    link, execution = result["link"], result["execution"]
+    """The result of a job in a few lines for each of its tasks."""
+    return [line for task in result.get("tasks", [result]) for line in _of_task(task, result["link"])]
+
+
+def _of_task(task: dict[str, Any], link: dict[str, Any]) -> list[str]:
+    execution = task["execution"]
     ended = _inserted(execution) if "depth_m" in execution else _tracked(execution)
     return [
-        f"task {result['task']}: {'SUCCESS' if result['success'] else 'FAILED'}",
-        f"  learned     {result['n_components']} components, {result['n_paths']} paths from "
-        f"{result['n_demonstrations']} demonstrations; {result['model_bytes']} B",
+        f"task {task['task']}: {'SUCCESS' if task['success'] else 'FAILED'}",
+        f"  learned     {task['n_components']} components, {task['n_paths']} paths from "
+        f"{task['n_demonstrations']} demonstrations; {task['model_bytes']} B",
         f"  link        {link['profile']}, command round trip {link['command_round_trip_s']:.3f} s"
         + (f", cut by {link['outage']}" if link["outage"] else ""),
         f"  execution   {_arrival(execution)}, then {ended}",

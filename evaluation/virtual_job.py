@@ -111,5 +111,5 @@ def do_job(
         JobFailed: When a step did not come to its end.
     """
     place = VirtualPlace(sites, settings)
-    result = ScriptedOperator(place, sites.task, place, outage, seed, place).run()
+    result = ScriptedOperator(place, sites.library.tasks, place, outage, seed, place).run()
     return {**result, "cut_in": place.cut_in.name}

@@ -57,7 +57,7 @@ class VirtualSites:
         config: RemoteConfig | None = None,
         hooks: Hooks | None = None,
     ):
-        self.task, self._library = library.task, library
+        self.task, self.library = library.task, library
         self.config, self.hooks = config or RemoteConfig(), hooks or Hooks()
         self.time = VirtualTime(start_s=1.0)
         self.link = VirtualLink(self.time, settings)
@@ -103,7 +103,7 @@ class VirtualSites:
         self.written = []
         clock = BootClock(f"boot {life}", lambda: self.time.now_ns() + round(life * _CLOCK_APART_S * 1e9))
         self.robot = Robot(
-            self.config, self._library.tasks, clock, self._robot_end, self._plan,
+            self.config, self.library.tasks, clock, self._robot_end, self._plan,
             lambda **fields: self.written.append(fields), remembered,
         )  # fmt: skip
         self._robot_tick(life, self.time.now_s())
@@ -132,7 +132,7 @@ class VirtualSites:
     def _start_console(self, life: int) -> None:
         self.console_end = self.link.local_end()
         self.console = Console(
-            self._library, self.console_end, "operator", now_s=self.time.now_s,
+            self.library, self.console_end, "operator", now_s=self.time.now_s,
             rate_bps=self.config.link.rate_bps, place=own_place(self.task, stepped=True),
         )  # fmt: skip
         self.console.listen()

@@ -93,10 +93,12 @@ class Parts:
 
     def _standing(self, name: str) -> TaskStanding:
         taught = self.library.by_task[name]
+        learned = taught.learned
         return TaskStanding(
             name=name,
             n_demonstrations=len(taught.demonstrations),
-            learned_sha256=taught.learned.sha256 if taught.learned is not None else "",
+            learned_sha256=learned.sha256 if learned is not None else "",
+            model_bytes=len(learned.content) if learned is not None else 0,
             confirmed_sha256=self.models.confirmed_sha256(name),
             sending=self.models.sending(name),
         )

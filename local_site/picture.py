@@ -47,6 +47,7 @@ class TaskStanding:
         name: Of the task.
         n_demonstrations: Learned ones.
         learned_sha256: Of the model; empty while nothing was taught.
+        model_bytes: Its size [B].
         confirmed_sha256: The model that the robot has confirmed last; empty without one.
         sending: Whether one is on its way, or waits for another task's.
     """
@@ -54,6 +55,7 @@ class TaskStanding:
     name: str
     n_demonstrations: int
     learned_sha256: str
+    model_bytes: int
     confirmed_sha256: str
     sending: bool
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,13 @@ def job_result(task: AnyTask, picture: Picture, report: ExecutionReport) -> dict
             **(_of_point(task) if isinstance(task, PointTask) else _of_arm(task, report)),
         },
     }
+
+
+def whole_result(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The results of all tasks in one: that of the only one, or a list that succeeded if each of them did."""
+    if len(results) == 1:
+        return results[0]
+    return {"success": all(result["success"] for result in results), "tasks": list(results)}
 
 
 def succeeded(task: AnyTask, report: ExecutionReport) -> bool:

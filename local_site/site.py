@@ -84,9 +84,7 @@ class LocalSite:
         control = relay_control(self._config.link_control)
         with self._opened(stepped=True) as opened:
             ready()
-            return ScriptedOperator(
-                opened.console, self._tasks.first, control, outage, self._config.seed
-            ).run()
+            return ScriptedOperator(opened.console, self._tasks, control, outage, self._config.seed).run()
 
     def _opened(self, page_port: int = 0, stepped: bool = False) -> _Opened:
         first = self._tasks.first

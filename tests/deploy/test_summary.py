@@ -24,3 +24,9 @@ def test_a_failure_an_outage_and_an_unknown_error_are_said():
     }
     text = "\n".join(summary(failed))
     assert "FAILED" in text and "cut by stall:10" in text and "unknown" in text
+
+
+def test_of_several_tasks_each_is_told():
+    tasks = [RESULT, RESULT | {"task": "other", "success": False}]
+    text = "\n".join(summary({"success": False, "tasks": tasks, "link": RESULT["link"]}))
+    assert "task planar: SUCCESS" in text and "task other: FAILED" in text

@@ -10,15 +10,17 @@ from msgspec import structs
 
 from common.control_mode import Action, ControlMode
 from common.messages import Command
-from local_site.scripted_actions import JobFailed
+from local_site.operators_place import RealTime
+from local_site.scripted_actions import JobFailed, ScriptedActions
 from local_site.scripted_operator import ScriptedOperator
+from local_site.scripted_task import ScriptedTask
 from tests.local_site.robot_end import TASK, desk
 
 
 def test_a_task_without_samples_cannot_be_demonstrated(tmp_path: Path):
     empty = structs.replace(TASK, samples=())
     with desk(tmp_path, empty) as it, pytest.raises(JobFailed, match="no samples"):
-        ScriptedOperator(it.console, empty, None, None, 0).run()
+        ScriptedOperator(it.console, [empty], None, None, 0).run()
 
 
 def test_a_command_is_tried_three_times_and_then_fails_in_the_robots_words(tmp_path: Path):
@@ -29,7 +31,7 @@ def test_a_command_is_tried_three_times_and_then_fails_in_the_robots_words(tmp_p
             it.robot.refusal = "the arm is being serviced"
 
         it.robot.on_command = refuse
-        operator = ScriptedOperator(it.console, TASK, None, None, 0)
+        operator = ScriptedOperator(it.console, [TASK], None, None, 0)
         with pytest.raises(JobFailed, match=r"arm: .*HOLD: .*being serviced"):
             operator.run()
         assert [command.action for command in it.robot.heard(Command)] == [Action.ARM] * 3
@@ -45,7 +47,7 @@ def test_where_the_robot_is_already_it_need_not_be_told_to_go(tmp_path: Path):
 
         it.robot.on_command = refuse
         with pytest.raises(JobFailed, match=r"did not get ready: .*not allowed"):
-            ScriptedOperator(it.console, TASK, None, None, 0).run()
+            ScriptedOperator(it.console, [TASK], None, None, 0).run()
         asked = [command.action for command in it.robot.heard(Command)]
         assert asked == [Action.ARM, Action.GO_TO_READY, Action.RETRACT]
 
@@ -66,7 +68,7 @@ def test_whatever_another_job_has_left_the_robot_is_disarmed_first(
 
         it.robot.on_command = stop_here
         with pytest.raises(JobFailed, match="the test ends here"):
-            ScriptedOperator(it.console, TASK, None, None, 0).run()
+            ScriptedOperator(it.console, [TASK], None, None, 0).run()
         assert [command.action for command in it.robot.heard(Command)][:2] == [first, Action.ARM]
 
 
@@ -76,5 +78,5 @@ def test_a_job_that_the_robot_has_ended_fails_in_words_that_come_after_the_repor
         late = threading.Timer(0.1, it.robot.event, ("stopped", "the control loop was 691 ms late"))
         late.start()
         with pytest.raises(JobFailed, match=r"by itself: .*691 ms late"):
-            ScriptedOperator(it.console, TASK, None, None, 0)._measure()
+            ScriptedTask(TASK, it.console, ScriptedActions(it.console, RealTime()), 0).result()
         late.join()
