@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from common.codec import decode
 from common.control_mode import Action, ControlMode
 from common.keys import Channel
 from common.link import Answered, Deliver, Request
-from common.messages import Telemetry, Wish
+from common.messages import ModelTransfer, Telemetry, Wish
 from common.repertoire import Repertoire
 from common.task import PointTask
 from local_site import intents
@@ -72,6 +72,8 @@ class OperatorsEnd:
         self._robot = robot
         self._subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
         self._waiting: list[Callable[[], None]] = []
+        self.models: list[ModelTransfer] = []
+        """What was asked or sent of models, whether it arrived or not."""
         self.stalled = self.cut = False
         robot.ends.append(self)
 
@@ -106,6 +108,8 @@ class OperatorsEnd:
         raise AssertionError("an operator serves nothing")
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
+        if channel is keys.MODEL:
+            self.models.append(decode(data, ModelTransfer))
         if self.cut:
             answered(None)
             return
@@ -125,7 +129,7 @@ class Site:
     def __init__(self, meeting: Meeting, name: str, data_dir: Path, wish: Wish):
         self._meeting = meeting
         self.link = OperatorsEnd(meeting.robots_end)
-        self.library = Library(Repertoire([TASK]), data_dir)
+        self.library = Library(meeting.tasks, data_dir)
         self.console = Console(
             self.library, self.link, name, wish=wish, now_s=lambda: meeting.sites_time.ns * 1e-9
         )
@@ -163,14 +167,14 @@ class Meeting:
     """One robot and whoever joins it.
 
     Args:
-        task: What it does.
+        tasks: What it does, and the sites teach.
         sites_ahead_s: What the sites' clocks are ahead of the robot's at first [s].
         sites_drift: What they gain on it, as a part of the time.
         config: Of the robot.
     """
 
     def __init__(
-        self, task: PointTask = TASK, sites_ahead_s: float = 5000.0, sites_drift: float = 0.0,
+        self, tasks: Sequence[PointTask] = (TASK,), sites_ahead_s: float = 5000.0, sites_drift: float = 0.0,
         config: RemoteConfig | None = None,
     ):  # fmt: skip
         self._sites_drift, self._config = sites_drift, config or RemoteConfig()
@@ -178,7 +182,7 @@ class Meeting:
         self.robots_end = RobotsEnd()
         self.sites: list[Site] = []
         self.written: list[dict[str, Any]] = []
-        self._task, self._boots, self._ticks = task, 0, 0
+        self.tasks, self._boots, self._ticks = Repertoire(tasks), 0, 0
         self.robot = self._boot(None)
 
     def join(self, name: str, data_dir: Path, wish: Wish = Wish.CONTROL) -> Site:
@@ -230,7 +234,7 @@ class Meeting:
             robot.take_path(request, plan(request), "")
 
         robot = Robot(
-            self._config, Repertoire([self._task]), BootClock(f"boot {self._boots}", self.time), self.robots_end,
+            self._config, self.tasks, BootClock(f"boot {self._boots}", self.time), self.robots_end,
             request_plan, lambda **fields: self.written.append(fields), remembered,
         )  # fmt: skip
         return robot
