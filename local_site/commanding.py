@@ -60,6 +60,8 @@ class Commanding:
         self.present_wish = wish
         self.asked_by = ""
         """Who asks this site for the control, empty for nobody."""
+        self.robot_tasks: tuple[str, ...] = ()
+        """What the robot does, by name; nothing before it has answered."""
         self.lease_id = ""
         self.why_not_in_control = "the robot has not answered yet"
         self.pending: dict[Action, Pending] = {}
@@ -159,7 +161,7 @@ class Commanding:
         if reply.stamp.boot == self._lease_boot and reply.stamp.t_ns < self._lease_stamp_ns:
             return
         self._lease_boot, self._lease_stamp_ns = reply.stamp.boot, reply.stamp.t_ns
-        self.lease_id = reply.lease_id
+        self.lease_id, self.robot_tasks = reply.lease_id, reply.tasks
         self.why_not_in_control = "" if reply.granted else reply.reason
         if reply.asked_by and reply.asked_by != self.asked_by:
             self._notify(

@@ -164,7 +164,7 @@ class Console:
         self._inquiries.tick(now_s)
         self._stop.tick(now_s)
         self._commanding.tick(self._reports.robot, now_s)
-        self._sending.tick()
+        self._sending.tick(self._commanding.robot_tasks)
 
     # Intents ------------------------------------------------------------------------------------
 

@@ -101,4 +101,5 @@ class Parts:
             model_bytes=len(learned.content) if learned is not None else 0,
             confirmed_sha256=self.models.confirmed_sha256(name),
             sending=self.models.sending(name),
+            robot_does=self.sending.robot_does(name),
         )

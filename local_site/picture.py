@@ -50,6 +50,7 @@ class TaskStanding:
         model_bytes: Its size [B].
         confirmed_sha256: The model that the robot has confirmed last; empty without one.
         sending: Whether one is on its way, or waits for another task's.
+        robot_does: Whether the robot does this task, as far as is known.
     """
 
     name: str
@@ -58,11 +59,12 @@ class TaskStanding:
     model_bytes: int
     confirmed_sha256: str
     sending: bool
+    robot_does: bool
 
     @property
     def differs(self) -> bool:
-        """Whether something was taught that the robot has not confirmed."""
-        return self.learned_sha256 not in ("", self.confirmed_sha256)
+        """Whether something was taught for the robot that it has not confirmed."""
+        return self.robot_does and self.learned_sha256 not in ("", self.confirmed_sha256)
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,8 @@ class ScriptedOperator:
         """Send the robot what it lacks of each task."""
         self._actions.submit(intents.SendLibrary())
         picture = self._actions.until(
-            "confirmation of the models", lambda p: not any(task.differs for task in p.tasks)
+            "confirmation of the models",
+            lambda p: all(task.confirmed_sha256 == task.learned_sha256 for task in p.tasks),
         )
         for task in picture.tasks:
             self._actions.say(

@@ -156,7 +156,9 @@ class ScriptedTask:
         return report  # which says by how much it failed
 
     def _settled(self, report: ExecutionReport) -> bool:
-        """Whether a report covers all that the task asks for."""
+        """Whether a report is of this task, and covers all that it asks for."""
+        if report.task != self._task.name:
+            return False
         if isinstance(self._task, PointTask):
             return report.tracked_s >= _TRACKING_S - 1e-6
         return report.succeeded is True

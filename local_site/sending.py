@@ -23,6 +23,7 @@ class Sending:
     def __init__(self, library: Library, models: ModelSender, tell: Tell):
         self._library, self._models, self._tell = library, models, tell
         self._outcomes: dict[str, tuple[str, bool] | None] = {}
+        self._robot_tasks: tuple[str, ...] = ()
         self.by_itself = False
         """Whether a model is sent whenever it changes."""
 
@@ -45,18 +46,37 @@ class Sending:
             case intents.AutoSend(on):
                 self.by_itself = on
 
-    def tick(self) -> None:
-        """Send what has changed, if so chosen."""
+    def robot_does(self, name: str) -> bool:
+        """Whether the robot does a task, as far as is known."""
+        return not self._robot_tasks or name in self._robot_tasks
+
+    def tick(self, robot_tasks: tuple[str, ...]) -> None:
+        """Send what has changed, if so chosen.
+
+        Args:
+            robot_tasks: What the robot has said that it does; nothing before it has.
+        """
+        if robot_tasks != self._robot_tasks:
+            self._robot_tasks = robot_tasks
+            for name in self._library.by_task:
+                if not self.robot_does(name):
+                    self._tell("task", self._not_done(name), good=False)
         if self.by_itself:
             for name, learned in self._library.learned.items():
-                if learned.sha256 != self._models.newest_sha256(name):
+                if learned.sha256 != self._models.newest_sha256(name) and self.robot_does(name):
                     self._send(name, learned)
+
+    def _not_done(self, name: str) -> str:
+        return f"this robot does not do {name}, only {' and '.join(self._robot_tasks)}"
 
     def _send_chosen(self) -> None:
         learned = self._library.chosen.learned
         if learned is None:
             raise NotNow("nothing was learned yet: record a demonstration first")
-        self._send(self._library.task.name, learned)
+        name = self._library.task.name
+        if not self.robot_does(name):
+            raise NotNow(self._not_done(name))
+        self._send(name, learned)
 
     def _send(self, name: str, learned: LearnedModel) -> None:
         about = f"{name}, model {learned.sha256[:8]}"
@@ -73,7 +93,10 @@ class Sending:
             raise NotNow("the library is on its way already")
         self._outcomes = dict.fromkeys(learned)
         for name, model in learned.items():
-            self._models.send(name, model, partial(self._on_settled, name), ask_first=True)
+            if self.robot_does(name):
+                self._models.send(name, model, partial(self._on_settled, name), ask_first=True)
+            else:
+                self._on_settled(name, "this robot does not do it", False)
 
     def _on_settled(self, name: str, text: str, good: bool) -> None:
         self._outcomes[name] = text, good

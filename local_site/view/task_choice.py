@@ -52,6 +52,8 @@ def _line(task: TaskStanding) -> str:
 def standing_words(task: TaskStanding) -> str:
     """How often a task was demonstrated, and whether the robot has what was learned."""
     n = task.n_demonstrations
+    if not task.robot_does:
+        return "not done by this robot"
     if not n:
         return "not taught"
     robot = "on its way" if task.sending else "robot lacks it" if task.differs else "robot has it"

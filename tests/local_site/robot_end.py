@@ -55,6 +55,7 @@ class RobotEnd:
     def __init__(self, link: Loopback):
         self._link = link
         self.boot, self.mode = "boot", ControlMode.DISARMED
+        self.tasks: tuple[str, ...] = (TASK.name,)
         self.refusal = ""
         self.lease_refusal = ""
         self.on_command: Callable[[Command], None] = lambda command: None
@@ -128,7 +129,7 @@ class RobotEnd:
         why = self.lease_refusal
         return LeaseReply(
             granted=not why, lease_id="" if why else LEASE_ID, holder=request.site_name, reason=why,
-            stamp=self.now(), tasks=(TASK.name,), n_dims=2,
+            stamp=self.now(), tasks=self.tasks, n_dims=2,
         )  # fmt: skip
 
     def _on_command(self, command: Command) -> CommandReply:
@@ -178,6 +179,7 @@ def desk(data_dir: Path, *tasks: AnyTask, place: OwnPlace | None = None) -> Iter
     """A console on a link in memory, of the planar task unless told otherwise."""
     remote, local = Loopback.pair()
     robot, library = RobotEnd(remote), Library(Repertoire(tasks or (TASK,)), data_dir)
+    robot.tasks = library.tasks.names
     console = Console(library, local, "ann", place=place)
     console.start()
     try:

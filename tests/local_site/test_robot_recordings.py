@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from common.control_mode import Action, ControlMode
 from local_site import intents
 from tests.meeting import Meeting, Site
 from tests.remote_site.bench import DT_S
+from tests.remote_site.planar import TASK
 
 
 @pytest.fixture
@@ -127,3 +129,24 @@ def test_what_arrives_while_another_demonstration_is_made_is_learned_after_it(me
     assert ann.picture.recording and ann.picture.n_demonstrations == 0
     ann.ask(intents.Undo())
     assert ann.picture.n_demonstrations == 1 and not ann.picture.recording
+
+
+def test_it_is_learned_into_the_task_that_it_was_made_for_though_another_one_is_chosen_by_then(
+    tmp_path: Path,
+):
+    meeting = Meeting([TASK, structs.replace(TASK, name="other")])
+    ann = meeting.join("ann", tmp_path / "ann")
+    driving(ann)
+    ann.console.submit(intents.End())
+    while ann.picture.robot_records or ann.picture.fetching is None:
+        meeting.run(DT_S)
+    ann.link.stalled = True
+    assert ann.ask(intents.Choose("other")).fetching is not None
+    ann.link.mend()
+    meeting.run(0.5)
+    assert ann.told("record: learned what the robot recorded: planar,")
+    assert [task.n_demonstrations for task in ann.picture.tasks] == [1, 0]
+    # And for the one that is chosen, though the robot has not executed it yet.
+    driving(ann)
+    ann.ask(intents.End())
+    assert [task.n_demonstrations for task in ann.picture.tasks] == [1, 1]

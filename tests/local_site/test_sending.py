@@ -99,6 +99,23 @@ def test_what_is_sent_of_another_task_is_not_executed_for_this_one(meeting: Meet
     assert ann.told(f"executing other {ann.library.learned['other'].sha256[:8]}")
 
 
+def test_a_task_that_the_robot_does_not_do_is_named_and_nothing_of_it_is_sent(
+    meeting: Meeting, tmp_path: Path
+):
+    meeting.tasks, both = Repertoire([TASK]), meeting.tasks
+    meeting.restart_robot()
+    meeting.tasks = both
+    bob = meeting.join("bob", tmp_path / "bob")
+    assert bob.told("task: this robot does not do other, only planar")
+    for each in bob.library.by_task.values():
+        each.learn(sample_strokes(TASK))
+    picture = bob.ask(intents.SendLibrary())
+    assert bob.told("other: this robot does not do it") and set(moved(bob)) == {"planar"}
+    assert [task.robot_does for task in picture.tasks] == [True, False] and confirmed(picture)
+    bob.ask(intents.Choose("other"), intents.SendModel())
+    assert bob.told("refused: this robot does not do other") and not bob.link.models
+
+
 def test_nothing_is_sent_where_nothing_was_taught(meeting: Meeting, tmp_path: Path):
     bob = meeting.join("bob", tmp_path / "bob")
     bob.ask(intents.SendLibrary())
