@@ -25,6 +25,7 @@ from tests.farhand_process import FarhandProcess, running
 from tests.ports import free_port
 
 _MEASURED_S = 15.0
+_PATIENCE_S = 120.0
 _SLOWLY_PERCENT = 20.0
 _READY = (("Load samples", "robot lacks it"), ("Send model", "robot has it"), ("Arm", "HOLD"))
 
@@ -86,13 +87,13 @@ def measure_board(folder: Path) -> None:
         raw_connection(stack.address) as connection,
     ):
         client = RawClient(connection)
-        client.until("DISARMED")
+        until(client, "DISARMED")
         report("nothing moves", stack, client)
     with farhand_up(folder / "moving", link="geo") as stack, raw_connection(stack.address) as connection:
         client = RawClient(connection)
         for button, shown in (*_READY, ("Execute", "ARRIVED")):
             client.press(button)
-            client.until(shown)
+            until(client, shown)
         report("the robot moves", stack, client)
 
 
@@ -103,18 +104,28 @@ def measure_arm(folder: Path) -> None:
         raw_connection(stack.address) as connection,
     ):
         client = RawClient(connection)
-        client.until("DISARMED")
+        until(client, "DISARMED")
         report("no arm moves", stack, client)
         for button, shown in _READY:
             client.press(button)
-            client.until(shown)
+            until(client, shown)
         client.set("Speed [%]", value=_SLOWLY_PERCENT)
-        client.until(f"at {_SLOWLY_PERCENT:.0f}%")
+        until(client, f"at {_SLOWLY_PERCENT:.0f}%")
         client.press("Preview")
-        client.until("of motion")
+        until(client, "of motion")
         client.press("Execute")
-        client.until("APPROACHING")
+        until(client, "APPROACHING")
         report("an arm moves", stack, client)
+
+
+def until(client: RawClient, words: str) -> None:
+    """Wait until the page says something.
+
+    Raises:
+        TimeoutError: When it does not.
+    """
+    if not client.shows(words, _PATIENCE_S):
+        raise TimeoutError(f"the page did not say {words!r} within {_PATIENCE_S:g} s")
 
 
 def report(what: str, stack: Stack, client: RawClient) -> None:
