@@ -16,7 +16,7 @@ help: ## print this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST)
 
 run: $(READY) ## two arms with their page: both sites and the delayed link on this machine, until Ctrl-C
-	@$(BIN)/farhand up --task hot-stab $(ARGS)
+	@$(BIN)/farhand up $(ARGS)
 
 test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering forbids those to skip)
 	@$(BIN)/pytest $(ARGS)

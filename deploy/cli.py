@@ -23,7 +23,7 @@ from deploy.offline_commands import Evaluate, Import, Learn, Model, Rollout, Sam
 class Up:
     """Run the local site, the remote site and a simulated link on this machine until Ctrl-C."""
 
-    task: str = "hot-stab"
+    task: str = "hot-stab,hot-unstab"
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""

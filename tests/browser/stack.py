@@ -59,6 +59,12 @@ def still_task(folder: Path) -> Path:
     return _variant(folder, "planar", *_STILL)
 
 
+def other_still_task(folder: Path) -> Path:
+    """Another task of the robot with the still U: its components may be further apart."""
+    changes = (r'name = "planar"', 'name = "other"'), (r"max_distance_m = .*", "max_distance_m = 0.3")
+    return _variant(folder, "planar", *_STILL, *changes, name="other")
+
+
 def slow_task(folder: Path) -> Path:
     """The still task taught by a slow hand, so that a picture can be taken before the robot arrives."""
     return _variant(folder, "planar", *_STILL, (r"duration_s = (\d)", r"duration_s = 2\1"))
@@ -69,11 +75,11 @@ def swaying_task(folder: Path) -> Path:
     return _variant(folder, "hot-stab", (r'disturbances = "calm"', 'disturbances = "typical"'))
 
 
-def _variant(folder: Path, task: str, *changes: tuple[str, str]) -> Path:
+def _variant(folder: Path, task: str, *changes: tuple[str, str], name: str = "") -> Path:
     text = (_TASKS / f"{task}.toml").read_text()
     for pattern, replacement in changes:
         text, n = re.subn(pattern, replacement, text)
         assert n, pattern
-    file = folder / f"{task}-variant.toml"
+    file = folder / f"{name or task}-variant.toml"
     file.write_text(text)
     return file

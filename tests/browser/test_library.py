@@ -1,4 +1,4 @@
-"""What was taught is kept: gone back to by mouse, and there again for the next process."""
+"""What was taught of each task is sent, kept, gone back to by mouse, and there again for the next process."""
 
 from __future__ import annotations
 
@@ -7,21 +7,22 @@ from pathlib import Path
 from playwright.sync_api import Browser, expect
 
 from tests.browser.operator_page import WAIT_MS, OperatorPage
-from tests.browser.stack import farhand_up, still_task
+from tests.browser.stack import farhand_up, other_still_task, still_task
 
 
 def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
     browser: Browser, tmp_path: Path
 ) -> None:
     context = browser.new_context(viewport={"width": 900, "height": 1400})
+    tasks = f"{still_task(tmp_path)},{other_still_task(tmp_path)}"
     try:
-        with farhand_up(tmp_path / "data", task=still_task(tmp_path)) as stack:
+        with farhand_up(tmp_path / "data", task=tasks) as stack:
             tab = OperatorPage(context.new_page())
             tab.open(stack.address)
             tab.press("Load samples")
             tab.says("demos", "3")
             three = stack.model_file.read_bytes()
-            tab.page.get_by_text("Library", exact=True).click()
+            send_both(tab)
             expect(tab.button("Go to")).to_be_disabled(timeout=WAIT_MS)
             tab.press("Start anew")
             tab.says("demos", "0")
@@ -34,14 +35,35 @@ def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
             tab.press("Delete")
             tab.tells("revision 1 was deleted")
             assert tab.problems == []
-        with farhand_up(tmp_path / "data", task=still_task(tmp_path)) as stack:
+        with farhand_up(tmp_path / "data", task=tasks) as stack:
             tab.open(stack.address)
             tab.says("demos", "3")
+            tab.says("standing-other", "3 demos, robot lacks it")
             assert stack.model_file.read_bytes() == three
             tab.press("Undo")
             tab.says("demos", "2")
     finally:
         context.close()
+
+
+def send_both(tab: OperatorPage) -> None:
+    """Teach the other task too, send the library, and choose the first one again."""
+    choose_task(tab, "other")
+    tab.says("demos", "0")
+    tab.press("Load samples")
+    tab.says("standing-other", "3 demos, robot lacks it")
+    tab.press("Send library")
+    tab.says("standing-planar", "3 demos, robot has it")
+    tab.says("standing-other", "3 demos, robot has it")
+    tab.tells("send library: planar: confirmed after")
+    expect(tab.button("Send library")).to_be_disabled(timeout=WAIT_MS)
+    choose_task(tab, "planar")
+
+
+def choose_task(tab: OperatorPage, name: str) -> None:
+    tab.page.get_by_role("combobox", name="Task").click()
+    tab.page.get_by_role("option", name=name, exact=True).click()
+    tab.says("task", name)
 
 
 def choose_revision(tab: OperatorPage, label: str) -> None:
