@@ -55,7 +55,7 @@ class Drawing:
         self._clock = StrokeClock()
         self._recording = self._coupled = False
         self._hand_at: tuple[float, float] | None = None
-        self._shown: tuple[int, ...] = ()
+        self._shown: tuple[object, ...] = ()
         self._lines: viser.LineSegmentsHandle | None = None
         self._hand = add_flat(
             scene, f"{board.name}/hand", shapes.disc(_HAND_RADIUS_M), palette.LOCAL, MARK_Z_M, visible=False
@@ -80,9 +80,9 @@ class Drawing:
         if picture.recording and not self._recording:
             self._clock = StrokeClock()
         self._recording, self._coupled = picture.recording, picture.coupled
-        sizes = tuple(len(stroke) for stroke in picture.strokes)
-        if sizes != self._shown:
-            self._shown = sizes
+        shown = (picture.task.name, *map(len, picture.strokes))
+        if shown != self._shown:
+            self._shown = shown
             self._draw_strokes(picture)
         if not (self._recording or self._coupled):
             self._hand_at = None
