@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from common.control_mode import ControlMode
 from common.link_monitor import LinkHealth, LinkMonitor
 from common.messages import PlannedPath, Stamp, Telemetry
 from local_site.event_follower import EventFollower
@@ -24,8 +25,9 @@ class Reports:
         self.path: PlannedPath | None = None
         self.path_received_s = 0.0
         self.plan_id = 0
-        """The newest preview, 0 without one."""
+        """The newest preview, 0 without one that still counts."""
         self.plan_received_s = 0.0
+        self._plan_stamp_ns = 0
 
     def on_telemetry(self, report: Telemetry, now_s: float) -> bool:
         """Take a report. False for one that is older than what is known."""
@@ -36,6 +38,8 @@ class Reports:
         if before is not None and report.stamp.boot != before.stamp.boot:
             self.forget_plan()
             self._restarted()
+        elif _moves(report) and report.stamp.t_ns > self._plan_stamp_ns:
+            self.plan_id = 0  # it began where the robot is no more: it would be refused
         if was_lost or before is None or report.stamp.boot != before.stamp.boot:
             self._events.catch_up(report.stamp.boot)
         return True
@@ -56,3 +60,11 @@ class Reports:
         self.path, self.path_received_s = path, now_s
         if path.plan_id:
             self.plan_id, self.plan_received_s = path.plan_id, now_s
+            self._plan_stamp_ns = path.stamp.t_ns
+
+
+def _moves(robot: Telemetry) -> bool:
+    """Whether it is driven, or goes by itself to where it was not."""
+    return robot.mode is ControlMode.DIRECT or (
+        robot.mode is ControlMode.AUTONOMOUS and not robot.phase.at_end
+    )

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
-from common.control_mode import ControlMode
+import pytest
+
+from common.control_mode import ControlMode, Phase
 from common.link_monitor import LinkMonitor
 from common.messages import PlannedPath, Stamp, Telemetry
 from local_site.reports import Reports
@@ -24,9 +26,16 @@ class Desk:
     def _restarted(self) -> None:
         self.restarts += 1
 
-    def report(self, seq: int, now_s: float, boot: str = "one") -> bool:
+    def report(
+        self,
+        seq: int,
+        now_s: float,
+        boot: str = "one",
+        mode: ControlMode = ControlMode.HOLD,
+        phase: Phase = Phase.NONE,
+    ) -> bool:
         told = Telemetry(
-            seq=seq, stamp=Stamp(boot, seq), mode=ControlMode.HOLD, position_m=(0.0, 0.0),
+            seq=seq, stamp=Stamp(boot, seq), mode=mode, phase=phase, position_m=(0.0, 0.0),
             frame_origin_m=(0.0, 0.0),
         )  # fmt: skip
         return self.reports.on_telemetry(told, now_s)
@@ -82,3 +91,37 @@ def test_how_late_an_event_is_goes_by_the_robots_clock_alone():
     assert desk.reports.later_s(Stamp("one", 1_000_000_000)) == 2.0
     assert desk.reports.later_s(Stamp("one", 4_000_000_000)) == 0.0
     assert desk.reports.later_s(Stamp("another", 1_000_000_000)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("mode", "phase", "counts"),
+    [
+        (ControlMode.HOLD, Phase.NONE, True),
+        (ControlMode.PAUSED, Phase.NONE, True),
+        (ControlMode.AUTONOMOUS, Phase.SEATED, True),
+        (ControlMode.AUTONOMOUS, Phase.ARRIVED, True),
+        (ControlMode.AUTONOMOUS, Phase.APPROACHING, False),
+        (ControlMode.AUTONOMOUS, Phase.RETRACTING, False),
+        (ControlMode.DIRECT, Phase.NONE, False),
+    ],
+)
+def test_a_preview_counts_until_the_robot_moves(mode: ControlMode, phase: Phase, counts: bool):
+    desk = Desk()
+    desk.report(1, 0.0)
+    desk.reports.on_path(path(1, 7), 0.1)
+    desk.report(2, 0.2, mode=mode, phase=phase)
+    desk.report(3, 0.3)
+    assert (desk.reports.plan_id == 7) is counts
+    assert desk.reports.path is not None, "an execution goes on to show it until it commits to its own"
+
+
+def test_a_report_that_is_older_than_the_preview_does_not_end_it():
+    desk = Desk()
+    preview = PlannedPath(
+        path_id=1, plan_id=7, stamp=Stamp("one", 10), model_sha256="", n_coordinates=2, step_s=0.1, points=b"",
+        reaches_end=True,
+    )  # fmt: skip
+    desk.report(1, 0.0)
+    desk.reports.on_path(preview, 0.1)
+    desk.report(9, 0.2, mode=ControlMode.DIRECT)
+    assert desk.reports.plan_id == 7
