@@ -38,8 +38,17 @@ AIMED_MM = 12
 BORE_M = 0.10
 """How far beyond the mouth the hand goes: the bore is a little less deep [m]."""
 DEEP = re.compile("(7[5-9]|8[0-9]|9[0-5]) mm deep")
-SEATED_OR_PAUSED = """() => ['phase', 'mode'].some((name) =>
-  ['SEATED', 'PAUSED'].includes(document.querySelector(`[data-tp=${name}]`)?.textContent))"""
+SEATED_OR_ENDED = """() => document.querySelector('[data-tp=phase]')?.textContent === 'SEATED'
+  || document.querySelector('[data-tp=mode]')?.textContent !== 'AUTONOMOUS'"""
+EXECUTE = (("Preview", "plan", re.compile("^plan [0-9]+ s old")), ("Execute", "mode", "AUTONOMOUS"))
+TOWARDS_SEATED = {
+    "DISARMED": (("Arm", "mode", "HOLD"), *EXECUTE),
+    "HOLD": EXECUTE,
+    "AUTONOMOUS": (),
+    "PAUSED": (("Resume", "mode", "AUTONOMOUS"),),
+    "STOPPED": (("Reset", "mode", "DISARMED"), ("Arm", "mode", "HOLD"), *EXECUTE),
+}
+"""What to press in each mode: on a busy machine the receptacle is out of sight for too long, or a deadline missed."""
 MANOEUVRE = {"Retract": "RETRACTING", "Go to ready": "GOING TO READY"}
 
 
@@ -69,19 +78,16 @@ def execute_until_seated(tab: ArmPage, *first: str) -> None:
         tab.advises(button)
         tab.press(button)
     tab.says("model", re.compile("robot has it"))
-    if tab.tp("mode").inner_text() == "DISARMED":
-        tab.advises("Arm")
-        tab.insist("Arm", "mode", "HOLD")
-    tab.advises("Preview")
-    tab.insist("Preview", "plan", re.compile("^plan [0-9]+ s old"))
-    tab.advises("Execute")
-    tab.insist("Execute", "mode", "AUTONOMOUS")
-    for _ in range(5):
-        tab.page.wait_for_function(SEATED_OR_PAUSED, timeout=2.0 * WAIT_MS)
-        if tab.tp("mode").inner_text() != "PAUSED":
+    for attempt in range(6):
+        for button, name, words in TOWARDS_SEATED[tab.tp("mode").inner_text()]:
+            if attempt == 0:
+                tab.advises(button)
+            tab.insist(button, name, words)
+        tab.page.wait_for_function(SEATED_OR_ENDED, timeout=2.0 * WAIT_MS)
+        if tab.tp("phase").inner_text() == "SEATED":
             break
-        tab.insist("Resume", "mode", "AUTONOMOUS")  # its receptacle was out of sight for too long
-    tab.says("phase", "SEATED")
+    else:
+        raise AssertionError(f"the plug was never seated: {tab.tp('message').all_inner_texts()}")
     tab.says("depth", DEEP)
 
 
