@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from common.task_frame import TaskFrame
 from local_site.arm_view import ArmView
 from local_site.picture import Picture
 from local_site.view.words import Words
@@ -13,7 +14,7 @@ _IN_M, _BESIDE_M = 0.005, 0.020
 
 
 def local_words(picture: Picture, words: Words) -> str:
-    """A few words on the operator's own place."""
+    """A few words on the operator's own place, as HTML."""
     arm = picture.own_arm
     if arm is not None and (arm.held or picture.recording or _is_in(arm)):
         return _where(arm)
@@ -30,7 +31,14 @@ def _where(arm: ArmView) -> str:
     if arm.saturated:
         return "the arm cannot follow there"
     side = "away" if arm.depth_m <= 0.0 else "past"
-    return f"{1e3 * abs(arm.depth_m):.0f} mm {side}, {1e3 * arm.lateral_m:.0f} mm beside, {askew}"
+    red_m, green_m = TaskFrame.at(arm.tip).to_local(arm.receptacle)[:2]
+    red, green = _along("red", red_m), _along("green", green_m)
+    return f"{1e3 * abs(arm.depth_m):.0f} mm {side}, {red}, {green} mm, {askew}"
+
+
+def _along(arrow: str, way_m: float) -> str:
+    """How far it is to the bore along an arrow at the plug, negative for against it."""
+    return f'<span class="fh-{arrow}-arrow">{arrow} {1e3 * way_m:+.0f}</span>'
 
 
 def _is_in(arm: ArmView) -> bool:
