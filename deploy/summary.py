@@ -43,7 +43,9 @@ def _inserted(execution: dict[str, Any]) -> str:
         return "unknown"
     holding_n = execution["holding_force_n"]
     holding = f", {holding_n:.0f} N holding it" if holding_n is not None else ""
+    depth_mm = execution["depth_m"] * 1e3
+    where = f"{depth_mm:.1f} mm deep" if depth_mm > 0.0 else f"{-depth_mm:.1f} mm before the mouth"
     return (
-        f"the plug {execution['depth_m'] * 1e3:.1f} mm deep, {execution['lateral_m'] * 1e3:.1f} mm off the axis; "
+        f"the plug {where}, {execution['lateral_m'] * 1e3:.1f} mm off the axis; "
         f"{execution['peak_force_n']:.0f} N at most{holding}"
     )

@@ -30,3 +30,14 @@ def test_of_several_tasks_each_is_told():
     tasks = [RESULT, RESULT | {"task": "other", "success": False}]
     text = "\n".join(summary({"success": False, "tasks": tasks, "link": RESULT["link"]}))
     assert "task planar: SUCCESS" in text and "task other: FAILED" in text
+
+
+def test_where_the_plug_is_in_its_bore_or_before_it():
+    def told(depth_m: float) -> str:
+        execution = {
+            "duration_s": 6.0, "depth_m": depth_m, "lateral_m": 0.004, "peak_force_n": 17.0, "holding_force_n": None,
+        }  # fmt: skip
+        return summary(RESULT | {"execution": execution})[-1]
+
+    assert "the plug 85.1 mm deep" in told(0.0851)
+    assert "the plug 118.0 mm before the mouth" in told(-0.118)
