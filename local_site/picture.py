@@ -149,6 +149,11 @@ class Picture:
     command_round_trips_s: tuple[float, ...]
 
     @property
+    def standing(self) -> TaskStanding:
+        """How it stands with the chosen task."""
+        return next(each for each in self.tasks if each.name == self.task.name)
+
+    @property
     def mode(self) -> ControlMode | None:
         """The mode that the robot reported; None before its first report."""
         return self.robot.mode if self.robot else None

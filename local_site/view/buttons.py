@@ -83,8 +83,7 @@ def _wish(wish: Wish, label: str, enabled: Callable[[Picture], bool], colour: Co
 
 
 def _can_send(picture: Picture) -> bool:
-    learned = picture.learned
-    return learned is not None and not picture.sending_model and learned.sha256 != picture.confirmed_sha256
+    return picture.standing.differs and not picture.sending_model
 
 
 def _can_send_library(picture: Picture) -> bool:

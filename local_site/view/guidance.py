@@ -63,6 +63,8 @@ def _moving_advice(picture: Picture, words: Words) -> str:
 
 def _teaching_advice(picture: Picture, words: Words) -> str:
     learned = picture.learned
+    if not picture.standing.robot_does:
+        return f"This robot does not do {picture.task.name}: choose another task under Library."
     if learned is None and picture.can_recover:
         return "A demonstration was under way when this site ended: press Recover to learn it."
     if learned is None:

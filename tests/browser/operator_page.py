@@ -114,6 +114,12 @@ class OperatorPage:
                 return
         self.says(name, words)
 
+    def choose_task(self, name: str) -> None:
+        """Have everything be about another task."""
+        self.page.get_by_role("combobox", name="Task").click()
+        self.page.get_by_role("option", name=name, exact=True).click()
+        self.says("task", name)
+
     def slider(self, label: str) -> Locator:
         """The number beside a slider."""
         own = f'xpath=//p[normalize-space()="{label}"]/following::input[not(@type="hidden")]'

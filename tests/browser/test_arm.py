@@ -54,8 +54,9 @@ MANOEUVRE = {"Retract": "RETRACTING", "Go to ready": "GOING TO READY"}
 
 @pytest.fixture(scope="module")
 def stack(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
-    """Both sites over the `geo` profile with the task as it is shipped."""
-    with farhand_up(tmp_path_factory.mktemp("arm") / "data", link="geo", task="hot-stab") as stack:
+    """Both sites over the `geo` profile with the tasks as they are shipped."""
+    tasks = "hot-stab,hot-unstab"
+    with farhand_up(tmp_path_factory.mktemp("arm") / "data", link="geo", task=tasks) as stack:
         yield stack
 
 
@@ -177,6 +178,22 @@ def lead(tab: ArmPage, tip: Array, axis: int, length_m: float, arrived: re.Patte
             expect(tab.local).to_contain_text(arrived, timeout=WAIT_MS / 2.0)
             return
     raise AssertionError(f"the plug could not be led there: {tab.local.inner_text()}, not {arrived.pattern}")
+
+
+def test_the_other_task_takes_the_plug_out_again(tab: ArmPage) -> None:
+    if tab.tp("phase").inner_text() != "SEATED":
+        execute_until_seated(tab, "Load samples")
+    tab.insist("Clutch", "mode", "HOLD")
+    tab.choose_task("hot-unstab")
+    tab.press("Load samples")
+    tab.says("demos", "5")
+    tab.press("Send library")
+    tab.tells("hot-stab: the robot has it already; hot-unstab: confirmed after")
+    tab.insist("Preview", "plan", re.compile("^plan [0-9]+ s old"))
+    tab.insist("Execute", "mode", "AUTONOMOUS")
+    tab.says("phase", "ARRIVED")
+    tab.says("depth", re.compile("^1[0-9][0-9] mm away"))
+    assert_legible(tab)
 
 
 def test_a_stop_in_the_bore_holds_gently_while_the_receptacle_sways(

@@ -48,7 +48,7 @@ def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
 
 def send_both(tab: OperatorPage) -> None:
     """Teach the other task too, send the library, and choose the first one again."""
-    choose_task(tab, "other")
+    tab.choose_task("other")
     tab.says("demos", "0")
     tab.press("Load samples")
     tab.says("standing-other", "3 demos, robot lacks it")
@@ -57,13 +57,7 @@ def send_both(tab: OperatorPage) -> None:
     tab.says("standing-other", "3 demos, robot has it")
     tab.tells("send library: planar: confirmed after")
     expect(tab.button("Send library")).to_be_disabled(timeout=WAIT_MS)
-    choose_task(tab, "planar")
-
-
-def choose_task(tab: OperatorPage, name: str) -> None:
-    tab.page.get_by_role("combobox", name="Task").click()
-    tab.page.get_by_role("option", name=name, exact=True).click()
-    tab.says("task", name)
+    tab.choose_task("planar")
 
 
 def choose_revision(tab: OperatorPage, label: str) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from common.impairment import DirectionSettings, LinkSettings
 from common.repertoire import Repertoire
@@ -55,3 +56,20 @@ def test_it_was_driven_previewed_and_executed_in_this_order(result: dict[str, An
     ]
     at = [next(i for i, text in enumerate(texts) if step in text) for step in steps]
     assert at == sorted(at)
+
+
+def test_several_tasks_are_taught_and_done_one_after_the_other(tmp_path: Path):
+    planar = find_task("planar")
+    learning = structs.replace(planar.learning, max_distance_m=0.3)
+    tasks = Repertoire([planar, structs.replace(planar, name="other", learning=learning)])
+    way = DirectionSettings(delay_ms=50.0)
+    settings = LinkSettings(uplink=way, downlink=way)
+    sites = VirtualSites(Library(tasks, tmp_path), settings, RemoteConfig(seed=1))
+    result = do_job(sites, settings, None, seed=1)
+    one, other = result["tasks"]
+    assert result["success"] is one["success"] is other["success"] is True
+    assert (one["task"], other["task"]) == ("planar", "other")
+    assert one["model_sha256"] != other["model_sha256"]
+    texts = [event["text"] for event in result["events"]]
+    assert [text for text in texts if text.startswith("task ")] == ["task other", "task planar", "task other"]
+    assert sum("execute:" in text for text in texts) == 2 and sum("drove" in text for text in texts) == 1

@@ -134,7 +134,10 @@ def test_over_a_narrow_link_both_models_arrive_though_it_is_cut_in_the_middle(tm
     sites.run(8.0)
     assert sites.console.picture.sending_library
     sites.link.cut()
-    sites.run(30.0)
+    sites.run(10.0)
     sites.link.mend()
-    sites.run(90.0)
+    for _ in range(90):
+        sites.run(1.0)
+        if confirmed(sites.console.picture):
+            break
     assert confirmed(sites.console.picture), sites.console.picture.notices[-3:]
