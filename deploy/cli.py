@@ -45,20 +45,21 @@ class Up:
 class Demo:
     """Run the whole job on this machine by script: demonstrate, send, arm, drive, clutch, preview, execute.
 
-    The exit status is 0 only if the task succeeded.
+    The exit status is 0 only if every task succeeded.
     """
 
     task: str = "hot-stab"
-    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
+    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between are done one
+    after the other, each from where the one before ended."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
     seed: int = 0
     """Of the hand's tremor, the target's phase, the noise and the link's jitter."""
     outage: str = "none"
-    """Cut the link during the execution: stall:10, reset:10 or blackhole:10 (seconds), in its middle, or elsewhere:
+    """Cut the link during each execution: stall:10, reset:10 or blackhole:10 (seconds), in its middle, or elsewhere:
     stall:10@0.2 when a fifth of the motion is done."""
     json: Path | None = None
-    """Write what happened to this file."""
+    """Write what happened to this file; of several tasks, what happened with each under `tasks`."""
     data_dir: str = ""
     """Where demonstrations and models go; empty: a folder that is removed afterwards."""
 
