@@ -110,10 +110,10 @@ TEACH_ARM = (
     ButtonSpec("Align", lambda _: intents.Align(), lambda p: not p.coupled, colour="gray"),
     ButtonSpec("New place", lambda _: intents.Renew(), lambda p: not p.recording, colour="gray"),
 )
+SEND_LIBRARY = ButtonSpec(
+    "Send library", lambda _: intents.SendLibrary(), _can_send_library, lambda p: p.sending_library
+)
 LIBRARY = (
-    ButtonSpec(
-        "Send library", lambda _: intents.SendLibrary(), _can_send_library, lambda p: p.sending_library
-    ),
     ButtonSpec("Start anew", lambda _: intents.StartAnew(), lambda p: p.can_undo and not p.recording),
     ButtonSpec("Recover", lambda _: intents.Recover(), lambda p: p.can_recover),
 )

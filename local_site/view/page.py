@@ -115,6 +115,7 @@ class Page:
             self._auto_send = AutoSend(gui, self._console.submit, self._act)
         with gui.add_folder("Library", expand_by_default=len(self._shown.tasks) > 1):
             self._task = TaskChoice(gui, self._shown, self._console.submit, self._act)
+            self._buttons.append(Buttons(gui, (buttons.SEND_LIBRARY,), self._on_press))
             self._library = LibraryPanel(gui, self._console.submit, self._act)
             self._buttons.append(Buttons(gui, buttons.LIBRARY, self._on_press))
         with gui.add_folder("Robot"):
