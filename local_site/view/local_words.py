@@ -33,12 +33,12 @@ def _where(arm: ArmView) -> str:
     side = "away" if arm.depth_m <= 0.0 else "past"
     red_m, green_m = TaskFrame.at(arm.tip).to_local(arm.receptacle)[:2]
     red, green = _along("red", red_m), _along("green", green_m)
-    return f"{1e3 * abs(arm.depth_m):.0f} mm {side}, {red}, {green} mm, {askew}"
+    return f'<span class="fh-way">{1e3 * abs(arm.depth_m):.0f} mm {side}, {red}, {green}, {askew}</span>'
 
 
 def _along(arrow: str, way_m: float) -> str:
     """How far it is to the bore along an arrow at the plug, negative for against it."""
-    return f'<span class="fh-{arrow}-arrow">{arrow} {1e3 * way_m:+.0f}</span>'
+    return f'<span class="fh-{arrow}-arrow">{arrow} {round(1e3 * way_m):+d}</span>'
 
 
 def _is_in(arm: ArmView) -> bool:

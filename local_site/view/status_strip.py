@@ -77,7 +77,7 @@ def _cells(picture: Picture, age: str, now_s: float) -> str:
     return "".join(
         (
             _cell("mode", element("mode", mode.name if mode else "UNKNOWN", f"fh-mode fh-{mode or 'unknown'}"),
-                  element("phase", picture.phase.upper(), "fh-note") + element("pace", _pace(picture), "fh-note")),
+                  f'<span class="fh-note">{element("phase", picture.phase.upper())} {element("pace", _pace(picture))}</span>'),
             _cell("in control", element("holder", holder), element("lease", _lease_words(picture), "fh-note")),
             _cell("age of data", element("age", age)),
             _cell("link", element("link", link, f"fh-link fh-{link.lower()}"),

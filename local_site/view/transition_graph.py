@@ -10,7 +10,7 @@ from local_site.picture import Picture
 from local_site.view import palette
 from local_site.view.html import Html
 
-_WIDTH, _HEIGHT, _SIDE, _TOP, _BOTTOM = 390.0, 128.0, 26.0, 20.0, 32.0
+_WIDTH, _HEIGHT, _SIDE, _TOP, _BOTTOM = 390.0, 128.0, 34.0, 20.0, 32.0
 """The least size of the drawing and its margins [px]."""
 _RADIUS = 12.0
 _APART, _LANE = 46.0, 38.0

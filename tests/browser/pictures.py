@@ -16,6 +16,7 @@ from tests.browser import arm_pictures
 from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import CHROMIUM, WAIT_MS, OperatorPage, launch
 from tests.browser.stack import farhand_up, slow_task
+from tests.browser.test_layout import TO_THE_TOP
 
 FOLDER = Path(__file__).parents[2] / "docs" / "pictures"
 SMALL, LARGE = (1280, 720), (1920, 1080)
@@ -48,7 +49,7 @@ def take_arm(browser: Browser) -> None:
     """The pictures of the arm's task."""
     with (
         tempfile.TemporaryDirectory() as scratch,
-        farhand_up(Path(scratch), link="geo", task="hot-stab") as stack,
+        farhand_up(Path(scratch), link="geo", task="hot-stab,hot-unstab") as stack,
     ):
         tab = ArmPage(_page(browser, *LARGE))
         tab.open(stack.address, dpr=1.0)
@@ -116,6 +117,8 @@ def play(tab: OperatorPage, shoot: Take) -> None:
 
 def take(tab: OperatorPage, name: str, few_colours: bool = True) -> None:
     """One picture, small: few colours do for flat boards, not for what is shaded."""
+    tab.page.evaluate(TO_THE_TOP)
+    tab.next_frame()
     picture = Image.open(io.BytesIO(tab.page.screenshot(timeout=2.0 * WAIT_MS))).convert("RGB")
     if few_colours:
         picture = picture.quantize(_COLOURS, dither=Image.Dither.NONE)

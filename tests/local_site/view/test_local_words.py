@@ -50,7 +50,7 @@ def test_what_is_told_of_a_plug_outside_leads_each_arrow_to_the_bore(
     beside = TaskFrame.at(AT_REST.receptacle).to_world(np.array([0.112, -0.045, depth_m]))
     tip = np.concatenate([beside, AT_REST.receptacle[3:]])
     arm = replace(AT_REST, tip=tip, depth_m=depth_m, lateral_m=0.12, tilt_rad=0.0, held=True)
-    assert told(nothing_yet, arm) == f"{side}, red -112, green +45 mm, 0° askew"
+    assert told(nothing_yet, arm) == f"{side}, red -112, green +45, 0° askew"
 
 
 def test_at_rest_it_is_only_told_while_something_is_recorded_or_the_plug_is_in(nothing_yet: Picture):
