@@ -23,7 +23,6 @@ _SEATED = "() => document.querySelector('[data-tp=phase]')?.textContent === 'SEA
 
 def play(tab: ArmPage, shoot: Callable[[str], None]) -> None:
     """Do the whole job with the samples; the link is cut on the way."""
-    shoot("arm-start")
     teach(tab)
     shoot("arm-teaching")
     tab.press("Undo")
