@@ -128,7 +128,7 @@ ERRORS = (
      "remote_site/command_judge.py"),
     ("`op/cmd`", "the robot has no model", "Execute or Preview of a model that was not confirmed", _REFUSED,
      "remote_site/command_judge.py"),
-    ("`op/cmd`", "the robot does not see the target", "Execute or Preview while it is unseen; for how long",
+    ("`op/cmd`", "has not seen the target for", "Execute or Preview while it is unseen; for how long",
      _REFUSED, "remote_site/command_judge.py"),
     ("`op/cmd`", "this task is previewed before it is executed", "Execute from DIRECT", _REFUSED,
      "remote_site/command_judge.py"),

@@ -128,21 +128,14 @@ class Commanding:
         answered = partial(self._on_reply, action, command.command_id, now_s)
         self._inquiries.ask(keys.COMMAND, command, CommandReply, _GIVE_UP_S, answered)
 
-    def on_event(self, event: Event, now_s: float, late_s: float = 0.0) -> None:
-        """The robot reported; a command's second answer settles it.
-
-        Args:
-            event: What it reported.
-            now_s: Now [s].
-            late_s: How much older than the newest report it is, on the robot's clock [s]. That report may have been held
-                up as well, and be the older for it.
-        """
+    def on_event(self, event: Event, now_s: float) -> None:
+        """The robot reported; a command's second answer settles it."""
         for action, pending in list(self.pending.items()):
             if event.command_id and pending.command_id == event.command_id:
                 del self.pending[action]
         what = event.action or event.kind
         robot_s = event.stamp.t_ns * 1e-9
-        late_s = max(late_s, self._monitor.late_s(event.stamp, now_s))
+        late_s = self._monitor.late_s(event.stamp, now_s)
         self._notify(
             Notice(now_s, what, event.text, event.succeeded, event.measured, event.who, robot_s, late_s)
         )

@@ -228,7 +228,7 @@ class Console:
         self._tell("restart", "the robot was restarted: send the models again", good=False)
 
     def _on_event(self, event: Event) -> None:
-        self._commanding.on_event(event, self._now_s(), self._reports.later_s(event.stamp))
+        self._commanding.on_event(event, self._now_s())
         self._catalogue.on_event(event)
 
     def _tell(self, what: str, text: str, good: bool = True) -> None:

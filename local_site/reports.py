@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from common.control_mode import ControlMode
 from common.link_monitor import LinkHealth, LinkMonitor
-from common.messages import PlannedPath, Stamp, Telemetry
+from common.messages import PlannedPath, Telemetry
 from local_site.event_follower import EventFollower
 
 
@@ -43,13 +43,6 @@ class Reports:
         if was_lost or before is None or report.stamp.boot != before.stamp.boot:
             self._events.catch_up(report.stamp.boot)
         return True
-
-    def later_s(self, stamp: Stamp) -> float:
-        """How long after a moment of the robot the newest report was made, on the robot's clock [s]."""
-        robot = self.robot
-        if robot is None or robot.stamp.boot != stamp.boot:
-            return 0.0
-        return max(0.0, (robot.stamp.t_ns - stamp.t_ns) * 1e-9)
 
     def forget_plan(self) -> None:
         """Whatever was previewed counts no more."""

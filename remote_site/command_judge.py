@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from common.control_mode import Action, ControlMode, Phase, mode_after, modes_allowing
 from common.messages import Command, Stamp
 from common.repertoire import Repertoire
@@ -68,7 +70,13 @@ class CommandJudge:
         if stored.task.name != command.task:
             return f"model {stored.sha256[:8]} is one of {stored.task.name!r}, not of {command.task!r}", None
         if self._sensing.unseen_s > 0.0:
-            return "the robot does not see the target", min(self._sensing.unseen_s, 1e6)
+            unseen_s = self._sensing.unseen_s
+            since = (
+                f"has not seen the target for {unseen_s:.1f} s"
+                if np.isfinite(unseen_s)
+                else "sees no target yet"
+            )
+            return f"the robot {since}", min(unseen_s, 1e6)
         if reason := start_refusal(stored, self._sensing.effector, self._sensing.frames):
             return reason, None
         if command.action is Action.EXECUTE and stored.task.require_preview:

@@ -33,6 +33,8 @@ class Lease:
         """What every motion input must carry, empty when free."""
         self.asked_by = ""
         """Name of the site that asks the holder for it, empty for none."""
+        self.freed_because = ""
+        """Why the last holder has it no more."""
 
     def request(
         self, session: str, site_name: str, now_s: float, wish: Wish = Wish.CONTROL, fresh: bool = True
@@ -57,7 +59,7 @@ class Lease:
         holds = bool(self.lease_id) and self.session == session
         if wish is Wish.WATCH:
             if holds:
-                self._free()
+                self._free("it only watches")
             return "watching"
         if holds and wish is Wish.GIVE and self.asked_by:
             asking, name, _ = self._asking
@@ -81,7 +83,7 @@ class Lease:
         if self.asked_by and now_s - self._asking[2] > self._duration_s:
             self._forget_asking()
         if self.lease_id and now_s - self._renewed_s > self._duration_s:
-            self._free()
+            self._free(f"nothing of it arrived in time for {self._duration_s:g} s")
             return True
         return False
 
@@ -101,7 +103,8 @@ class Lease:
         self.lease_id = secrets.token_hex(8)
         self._forget_asking()
 
-    def _free(self) -> None:
+    def _free(self, because: str) -> None:
+        self.freed_because = because
         self.session = self.holder = self.lease_id = ""
         self._forget_asking()
 

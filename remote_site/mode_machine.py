@@ -135,7 +135,7 @@ class ModeMachine:
         self._enter(trip.guard, trip.why)
         if (phase := TABLE[trip.guard].phase) is not Phase.NONE:
             self._motion.begin(self._manoeuvres.make(phase, why=trip.why))
-        self.tell(_KINDS[trip.guard], trip.why, succeeded=False, measured=trip.measured)
+        self.tell(_KINDS[trip.guard], trip.why, succeeded=trip.wanted, measured=trip.measured)
         return True
 
     def arrived(self, execution: Execution) -> None:

@@ -236,5 +236,6 @@ class Supervisor:
         holder, before = self.contact.lease.holder, self._holder
         if holder != before:
             self._holder = holder
-            text = f"{holder} is in control" if holder else f"{before} is not in control any more"
+            freed = f"{before} is not in control any more: {self.contact.lease.freed_because}"
+            text = f"{holder} is in control" if holder else freed
             self.machine.tell("control", text, who=holder or before)

@@ -19,11 +19,13 @@ class Trip:
         guard: Which; the table of modes says what follows.
         why: In words.
         measured: The value that was too much, if there is one.
+        wanted: Whether the operator had it so: nothing is wrong.
     """
 
     guard: Guard
     why: str
     measured: float | None = None
+    wanted: bool = False
 
 
 class Watch:
@@ -74,8 +76,10 @@ class Watch:
         if coupling is None:
             self._contact.delay_changed = False  # nobody drives by the old delay
             return None
-        why = self._contact.lost_reason(coupling.lease_id, now_s) or coupling.end_reason(now_s)
-        return Trip(Guard.COUPLING_ENDED, why) if why else None
+        if why := self._contact.lost_reason(coupling.lease_id, now_s):
+            return Trip(Guard.COUPLING_ENDED, why)
+        why = coupling.end_reason(now_s)
+        return Trip(Guard.COUPLING_ENDED, why, wanted=coupling.released) if why else None
 
     def _execution_trip(self, mode: ControlMode, now_s: float, dt_s: float) -> Trip | None:
         executing = mode is ControlMode.AUTONOMOUS and self._motion.execution is not None

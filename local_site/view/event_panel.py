@@ -60,10 +60,9 @@ class EventPanel:
 
 def words(notice: Notice) -> str:
     """What happened, in a line."""
-    measured = f" ({notice.measured:.3g})" if notice.measured is not None else ""
     late = f", heard {notice.late_s:.0f} s later" if notice.late_s > _LATE_S else ""
     by = f" [{notice.who}]" if notice.who else ""
-    return f"{notice.what}{by}: {notice.text}{measured}{late}"
+    return f"{notice.what}{by}: {notice.text}{late}"
 
 
 def robot_clock(notice: Notice) -> str:

@@ -150,7 +150,7 @@ def test_an_event_that_waited_out_an_outage_before_any_newer_report_came_is_late
             replace(desk.report(), seq=n + 1, stamp=Stamp("boot", n * 40_000_000)), 100.0 + 0.04 * n
         )
     event = replace(an_event(""), stamp=Stamp("boot", 2_000_000_000))
-    desk.commanding.on_event(event, 122.0, late_s=0.0)
+    desk.commanding.on_event(event, 122.0)
     assert desk.notices[-1].late_s == pytest.approx(20.0)
 
 

@@ -84,15 +84,6 @@ def test_the_path_of_an_execution_is_shown_and_leaves_the_preview_its_number():
     assert (desk.reports.path_received_s, desk.reports.plan_id, desk.reports.plan_received_s) == (2.0, 7, 1.0)
 
 
-def test_how_late_an_event_is_goes_by_the_robots_clock_alone():
-    desk = Desk()
-    assert desk.reports.later_s(Stamp("one", 0)) == 0.0
-    desk.report(3_000_000_000, 70.0)
-    assert desk.reports.later_s(Stamp("one", 1_000_000_000)) == 2.0
-    assert desk.reports.later_s(Stamp("one", 4_000_000_000)) == 0.0
-    assert desk.reports.later_s(Stamp("another", 1_000_000_000)) == 0.0
-
-
 @pytest.mark.parametrize(
     ("mode", "phase", "counts"),
     [

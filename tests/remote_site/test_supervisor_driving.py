@@ -95,6 +95,8 @@ def test_letting_go_ends_the_coupling():
     bench.hand(0.0, 0.0, released=True)
     bench.run(DT_S)
     assert bench.mode is ControlMode.HOLD
+    (event,) = bench.events("decoupled")
+    assert event.succeeded  # as the operator wanted it
 
 
 def test_ten_seconds_without_input_end_the_coupling():
@@ -103,6 +105,8 @@ def test_ten_seconds_without_input_end_the_coupling():
     assert bench.mode is ControlMode.DIRECT
     bench.run(0.3)
     assert bench.mode is ControlMode.HOLD
+    (event,) = bench.events("decoupled")
+    assert not event.succeeded
 
 
 @pytest.mark.parametrize("delay_s", [0.02, 0.6, 2.0])

@@ -6,10 +6,10 @@ from local_site.notices import Notice
 from local_site.view.event_panel import robot_clock, words
 
 
-def test_a_line_names_who_what_and_the_measured_value() -> None:
+def test_a_line_names_who_and_what_in_words_that_say_what_was_measured_with_its_unit() -> None:
     assert words(Notice(0.0, "arm", "completed")) == "arm: completed"
-    refused = Notice(0.0, "execute", "refused: moved", good=False, measured=0.01234, who="pier 2")
-    assert words(refused) == "execute [pier 2]: refused: moved (0.0123)"
+    refused = Notice(0.0, "execute", "refused: it moved 12 mm", good=False, measured=0.012, who="pier 2")
+    assert words(refused) == "execute [pier 2]: refused: it moved 12 mm"
 
 
 def test_an_event_that_an_outage_held_up_says_so() -> None:
