@@ -15,7 +15,7 @@ from common.codec import decode
 from common.control_mode import Action, ControlMode
 from common.keys import Channel
 from common.link import Answered, Deliver, Request
-from common.messages import ModelTransfer, Telemetry, Wish
+from common.messages import Telemetry, Wish
 from common.repertoire import Repertoire
 from common.task import PointTask
 from local_site import intents
@@ -72,8 +72,8 @@ class OperatorsEnd:
         self._robot = robot
         self._subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
         self._waiting: list[Callable[[], None]] = []
-        self.models: list[ModelTransfer] = []
-        """What was asked or sent of models, whether it arrived or not."""
+        self.models: list[bytes] = []
+        """What was asked or sent on the key of models, whether it arrived or not."""
         self.stalled = self.cut = False
         robot.ends.append(self)
 
@@ -109,7 +109,7 @@ class OperatorsEnd:
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
         if channel is keys.MODEL:
-            self.models.append(decode(data, ModelTransfer))
+            self.models.append(data)
         if self.cut:
             answered(None)
             return

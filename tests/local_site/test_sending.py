@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
+from common.codec import decode
 from common.control_mode import Action
 from common.impairment import DirectionSettings, LinkSettings
+from common.messages import ModelTransfer
 from common.repertoire import Repertoire
 from evaluation.virtual_sites import VirtualSites
 from local_site import intents
@@ -39,7 +41,8 @@ def ann(meeting: Meeting, tmp_path: Path) -> Site:
 
 def moved(site: Site) -> dict[str, int]:
     """How much of each task's model was sent since this was asked last [B]."""
-    sent, site.link.models = site.link.models, []
+    sent = [decode(data, ModelTransfer) for data in site.link.models]
+    site.link.models.clear()
     tasks = {transfer.task for transfer in sent}
     return {name: sum(len(part.content) for part in sent if part.task == name) for name in tasks}
 
