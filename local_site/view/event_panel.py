@@ -62,6 +62,8 @@ def words(notice: Notice) -> str:
     """What happened, in a line."""
     late = f", heard {notice.late_s:.0f} s later" if notice.late_s > _LATE_S else ""
     by = f" [{notice.who}]" if notice.who else ""
+    if notice.text.startswith(notice.what) and not by:
+        return f"{notice.text}{late}"  # executing: executing hot-stab
     return f"{notice.what}{by}: {notice.text}{late}"
 
 

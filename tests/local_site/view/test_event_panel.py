@@ -8,6 +8,7 @@ from local_site.view.event_panel import robot_clock, words
 
 def test_a_line_names_who_and_what_in_words_that_say_what_was_measured_with_its_unit() -> None:
     assert words(Notice(0.0, "arm", "completed")) == "arm: completed"
+    assert words(Notice(0.0, "executing", "executing hot-stab")) == "executing hot-stab"
     refused = Notice(0.0, "execute", "refused: it moved 12 mm", good=False, measured=0.012, who="pier 2")
     assert words(refused) == "execute [pier 2]: refused: it moved 12 mm"
 
