@@ -18,8 +18,16 @@ help: ## print this list
 run: $(READY) ## two arms with their page: both sites and the delayed link on this machine, until Ctrl-C
 	@$(BIN)/farhand up $(ARGS)
 
+# Where processes run in real time one test at a time has the machine; of the others each core does some.
+ALONE := tests/browser tests/containers tests/evaluation tests/integration
+
 test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering forbids those to skip)
+ifeq ($(strip $(ARGS)),)
+	@$(BIN)/pytest $(ALONE)
+	@$(BIN)/pytest --numprocesses=2 --dist=loadfile $(ALONE:%=--ignore=%)
+else
 	@$(BIN)/pytest $(ARGS)
+endif
 
 soak: $(READY) ## the tests that take long: the arm's page in a browser, every fault of every container
 	@$(BIN)/pytest -m soak $(ARGS)

@@ -119,4 +119,5 @@ def _node(model: TPHSMM, index: int, place: np.ndarray, active: bool) -> str:
 def _duration(model: TPHSMM, index: int) -> str:
     """How long it lasts; nothing as long as it has not been left once."""
     mean_s, deviation_s = model.duration_mean_s[index], np.sqrt(model.duration_variance_s2[index])
-    return f"{mean_s:.1f}±{deviation_s:.1f}" if mean_s > 0.0 else ""
+    digits = 1 if max(mean_s, deviation_s) < 9.95 else 0  # never wider than what `_APART` leaves room for
+    return f"{mean_s:.{digits}f}±{deviation_s:.{digits}f}" if mean_s > 0.0 else ""
