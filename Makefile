@@ -42,7 +42,7 @@ bench: $(READY) ## one table of times, each beside a peer: docs/performance.md
 	@$(BIN)/python -m benchmarks.performance $(ARGS)
 
 pictures: $(READY) ## the pictures of the documentation, taken anew (needs a Chromium, and EGL or OSMesa)
-	@$(BIN)/python -m tests.common.robot.pictures
+	@$(BIN)/python -m tests.common.arm.pictures
 	@$(BIN)/python -m tests.browser.pictures
 
 # The first Python that runs and has a supported version: a name on PATH may be a shim of a missing one.

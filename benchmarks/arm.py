@@ -8,14 +8,14 @@ import mink
 import numpy as np
 
 from benchmarks.timing import Row, best_times_us
-from common.robot.compliance import SeenReceptacle
-from common.robot.dimensions import Dimensions
-from common.robot.kinematics import Kinematics
-from common.robot.poses import compose
-from common.robot.simulation import TICK_S, Simulation
-from common.robot.surroundings import Surroundings
-from common.robot.velocity_ik import VelocityIk
-from remote_site.arm_plant import ArmPlant
+from farhand.common.arm.compliance import SeenReceptacle
+from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.kinematics import Kinematics
+from farhand.common.arm.poses import compose
+from farhand.common.arm.simulation.simulation import TICK_S, Simulation
+from farhand.common.arm.simulation.surroundings import Surroundings
+from farhand.common.arm.velocity_ik import VelocityIk
+from farhand.remote_site.robots.arm_plant import ArmPlant
 
 _TWIST = np.array([0.05, 0.02, -0.03, 0.1, 0.0, 0.2])
 

@@ -11,12 +11,12 @@ from benchmarks import forward_peers
 from benchmarks.learning import FRAMES, SPACES, path_with, taught
 from benchmarks.mpc_peers import BandedMpc, DenseMpc, OsqpMpc, SemiImplicitMpc
 from benchmarks.timing import Row, best_times_us
-from common.manifold import Manifold
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from remote_site.reproduction.executor import Executor, ExecutorSettings
-from remote_site.reproduction.forward_variable import forward_variable
-from remote_site.reproduction.mpc import solve
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
+from farhand.remote_site.reproduction.forward_variable import forward_variable
+from farhand.remote_site.reproduction.mpc import solve
 
 Array = NDArray[np.float64]
 

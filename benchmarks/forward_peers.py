@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from common.tphsmm import TPHSMM
-from remote_site.reproduction.forward_variable import duration_probabilities
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.remote_site.reproduction.forward_variable import duration_probabilities
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.mixture import GaussianMixture
 
 from benchmarks.timing import Row, best_times_us
-from common.manifold import POSE, Manifold
-from common.task_frame import TaskFrame
-from evaluation.approach_task import N_DEMONSTRATIONS, demonstrations
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner, Snapshot
+from farhand.common.model.manifold import POSE, Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.evaluation.paper.approach_task import N_DEMONSTRATIONS, demonstrations
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner, Snapshot
 
 Array = NDArray[np.float64]
 

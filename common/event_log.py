@@ -15,7 +15,7 @@ from typing import Any, BinaryIO
 
 import msgspec
 
-from common.log import loop_logger
+from farhand.common.log import loop_logger
 
 _log = loop_logger(__name__)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from common.errors import InvalidConfiguration
-from common.messages import MOST_TASKS
-from common.task import AnyTask
+from farhand.common.errors import InvalidConfiguration
+from farhand.common.task import AnyTask
+from farhand.common.wire.messages import MOST_TASKS
 
 _OF_THE_ROBOT = (
     "frame_names", "limits", "n_dims", "workspace_m", "start_m", "target", "tracker", "disturbances",

@@ -9,9 +9,9 @@ from typing import Annotated, Literal, TypeVar
 import msgspec
 from msgspec import Meta, Struct
 
-from common.codec import field_of, numbers
-from common.errors import InvalidConfiguration
-from common.manifold import POSE, Manifold
+from farhand.common.errors import InvalidConfiguration
+from farhand.common.model.manifold import POSE, Manifold
+from farhand.common.wire.codec import field_of, numbers
 
 Positive = Annotated[float, Meta(gt=0)]
 NonNegative = Annotated[float, Meta(ge=0)]

@@ -1,1 +1,4 @@
-"""How Farhand is started: the command line, the processes, the link relay, the configurations."""
+"""How Farhand is started: the command line, the processes and their configurations.
+
+In: arguments and TOML files. Out: running sites, a link, results. Next: `farhand.local_site.site`, `farhand.remote_site.site`, `link`.
+"""

@@ -11,8 +11,8 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
-from common.errors import ProcessFailed
-from common.parent_process import end_with_parent
+from farhand.common.errors import ProcessFailed
+from farhand.common.parent_process import end_with_parent
 
 READY_FD = "FARHAND_READY_FD"
 """Names the file descriptor on which a child says that it is ready."""
@@ -70,7 +70,7 @@ class Child:
         read_fd, write_fd = os.pipe()
         try:
             self._process = await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "deploy.cli", *self._arguments,
+                sys.executable, "-m", "farhand.deploy.cli", *self._arguments,
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=asyncio.subprocess.DEVNULL,
                 stderr=asyncio.subprocess.PIPE,

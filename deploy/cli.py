@@ -14,9 +14,9 @@ from pathlib import Path
 
 import tyro
 
-from common.errors import FarhandError, InvalidInput
-from common.log import configure_logging
-from deploy.offline_commands import Evaluate, Import, Learn, Model, Rollout, Samples
+from farhand.common.errors import FarhandError, InvalidInput
+from farhand.common.log import configure_logging
+from farhand.deploy.offline_commands import Evaluate, Import, Learn, Model, Rollout, Samples
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Up:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.up import Together, run_up
+        from farhand.deploy.up import Together, run_up
 
         return run_up(Together(self.task, self.link, self.seed), self.port, self.data_dir)
 
@@ -65,8 +65,8 @@ class Demo:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.processes import parse_outage
-        from deploy.up import Together, run_demo
+        from farhand.deploy.processes import parse_outage
+        from farhand.deploy.up import Together, run_demo
 
         parse_outage(self.outage)
         return run_demo(Together(self.task, self.link, self.seed), self.outage, self.json, self.data_dir)
@@ -111,7 +111,7 @@ class Local:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.processes import run_local, run_scripted
+        from farhand.deploy.processes import run_local, run_scripted
 
         overrides = {
             "link_connect": self.connect, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task,
@@ -146,7 +146,7 @@ class Remote:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.processes import run_remote
+        from farhand.deploy.processes import run_remote
 
         return run_remote(
             self.config,
@@ -175,7 +175,7 @@ class Link:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.processes import run_link_process
+        from farhand.deploy.processes import run_link_process
 
         return run_link_process(self.listen, self.target, self.control, self.profile, self.seed)
 

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from common.errors import FarhandError, InvalidConfiguration
-from common.model_file import content_hash, encode, load, part_sizes, save
-from common.tphsmm import TPHSMM
+from farhand.common.errors import FarhandError, InvalidConfiguration
+from farhand.common.model.model_file import content_hash, encode, load, part_sizes, save
+from farhand.common.model.tphsmm import TPHSMM
 
 
 def learn(demonstrations: Sequence[Path], out: Path, max_distance_m: float | None) -> int:
     """Learn a model file from demonstration files."""
-    from local_site.learning.online_learner import LearnerSettings
-    from local_site.offline_learning import learn_files
+    from farhand.local_site.learning.online_learner import LearnerSettings
+    from farhand.local_site.teaching.offline_learning import learn_files
 
     if not demonstrations:
         raise InvalidConfiguration("command line", "demonstrations", "at least one demonstration file")
@@ -29,8 +29,8 @@ def learn(demonstrations: Sequence[Path], out: Path, max_distance_m: float | Non
 
 def rollout(model_file: Path, like: Path, out: Path | None) -> int:
     """Reproduce a model from a demonstration's start in its frames."""
-    from deploy.rollout import roll_out
-    from local_site.demonstration import Demonstration
+    from farhand.deploy.rollout import roll_out
+    from farhand.local_site.teaching.demonstration import Demonstration
 
     model, demonstration = load(model_file), Demonstration.load(like)
     motion = roll_out(model, demonstration)
@@ -72,7 +72,7 @@ def show(model_file: Path, figure: Path | None) -> int:
 
 def import_recording(kind: str, file: Path, out: Path) -> int:
     """Turn a foreign recording into demonstration files."""
-    from local_site.foreign_recordings import import_recordings
+    from farhand.local_site.teaching.foreign_recordings import import_recordings
 
     written = import_recordings(kind, file, out)
     _say(f"{len(written)} demonstrations: {written[0]} to {written[-1].name}")
@@ -81,7 +81,7 @@ def import_recording(kind: str, file: Path, out: Path) -> int:
 
 def make_samples(out: Path, task: str, n: int, seed: int) -> int:
     """Have the scripted operator demonstrate."""
-    from local_site.operator_arm import DEMONSTRATIONS
+    from farhand.local_site.workcell.operator_arm import DEMONSTRATIONS
 
     if n < 1 or seed < 0:
         raise InvalidConfiguration(
@@ -98,7 +98,7 @@ def make_samples(out: Path, task: str, n: int, seed: int) -> int:
 def evaluate(study: str, trials: int | None, seed: int, out: Path) -> int:
     """Run a study."""
     try:
-        from evaluation.study import run
+        from farhand.evaluation.study import run
     except ImportError as error:
         raise _MissingExtra("evaluation", error) from error
     command = " ".join(["farhand", *sys.argv[1:]])
@@ -121,7 +121,7 @@ def _components(model: TPHSMM) -> str:
 
 def _draw(model: TPHSMM, figure: Path) -> None:
     try:
-        from evaluation.model_figure import draw_model
+        from farhand.evaluation.paper.model_figure import draw_model
     except ImportError as error:
         raise _MissingExtra("evaluation", error) from error
     draw_model(model, figure)

@@ -26,7 +26,7 @@ class Learn:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.offline import learn
+        from farhand.deploy.offline import learn
 
         return learn(self.demonstrations, self.out, self.max_distance_m)
 
@@ -44,7 +44,7 @@ class Rollout:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.offline import rollout
+        from farhand.deploy.offline import rollout
 
         return rollout(self.model, self.like, self.out)
 
@@ -62,7 +62,7 @@ class Model:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.offline import show
+        from farhand.deploy.offline import show
 
         return show(self.model, self.figure)
 
@@ -82,7 +82,7 @@ class Evaluate:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.offline import evaluate
+        from farhand.deploy.offline import evaluate
 
         return evaluate(self.study, self.trials, self.seed, self.out)
 
@@ -100,7 +100,7 @@ class Import:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.offline import import_recording
+        from farhand.deploy.offline import import_recording
 
         return import_recording(self.kind, self.file, self.out)
 
@@ -120,6 +120,6 @@ class Samples:
 
     def run(self) -> int:
         """Do it."""
-        from deploy.offline import make_samples
+        from farhand.deploy.offline import make_samples
 
         return make_samples(self.out, self.task, self.n, self.seed)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from common.errors import InvalidConfiguration
-from common.repertoire import Repertoire
-from common.task import AnyTask, PointTask, load_task
+from farhand.common.errors import InvalidConfiguration
+from farhand.common.repertoire import Repertoire
+from farhand.common.task import AnyTask, PointTask, load_task
 
 _TASKS = Path(__file__).with_name("tasks")
 _SAMPLES = Path(__file__).with_name("samples")

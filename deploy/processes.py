@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, TypeVar
 
 import msgspec
 
-from common.codec import field_of
-from common.errors import FarhandError, InvalidConfiguration
-from common.task import load_toml
-from deploy.child import follow_parent, say_ready
-from deploy.end_signals import END_SIGNALS, on_end_signal
-from deploy.places import check_writable, data_folder, find_tasks, sample_files
+from farhand.common.errors import FarhandError, InvalidConfiguration
+from farhand.common.task import load_toml
+from farhand.common.wire.codec import field_of
+from farhand.deploy.child import follow_parent, say_ready
+from farhand.deploy.end_signals import END_SIGNALS, on_end_signal
+from farhand.deploy.places import check_writable, data_folder, find_tasks, sample_files
 
 if TYPE_CHECKING:
-    from local_site.config import LocalConfig
-    from local_site.site import LocalSite
+    from farhand.local_site.config import LocalConfig
+    from farhand.local_site.site import LocalSite
 
 S = TypeVar("S", bound=msgspec.Struct)
 
@@ -57,8 +57,8 @@ _LINK_FIELDS = ("link_listen", "link_connect", "link_vehicle", "link_rate_bps")
 
 def run_remote(config_file: Path | None, **overrides: object) -> int:
     """Serve one robot until SIGTERM or Ctrl-C."""
-    from remote_site.config import RemoteConfig
-    from remote_site.site import RemoteSite
+    from farhand.remote_site.config import RemoteConfig
+    from farhand.remote_site.site import RemoteSite
 
     follow_parent()
     config = configured(RemoteConfig, config_file, **overrides)
@@ -70,7 +70,7 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
 
 def run_local(config_file: Path | None, **overrides: object) -> int:
     """Serve one operator until SIGTERM or Ctrl-C."""
-    from local_site.config import LocalConfig
+    from farhand.local_site.config import LocalConfig
 
     follow_parent()
     config = configured(LocalConfig, config_file, **overrides)
@@ -86,7 +86,7 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
     Returns:
         0 only when the task succeeded.
     """
-    from local_site.config import LocalConfig
+    from farhand.local_site.config import LocalConfig
 
     follow_parent()
     planned = parse_outage(outage)
@@ -105,14 +105,14 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
 
 
 def _local_site(config: LocalConfig) -> LocalSite:
-    from local_site.site import LocalSite
+    from farhand.local_site.site import LocalSite
 
     return LocalSite(config, find_tasks(config.task), data_folder(config.data_dir), sample_files)
 
 
 def run_link_process(listen: str, target: str, control: str, profile: str, seed: int) -> int:
     """Be the delayed link until SIGTERM or Ctrl-C."""
-    from deploy.link_process import run_link
+    from farhand.deploy.link.link_process import run_link
 
     follow_parent()
 
@@ -150,7 +150,7 @@ def parse_outage(text: str):
     Raises:
         InvalidConfiguration: When it is none of them.
     """
-    from local_site.operators_place import PlannedOutage
+    from farhand.local_site.script.operators_place import PlannedOutage
 
     if text in ("", "none"):
         return None

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from common.errors import InvalidDemonstration
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from local_site.demonstration import Demonstration
-from remote_site.reproduction import rollout
-from remote_site.reproduction.executor import ExecutorSettings
+from farhand.common.errors import InvalidDemonstration
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.remote_site.reproduction import rollout
+from farhand.remote_site.reproduction.executor import ExecutorSettings
 
 
 def roll_out(

@@ -15,13 +15,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from common.errors import ProcessFailed
-from common.link_profile import find_profile, load_profiles
-from deploy.child import Child
-from deploy.link_process import PROFILES_FILE
-from deploy.listener import bind
-from deploy.places import check_writable, data_folder, find_tasks
-from deploy.summary import summary
+from farhand.common.errors import ProcessFailed
+from farhand.common.impairment.link_profile import find_profile, load_profiles
+from farhand.deploy.child import Child
+from farhand.deploy.link.link_process import PROFILES_FILE
+from farhand.deploy.link.listener import bind
+from farhand.deploy.places import check_writable, data_folder, find_tasks
+from farhand.deploy.summary import summary
 
 _log = logging.getLogger(__name__)
 

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import msgspec
 
-from common import keys, messages
-from common.budget import budget_bytes_s
-from common.codec import MAX_BYTES
-from common.keys import Channel
-from common.messages import ArmState, Message, RecordingOffer, Stamp
 from docs.protocol_words import ERRORS, HEAD, SHARED_FIELDS, TAIL
+from farhand.common.link.budget import budget_bytes_s
+from farhand.common.wire import keys, messages
+from farhand.common.wire.codec import MAX_BYTES
+from farhand.common.wire.keys import Channel
+from farhand.common.wire.messages import ArmState, Message, RecordingOffer, Stamp
 
 PAGE = Path(__file__).parent / "protocol.md"
 _UNITS = {"_m": "m", "_s": "s", "_ms": "ms", "_ns": "ns", "_rad": "rad"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 HEAD = """
 # Protocol
 
-Made from `common/keys.py` and `common/messages.py` by `python -m docs.protocol_page`; a test holds it to them.
+Made from `common/wire/keys.py` and `common/wire/messages.py` by `python -m docs.protocol_page`; a test holds it to them.
 
 The sites speak Zenoh over one TCP connection: the remote site listens, the local site connects, nothing is found by
 itself. Each payload is one MessagePack map with the names below. Version **{schema}** is that of all messages together; a
@@ -41,7 +41,7 @@ The robot lists what it looks like and the motions that it recorded (`op/catalog
 first report of a boot and after each event `recorded` of its own. A content is fetched in parts (`op/blob`), each asked for
 when the one before has come, after an outage from where it was; it counts when its hash is right.
 
-A content of `common.recorded_motion` is a MessagePack map: `task`, `frame_names`, `n_dims`, `oriented`, `began` (a stamp)
+A content of `farhand.common.wire.recorded_motion` is a MessagePack map: `task`, `frame_names`, `n_dims`, `oriented`, `began` (a stamp)
 and `rows`, single precision, little-endian: for each sample the time since the first one [s], the position [m] or pose, and
 for each task frame, as perceived at that moment, its origin [m] and one angle [rad] or a quaternion. At most 100 samples in
 a second, none more than 0.1 s after the one before, at most 120 s.
@@ -104,60 +104,60 @@ _REFUSED = "refused in the first answer, written down"
 
 # where, words in it, when, then; and the file that says so.
 ERRORS = (
-    ("any", "MessagePack was expected", "the bytes do not decode", _DROPPED, "common/codec.py"),
-    ("any", "version", "the other site speaks another version", _DROPPED, "common/codec.py"),
-    ("any", "a finite number", "NaN or infinity in any field", _DROPPED, "common/codec.py"),
-    ("any", "bytes, got", "a message is too large", _DROPPED, "common/codec.py"),
-    ("`op/cmd`", "is in control", "another site holds the lease", _REFUSED, "remote_site/contact.py"),
+    ("any", "MessagePack was expected", "the bytes do not decode", _DROPPED, "common/wire/codec.py"),
+    ("any", "version", "the other site speaks another version", _DROPPED, "common/wire/codec.py"),
+    ("any", "a finite number", "NaN or infinity in any field", _DROPPED, "common/wire/codec.py"),
+    ("any", "bytes, got", "a message is too large", _DROPPED, "common/wire/codec.py"),
+    ("`op/cmd`", "is in control", "another site holds the lease", _REFUSED, "remote_site/supervision/contact.py"),
     ("`op/cmd`", "you are not in control: the lease ended", "the sender's own lease is over", _REFUSED,
-     "remote_site/contact.py"),
+     "remote_site/supervision/contact.py"),
     ("`op/cmd`", "this command came too late", "older than the limit; with the age", _REFUSED,
-     "remote_site/contact.py"),
+     "remote_site/supervision/contact.py"),
     ("`op/cmd`, `op/lease`", "it echoes no report of the robot", "no echo", _REFUSED,
-     "remote_site/freshness.py"),
+     "remote_site/supervision/freshness.py"),
     ("`op/cmd`, `op/lease`", "it echoes another boot of the robot", "sent before a restart", _REFUSED,
-     "remote_site/freshness.py"),
+     "remote_site/supervision/freshness.py"),
     ("`op/cmd`, `op/lease`", "it echoes a report that was never sent", "a stamp of the future", _REFUSED,
-     "remote_site/freshness.py"),
+     "remote_site/supervision/freshness.py"),
     ("`op/cmd`", "is not allowed in", "the table of modes has no such row", _REFUSED,
-     "remote_site/command_judge.py"),
-    ("`op/cmd`", "a stop travels on its own key", "Stop as a command", _REFUSED, "remote_site/command_judge.py"),
+     "remote_site/supervision/command_judge.py"),
+    ("`op/cmd`", "a stop travels on its own key", "Stop as a command", _REFUSED, "remote_site/supervision/command_judge.py"),
     ("`op/cmd`, `op/model`", "this robot does", "a task that is none of the robot's", _REFUSED,
      "common/repertoire.py"),
     ("`op/cmd`", "is one of", "Execute or Preview of a task with a model that was sent for another", _REFUSED,
-     "remote_site/command_judge.py"),
+     "remote_site/supervision/command_judge.py"),
     ("`op/cmd`", "the robot has no model", "Execute or Preview of a model that was not confirmed", _REFUSED,
-     "remote_site/command_judge.py"),
+     "remote_site/supervision/command_judge.py"),
     ("`op/cmd`", "has not seen the target for", "Execute or Preview while it is unseen; for how long",
-     _REFUSED, "remote_site/command_judge.py"),
+     _REFUSED, "remote_site/supervision/command_judge.py"),
     ("`op/cmd`", "this task is previewed before it is executed", "Execute from DIRECT", _REFUSED,
-     "remote_site/command_judge.py"),
+     "remote_site/supervision/command_judge.py"),
     ("`op/cmd`", "says nowhere to retract to", "Retract without `retract_m` in the task", _REFUSED,
-     "remote_site/command_judge.py"),
+     "remote_site/supervision/command_judge.py"),
     ("`op/cmd`", "there is no plan", "Execute without a preview, or of an older boot", _REFUSED,
-     "remote_site/plans.py"),
+     "remote_site/motion/plans.py"),
     ("`op/cmd`", "the model is not the one that was previewed", "another model", _REFUSED,
-     "remote_site/plans.py"),
+     "remote_site/motion/plans.py"),
     ("`op/cmd`", "mm since the preview: preview again", "the robot or its target moved; with how far", _REFUSED,
-     "remote_site/plans.py"),
+     "remote_site/motion/plans.py"),
     ("`op/cmd`", "s old: preview again", "the preview is too old; with its age", _REFUSED,
-     "remote_site/plans.py"),
+     "remote_site/motion/plans.py"),
     ("`op/lease`", "held by", "another site is in control, and since when", "granted = false",
-     "remote_site/lease.py"),
+     "remote_site/supervision/lease.py"),
     ("`op/lease`", "this renewal came too late", "older than the limit; the lease is not renewed",
-     "granted = false", "remote_site/contact.py"),
+     "granted = false", "remote_site/supervision/contact.py"),
     ("`op/lease`", "was started again: this one only watches", "a newer process has reclaimed it",
-     "granted = false", "remote_site/lease.py"),
-    ("`op/lease`", "handed over to", "the answer to GIVE", "granted = false", "remote_site/lease.py"),
-    ("`op/lease`", "watching", "the answer to WATCH", "granted = false", "remote_site/lease.py"),
+     "granted = false", "remote_site/supervision/lease.py"),
+    ("`op/lease`", "handed over to", "the answer to GIVE", "granted = false", "remote_site/supervision/lease.py"),
+    ("`op/lease`", "watching", "the answer to WATCH", "granted = false", "remote_site/supervision/lease.py"),
     ("`op/model`", "was announced,", "the hash is not that of the content", "refused, nothing is kept",
-     "remote_site/model_store.py"),
+     "remote_site/motion/model_store.py"),
     ("`op/model`", "dimensions and", "another dimension or number of frames", "refused, nothing is kept",
-     "remote_site/model_store.py"),
+     "remote_site/motion/model_store.py"),
     ("`op/model`", "a component where a demonstration ended", "no terminal component",
-     "refused, nothing is kept", "remote_site/model_store.py"),
+     "refused, nothing is kept", "remote_site/motion/model_store.py"),
     ("`op/pose`", "stale_refused", "another lease or coupling, or too old", "ignored and counted in telemetry",
-     "remote_site/contact.py"),
+     "remote_site/supervision/contact.py"),
     ("any query", "NOT DELIVERED", "no answer within 15 s, shown by the local site", "it may have been heard",
-     "local_site/commanding.py"),
+     "local_site/console/commanding.py"),
 )  # fmt: skip

@@ -8,24 +8,24 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from common.errors import InvalidConfiguration, LinkError
-from common.event_log import EventLog
-from common.link import ZenohLink
-from common.link_control import RelayControl
-from common.messages import Wish
-from common.repertoire import Repertoire
-from common.task import ArmTask
-from local_site.config import LocalConfig
-from local_site.console import Console
-from local_site.learning.warm_up import warm_up
-from local_site.library import Library
-from local_site.operators_place import PlannedOutage
-from local_site.own_place import OwnPlace, SampleFiles, no_files, own_place
-from local_site.robot_scene import KnownScenes
-from local_site.scripted_operator import ScriptedOperator
+from farhand.common.errors import InvalidConfiguration, LinkError
+from farhand.common.event_log import EventLog
+from farhand.common.impairment.link_control import RelayControl
+from farhand.common.link.link import ZenohLink
+from farhand.common.repertoire import Repertoire
+from farhand.common.task import ArmTask
+from farhand.common.wire.messages import Wish
+from farhand.local_site.config import LocalConfig
+from farhand.local_site.console.console import Console
+from farhand.local_site.exchange.robot_scene import KnownScenes
+from farhand.local_site.learning.warm_up import warm_up
+from farhand.local_site.script.operators_place import PlannedOutage
+from farhand.local_site.script.scripted_operator import ScriptedOperator
+from farhand.local_site.teaching.library import Library
+from farhand.local_site.workcell.own_place import OwnPlace, SampleFiles, no_files, own_place
 
 if TYPE_CHECKING:
-    from local_site.view.page import Page
+    from farhand.local_site.view.page import Page
 
 _log = logging.getLogger(__name__)
 
@@ -99,8 +99,8 @@ class LocalSite:
         if not isinstance(self._tasks.first, ArmTask):
             return None
         # It comes from the arm's physics, which boards need not load.
-        from common.robot.description import describe
-        from common.robot.dimensions import Dimensions
+        from farhand.common.arm.dimensions import Dimensions
+        from farhand.common.arm.simulation.description import describe
 
         return KnownScenes(self._scenes, (describe(Dimensions()),))
 
@@ -157,7 +157,7 @@ class _Opened:
 
     def _open_page(self) -> Page:
         """The page, before the robot has reported: it says that it waits."""
-        from local_site.view.page import (
+        from farhand.local_site.view.page import (
             Page,
         )  # costs half a second, which a site without a page need not wait
 

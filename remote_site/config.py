@@ -6,7 +6,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from common.endpoint import EndpointSettings
+from farhand.common.link.endpoint import EndpointSettings
 
 Positive = Annotated[float, Meta(gt=0)]
 

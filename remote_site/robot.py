@@ -11,16 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from common import keys
-from common.budget import limit_flows, part_bytes
-from common.clock import BootClock
-from common.codec import decode, encode
-from common.errors import InvalidMessage
-from common.keys import Channel
-from common.link import Link, Request
-from common.log import loop_logger
-from common.mailbox import Mailbox
-from common.messages import (
+from farhand.common.clock import BootClock
+from farhand.common.errors import InvalidMessage
+from farhand.common.link.budget import limit_flows, part_bytes
+from farhand.common.link.link import Link, Request
+from farhand.common.log import loop_logger
+from farhand.common.mailbox import Mailbox
+from farhand.common.repertoire import Repertoire
+from farhand.common.wire import keys
+from farhand.common.wire.codec import decode, encode
+from farhand.common.wire.keys import Channel
+from farhand.common.wire.messages import (
     BlobReply,
     BlobRequest,
     CatalogueReply,
@@ -38,14 +39,13 @@ from common.messages import (
     ReportRequest,
     Stop,
 )
-from common.path_points import thinned
-from common.repertoire import Repertoire
-from remote_site.config import RemoteConfig
-from remote_site.embodiments import embodiment_of
-from remote_site.planner import PlanRequest
-from remote_site.plant_memory import PlantState
-from remote_site.supervisor import Supervisor
-from remote_site.telemetry import Reporter
+from farhand.common.wire.path_points import thinned
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.motion.planner import PlanRequest
+from farhand.remote_site.robots.embodiments import embodiment_of
+from farhand.remote_site.robots.plant_memory import PlantState
+from farhand.remote_site.supervision.supervisor import Supervisor
+from farhand.remote_site.telemetry import Reporter
 
 _log = loop_logger(__name__)
 

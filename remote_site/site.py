@@ -8,18 +8,18 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from common.clock import BootClock, Rate
-from common.event_log import EventLog
-from common.link import ZenohLink
-from common.log import loop_logger
-from common.messages import PlannedPath
-from common.repertoire import Repertoire
-from remote_site.config import RemoteConfig
-from remote_site.planner import Planner, PlanRequest
-from remote_site.plant_memory import PERIOD_S, PlantMemory, PlantState
-from remote_site.reproduction.warm_up import warm_up
-from remote_site.robot import Robot
-from remote_site.tick_times import TickTimes
+from farhand.common.clock import BootClock, Rate
+from farhand.common.event_log import EventLog
+from farhand.common.link.link import ZenohLink
+from farhand.common.log import loop_logger
+from farhand.common.repertoire import Repertoire
+from farhand.common.wire.messages import PlannedPath
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.motion.planner import Planner, PlanRequest
+from farhand.remote_site.reproduction.warm_up import warm_up
+from farhand.remote_site.robot import Robot
+from farhand.remote_site.robots.plant_memory import PERIOD_S, PlantMemory, PlantState
+from farhand.remote_site.supervision.tick_times import TickTimes
 
 _log = loop_logger(__name__)
 

@@ -7,10 +7,10 @@ import math
 import numpy as np
 from msgspec import UNSET
 
-from common.clock import BootClock
-from common.messages import Telemetry
-from common.task_frame import TaskFrame
-from remote_site.supervisor import Supervisor
+from farhand.common.clock import BootClock
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.wire.messages import Telemetry
+from farhand.remote_site.supervision.supervisor import Supervisor
 
 
 def rotation_of(frame: TaskFrame) -> tuple[float, ...]:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-FARHAND = (sys.executable, "-m", "deploy.cli")
+FARHAND = (sys.executable, "-m", "farhand.deploy.cli")
 PATIENCE_S = 120.0
 
 
@@ -82,7 +82,7 @@ class FarhandProcess:
         """Process ids of its own children, by the name of their command."""
         listed = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text().split()
         commands = {int(pid): Path(f"/proc/{pid}/cmdline").read_text().split("\0") for pid in listed}
-        return {words[len(FARHAND)]: pid for pid, words in commands.items() if "deploy.cli" in words}
+        return {words[len(FARHAND)]: pid for pid, words in commands.items() if "farhand.deploy.cli" in words}
 
     def _says(self, text: str) -> bool:
         return any(text in line for line in self._lines)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable
 
-from common.keys import Channel
-from common.link import Answered, Deliver, Request
+from farhand.common.link.link import Answered, Deliver, Request
+from farhand.common.wire.keys import Channel
 
 
 class Question:

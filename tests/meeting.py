@@ -9,23 +9,23 @@ from typing import Any
 
 import numpy as np
 
-from common import keys
-from common.clock import BootClock
-from common.codec import decode
-from common.control_mode import Action, ControlMode
-from common.keys import Channel
-from common.link import Answered, Deliver, Request
-from common.messages import Telemetry, Wish
-from common.repertoire import Repertoire
-from common.task import PointTask
-from local_site import intents
-from local_site.console import Console
-from local_site.library import Library
-from local_site.picture import Picture
-from remote_site.config import RemoteConfig
-from remote_site.planner import PlanRequest, plan
-from remote_site.plant_memory import PlantState
-from remote_site.robot import Robot
+from farhand.common.clock import BootClock
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.link.link import Answered, Deliver, Request
+from farhand.common.repertoire import Repertoire
+from farhand.common.task import PointTask
+from farhand.common.wire import keys
+from farhand.common.wire.codec import decode
+from farhand.common.wire.keys import Channel
+from farhand.common.wire.messages import Telemetry, Wish
+from farhand.local_site.console import intents
+from farhand.local_site.console.console import Console
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.teaching.library import Library
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.motion.planner import PlanRequest, plan
+from farhand.remote_site.robot import Robot
+from farhand.remote_site.robots.plant_memory import PlantState
 from tests.loopback import Question
 from tests.remote_site.bench import DT_S, VirtualTime
 from tests.remote_site.planar import TASK

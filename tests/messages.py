@@ -10,7 +10,7 @@ import numpy as np
 from hypothesis import strategies as st
 from msgspec import inspect
 
-from common.messages import SCHEMA, Message
+from farhand.common.wire.messages import SCHEMA, Message
 
 
 def all_kinds() -> list[type[Message]]:

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.stats import special_ortho_group
 
-from common.manifold import POSE, Manifold
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.common.model.manifold import POSE, Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 
 Array = NDArray[np.float64]
 

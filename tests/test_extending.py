@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from deploy.places import find_point_task
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from local_site.samples import sample_strokes
-from remote_site.plant import Plant
-from remote_site.point_embodiment import PointEmbodiment
-from remote_site.reproduction.executor import Executor
+from farhand.deploy.places import find_point_task
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.local_site.teaching.samples import sample_strokes
+from farhand.remote_site.interface.plant import Plant
+from farhand.remote_site.reproduction.executor import Executor
+from farhand.remote_site.robots.point_embodiment import PointEmbodiment
 
 PAGE = (Path(__file__).parent.parent / "docs" / "extending.md").read_text(encoding="utf-8")
 DT_S = 0.02

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import pytest
 
-from common.tphsmm import ARRAY_FIELDS
+from farhand.common.model.tphsmm import ARRAY_FIELDS
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "notation.md").read_text(encoding="utf-8")
@@ -49,7 +49,7 @@ def test_every_name_is_in_its_file(row):
 
 
 def test_every_array_of_the_model_has_a_row_with_its_shape():
-    listed = {row.name.strip("`"): row.shape for row in rows() if row.file == "common/tphsmm.py"}
+    listed = {row.name.strip("`"): row.shape for row in rows() if row.file == "common/model/tphsmm.py"}
     for name, (axes, _) in ARRAY_FIELDS.items():
         assert listed[name] == ("(K,)" if axes == "K" else f"({', '.join(axes)})"), name
 

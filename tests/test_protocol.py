@@ -10,18 +10,18 @@ from typing import Any
 import msgspec
 import pytest
 
-from common import keys
-from common.clock import BootClock
-from common.keys import Channel
-from common.link import Answered
-from common.messages import Message
-from common.repertoire import Repertoire
 from docs.protocol_page import FLOWS, PAGE, meaning, page
 from docs.protocol_words import ERRORS, SHARED_FIELDS
-from local_site.console import Console
-from local_site.library import Library
-from remote_site.config import RemoteConfig
-from remote_site.robot import Robot
+from farhand.common.clock import BootClock
+from farhand.common.link.link import Answered
+from farhand.common.repertoire import Repertoire
+from farhand.common.wire import keys
+from farhand.common.wire.keys import Channel
+from farhand.common.wire.messages import Message
+from farhand.local_site.console.console import Console
+from farhand.local_site.teaching.library import Library
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.robot import Robot
 from tests.messages import all_kinds
 from tests.remote_site.planar import TASK
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from common.tphsmm import TPHSMM
-from deploy.cli import COMMANDS
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.deploy.cli import COMMANDS
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -18,12 +18,12 @@ UNITS = {"s": 1.0, "ms": 1e-3, "m/s": 1.0, "mm/s": 1e-3, "m/s^2": 1.0, "mm": 1e-
          "degrees": math.pi / 180.0, "": 1.0}  # fmt: skip
 # Files of which every limit must be on the page, and the names in them that are none.
 COMPLETE = {
-    "remote_site/guards.py": set(),
-    "remote_site/coupling.py": set(),
-    "remote_site/freshness.py": set(),
-    "remote_site/contact.py": {"_DELAY_CHANGED"},
-    "remote_site/manoeuvre.py": {"_REACHED_M", "_STANDING_M_S", "_PATIENCE_S"},
-    "remote_site/plans.py": {"_KEPT", "_REPLAN_S", "_REPLAN_FRAME_M"},
+    "remote_site/supervision/guards.py": set(),
+    "remote_site/motion/coupling.py": set(),
+    "remote_site/supervision/freshness.py": set(),
+    "remote_site/supervision/contact.py": {"_DELAY_CHANGED"},
+    "remote_site/motion/manoeuvre.py": {"_REACHED_M", "_STANDING_M_S", "_PATIENCE_S"},
+    "remote_site/motion/plans.py": {"_KEPT", "_REPLAN_S", "_REPLAN_FRAME_M"},
 }
 
 

@@ -15,12 +15,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from evaluation.handle_task import LAMBDA_M, N_DEMONSTRATIONS, Scene, demonstrate, random_scene
-from local_site.demonstration import Demonstration
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from remote_site.reproduction.rollout import Rollout, roll_out
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.evaluation.paper.handle_task import LAMBDA_M, N_DEMONSTRATIONS, Scene, demonstrate, random_scene
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.remote_site.reproduction.rollout import Rollout, roll_out
 
 NAMES = ("base", "handle")
 

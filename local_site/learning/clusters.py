@@ -8,7 +8,7 @@ the whole vector
 
 with s the start of the demonstration, *elapsed* the time since the component was entered, u the unit
 direction of travel and sigma the distance travelled since the start. x and s are points, of C coordinates,
-whose differences are tangents, of T numbers (see `common.manifold`): a mean has 2 C + T + 2 numbers. The
+whose differences are tangents, of T numbers (see `farhand.common.model.manifold`): a mean has 2 C + T + 2 numbers. The
 scatter is that of x, s and elapsed, 2 T + 1 rows in the axes of the mean; u and sigma serve the assignment
 alone.
 """
@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from common.kernel import kernel
-from common.manifold import Manifold, exp_at, log_at
+from farhand.common.model.kernel import kernel
+from farhand.common.model.manifold import Manifold, exp_at, log_at
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -19,9 +19,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from common.kernel import kernel
-from local_site.learning.clusters import new_component, update
-from local_site.learning.motion import describe, travel
+from farhand.common.model.kernel import kernel
+from farhand.local_site.learning.clusters import new_component, update
+from farhand.local_site.learning.motion import describe, travel
 
 FRAME_RULES = ("all", "goal", "nearest", "relevant")
 _ALL, _GOAL, _NEAREST, _RELEVANT = range(len(FRAME_RULES))

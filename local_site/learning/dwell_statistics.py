@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from common.kernel import kernel
+from farhand.common.model.kernel import kernel
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.errors import InvalidConfiguration
-from local_site.learning.dp_means import FRAME_RULES
+from farhand.common.errors import InvalidConfiguration
+from farhand.local_site.learning.dp_means import FRAME_RULES
 
 Array = NDArray[np.float64]
 

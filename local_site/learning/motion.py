@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from common.kernel import kernel
-from common.manifold import Manifold, log_at
+from farhand.common.model.kernel import kernel
+from farhand.common.model.manifold import Manifold, log_at
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -8,11 +8,11 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from common.errors import InvalidDemonstration
-from common.gaussian_product import check_frames
-from common.kernel import kernel
-from common.manifold import UNIT_TOLERANCE, Manifold
-from common.task_frame import FrameArrays, TaskFrame, point_to_local
+from farhand.common.errors import InvalidDemonstration
+from farhand.common.model.gaussian_product import check_frames
+from farhand.common.model.kernel import kernel
+from farhand.common.model.manifold import UNIT_TOLERANCE, Manifold
+from farhand.common.model.task_frame import FrameArrays, TaskFrame, point_to_local
 
 Array = NDArray[np.float64]
 Frames = Sequence[TaskFrame] | Sequence[Sequence[TaskFrame]]

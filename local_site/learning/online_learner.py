@@ -13,18 +13,18 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from common.errors import InvalidDemonstration, InvalidModel
-from common.kernel import kernel
-from common.manifold import Manifold
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from local_site.learning.clusters import Clusters
-from local_site.learning.dp_means import FRAME_RULES, add_end, assign_points
-from local_site.learning.dwell_statistics import Dwell, Segment, finish, follow
-from local_site.learning.learner_settings import LearnerSettings
-from local_site.learning.motion import Motion
-from local_site.learning.observation import Frames, Observer
-from local_site.learning.parameters import parameters
+from farhand.common.errors import InvalidDemonstration, InvalidModel
+from farhand.common.model.kernel import kernel
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.local_site.learning.clusters import Clusters
+from farhand.local_site.learning.dp_means import FRAME_RULES, add_end, assign_points
+from farhand.local_site.learning.dwell_statistics import Dwell, Segment, finish, follow
+from farhand.local_site.learning.learner_settings import LearnerSettings
+from farhand.local_site.learning.motion import Motion
+from farhand.local_site.learning.observation import Frames, Observer
+from farhand.local_site.learning.parameters import parameters
 
 Array = NDArray[np.float64]
 Arrays = TypeVar("Arrays", bound=tuple[np.ndarray, ...])
@@ -46,7 +46,7 @@ class OnlineLearner:
 
     Args:
         settings: Lambda and the rest.
-        space: Of the datapoints: `common.manifold.POSE`, or the dimension D of positions.
+        space: Of the datapoints: `farhand.common.model.manifold.POSE`, or the dimension D of positions.
         frame_names: Names of the task frames; their number is P.
     """
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from common.manifold import Manifold
-from common.tphsmm import TPHSMM
-from local_site.learning.clusters import Clusters
-from local_site.learning.dwell_statistics import (
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.local_site.learning.clusters import Clusters
+from farhand.local_site.learning.dwell_statistics import (
     Dwell,
     duration_variance,
     time_shares,
     transition_probabilities,
 )
-from local_site.learning.learner_settings import LearnerSettings
+from farhand.local_site.learning.learner_settings import LearnerSettings
 
 Array = NDArray[np.float64]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from common.manifold import Manifold
-from common.task_frame import TaskFrame
-from local_site.learning.learner_settings import LearnerSettings
-from local_site.learning.online_learner import OnlineLearner
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.learning.learner_settings import LearnerSettings
+from farhand.local_site.learning.online_learner import OnlineLearner
 
 
 def warm_up(space: Manifold | int, n_frames: int = 1) -> None:

@@ -1,1 +1,5 @@
-"""The operator's web page: what the console knows, drawn; what the operator does, as intents to the console."""
+"""The operator's web page: draws the console's picture, and turns clicks and drags into intents.
+
+In: the console's picture. Out: intents to the console.
+Next: `panels` for buttons and words, `scene` for all that is drawn in space.
+"""

@@ -10,30 +10,30 @@ from functools import partial
 
 import viser
 
-from common.link_control import RelayControl
-from common.log import loop_logger
-from common.task import AnyTask, ArmTask
-from local_site.console import Console
-from local_site.picture import Picture
-from local_site.view import buttons
-from local_site.view.arm_scene import ArmScene
-from local_site.view.auto_send import AutoSend
-from local_site.view.buttons import Buttons, ButtonSpec
-from local_site.view.event_panel import EventPanel
-from local_site.view.guidance import Guidance
-from local_site.view.html import Html, element
-from local_site.view.library_panel import LibraryPanel
-from local_site.view.link_history import LinkHistory
-from local_site.view.link_panel import LinkPanel
-from local_site.view.link_worker import LinkWorker
-from local_site.view.pace import PaceSlider
-from local_site.view.planar_scene import PlanarScene
-from local_site.view.redraw import Redraw
-from local_site.view.server import PageServer
-from local_site.view.status_strip import StatusStrip
-from local_site.view.tabs import Tabs
-from local_site.view.task_choice import TaskChoice
-from local_site.view.transition_graph import TransitionGraph
+from farhand.common.impairment.link_control import RelayControl
+from farhand.common.log import loop_logger
+from farhand.common.task import AnyTask, ArmTask
+from farhand.local_site.console.console import Console
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.view.panels import buttons
+from farhand.local_site.view.panels.auto_send import AutoSend
+from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec
+from farhand.local_site.view.panels.event_panel import EventPanel
+from farhand.local_site.view.panels.guidance import Guidance
+from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.panels.library_panel import LibraryPanel
+from farhand.local_site.view.panels.link_history import LinkHistory
+from farhand.local_site.view.panels.link_panel import LinkPanel
+from farhand.local_site.view.panels.link_worker import LinkWorker
+from farhand.local_site.view.panels.pace import PaceSlider
+from farhand.local_site.view.panels.status_strip import StatusStrip
+from farhand.local_site.view.panels.task_choice import TaskChoice
+from farhand.local_site.view.panels.transition_graph import TransitionGraph
+from farhand.local_site.view.redraw import Redraw
+from farhand.local_site.view.scene.arm.arm_scene import ArmScene
+from farhand.local_site.view.scene.board.planar_scene import PlanarScene
+from farhand.local_site.view.server import PageServer
+from farhand.local_site.view.tabs import Tabs
 
 _log = loop_logger(__name__)
 
@@ -94,8 +94,8 @@ class Page:
     def _make_scene(self, task: AnyTask) -> PlanarScene | ArmScene:
         if isinstance(task, ArmTask):
             # What an arm looks like comes from its physics, which a page with boards need not load.
-            from common.robot.description import describe
-            from common.robot.dimensions import Dimensions
+            from farhand.common.arm.dimensions import Dimensions
+            from farhand.common.arm.simulation.description import describe
 
             return ArmScene(self._server.scene, describe(Dimensions()), self._console.submit, self._act)
         explain = self._happened.explain

@@ -6,10 +6,10 @@ import operator
 
 from msgspec import UNSET
 
-from common.control_mode import ControlMode
-from common.messages import Telemetry
-from local_site.picture import Picture
-from local_site.view.solids import SEEN_UNCHANGED, UNCHANGED
+from farhand.common.control_mode import ControlMode
+from farhand.common.wire.messages import Telemetry
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.view.scene.solids import SEEN_UNCHANGED, UNCHANGED
 
 AT_REST_S = 0.25
 """From one drawing to the next while nothing changes but ages [s]."""

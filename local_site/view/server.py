@@ -13,7 +13,7 @@ import viser
 from viser import _messages
 from viser.infra import ClientId, WebsockClientConnection
 
-from common.errors import FarhandError
+from farhand.common.errors import FarhandError
 
 _FILES = Path(__file__).parent
 

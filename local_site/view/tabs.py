@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import viser
 
-from local_site.view.html import Html, element
-from local_site.view.sessions import Role, Sessions
+from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.sessions import Role, Sessions
 
 _WORDS = {
     Role.ACTIVE: "",

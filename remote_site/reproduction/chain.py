@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from common.tphsmm import TPHSMM
+from farhand.common.model.tphsmm import TPHSMM
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -5,7 +5,7 @@ components, the reference over the horizon, the MPC (Eqs. 2-7). The robot moves 
 frames; their own velocity and acceleration are estimated and fed forward.
 
 A point is a position (D,), or a pose (x, y, z, qw, qx, qy, qz); velocities and accelerations are tangents
-(see `common.manifold`): of a pose [m/s, in the axes of the world] and [rad/s, in the axes of the body].
+(see `farhand.common.model.manifold`): of a pose [m/s, in the axes of the world] and [rad/s, in the axes of the body].
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from common.errors import InvalidInput
-from common.gaussian_product import check_frames
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from remote_site.reproduction.control import Control, Path
-from remote_site.reproduction.executor_settings import ExecutorSettings
-from remote_site.reproduction.frame_motion import FrameMotion
-from remote_site.reproduction.mpc import solve
-from remote_site.reproduction.progress import Progress, ProgressTracker
-from remote_site.reproduction.reference import reference, seen_from
-from remote_site.reproduction.start_regression import given_start
-from remote_site.reproduction.world_components import LocalComponents, WorldComponents
+from farhand.common.errors import InvalidInput
+from farhand.common.model.gaussian_product import check_frames
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.remote_site.reproduction.control import Control, Path
+from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
+from farhand.remote_site.reproduction.frame_motion import FrameMotion
+from farhand.remote_site.reproduction.mpc import solve
+from farhand.remote_site.reproduction.progress import Progress, ProgressTracker
+from farhand.remote_site.reproduction.reference import reference, seen_from
+from farhand.remote_site.reproduction.start_regression import given_start
+from farhand.remote_site.reproduction.world_components import LocalComponents, WorldComponents
 
 Array = NDArray[np.float64]
 

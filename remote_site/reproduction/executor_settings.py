@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.errors import InvalidConfiguration
+from farhand.common.errors import InvalidConfiguration
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from common.kernel import kernel
-from common.tphsmm import TPHSMM
+from farhand.common.model.kernel import kernel
+from farhand.common.model.tphsmm import TPHSMM
 
 Array = NDArray[np.float64]
 

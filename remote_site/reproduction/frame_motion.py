@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from common.kernel import kernel
-from common.task_frame import FrameArrays
+from farhand.common.model.kernel import kernel
+from farhand.common.model.task_frame import FrameArrays
 
 Array = NDArray[np.float64]
 

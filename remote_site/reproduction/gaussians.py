@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from common.gaussian_product import inverse
-from common.kernel import kernel
-from common.manifold import Manifold, log_at
+from farhand.common.model.gaussian_product import inverse
+from farhand.common.model.kernel import kernel
+from farhand.common.model.manifold import Manifold, log_at
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from common.kernel import kernel
-from common.small_matrix import cholesky, forward_columns, forward_vector
+from farhand.common.model.kernel import kernel
+from farhand.common.model.small_matrix import cholesky, forward_columns, forward_vector
 
 Array = NDArray[np.float64]
 

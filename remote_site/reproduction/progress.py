@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from common.errors import InvalidInput, InvalidModel
-from common.tphsmm import TPHSMM
-from remote_site.reproduction.chain import successors
-from remote_site.reproduction.gaussians import Gaussians
+from farhand.common.errors import InvalidInput, InvalidModel
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.remote_site.reproduction.chain import successors
+from farhand.remote_site.reproduction.gaussians import Gaussians
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from common.kernel import kernel
-from common.manifold import exp_at, log_at, right_jacobian
-from common.small_matrix import transform
+from farhand.common.model.kernel import kernel
+from farhand.common.model.manifold import exp_at, log_at, right_jacobian
+from farhand.common.model.small_matrix import transform
 
 # A component that waits is held this long before the labels go on [s].
 _HOLD_S = 0.5

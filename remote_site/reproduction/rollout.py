@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.manifold import Manifold
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from remote_site.reproduction.executor import Executor, ExecutorSettings
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from common.tphsmm import TPHSMM
+from farhand.common.model.tphsmm import TPHSMM
 
 Array = NDArray[np.float64]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from common.manifold import Manifold
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from remote_site.reproduction.executor import Executor, ExecutorSettings
-from remote_site.reproduction.forward_variable import forward_variable
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
+from farhand.remote_site.reproduction.forward_variable import forward_variable
 
 
 def warm_up(space: Manifold | int) -> None:

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.gaussian_product import inverse, product
-from common.kernel import kernel
-from common.manifold import Manifold, log_at
-from common.small_matrix import invert
-from common.task_frame import FrameArrays, TaskFrame
-from common.tphsmm import TPHSMM
-from remote_site.reproduction.gaussians import Gaussians
+from farhand.common.model.gaussian_product import inverse, product
+from farhand.common.model.kernel import kernel
+from farhand.common.model.manifold import Manifold, log_at
+from farhand.common.model.small_matrix import invert
+from farhand.common.model.task_frame import FrameArrays, TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.remote_site.reproduction.gaussians import Gaussians
 
 Array = NDArray[np.float64]
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from playwright.sync_api import Locator, expect
 
-from common.task_frame import TaskFrame
-from local_site.arm_view import ArmView
-from local_site.held_arm import HeldArm
-from local_site.view.arm_camera import arm_camera, base_m
-from local_site.view.hand_gizmo import SIZE_M
+from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.view.scene.arm.arm_camera import arm_camera, base_m
+from farhand.local_site.view.scene.arm.hand_gizmo import SIZE_M
+from farhand.local_site.workcell.arm_view import ArmView
+from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.board_picture import blueness, picture_of
 from tests.browser.operator_page import WAIT_MS, OperatorPage, Point
 

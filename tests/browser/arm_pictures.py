@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from playwright.sync_api import expect
 
-from common.task_frame import TaskFrame
-from local_site.held_arm import HeldArm
+from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import WAIT_MS
 

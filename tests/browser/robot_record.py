@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from msgspec import UNSET
 
-from common import keys
-from common.control_mode import ControlMode
-from common.endpoint import EndpointSettings
-from common.link import ZenohLink
-from common.messages import Telemetry
-from common.robot.setpoint import MotionLimits
-from local_site.listening import listen
+from farhand.common.arm.setpoint import MotionLimits
+from farhand.common.control_mode import ControlMode
+from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.link.link import ZenohLink
+from farhand.common.wire import keys
+from farhand.common.wire.messages import Telemetry
+from farhand.local_site.exchange.listening import listen
 from tests.browser.stack import Stack
 
 _PATIENCE_S = 60.0

@@ -15,8 +15,8 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, expect
 
-from common.control_mode import ControlMode
-from common.task_frame import TaskFrame
+from farhand.common.control_mode import ControlMode
+from farhand.common.model.task_frame import TaskFrame
 from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import WAIT_MS
 from tests.browser.robot_record import RobotRecord, recorded, went_m

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from common.control_mode import ControlMode, Phase
-from common.messages import Telemetry
-from local_site.held_arm import HeldArm
+from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.wire.messages import Telemetry
+from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.raw_client import RawClient, raw_connection
 from tests.browser.robot_record import RobotRecord, recorded
 from tests.browser.stack import Stack, farhand_up, swaying_task

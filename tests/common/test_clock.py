@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import threading
 
-from common.clock import BootClock, Rate
+from farhand.common.clock import BootClock, Rate
 
 
 def test_a_clock_reads_its_source():

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from common.control_mode import (
+from farhand.common.control_mode import (
     TABLE,
     Action,
     ControlMode,

@@ -4,7 +4,7 @@ import pickle
 
 import pytest
 
-from common.errors import FarhandError, InvalidInput
+from farhand.common.errors import FarhandError, InvalidInput
 
 
 def every_invalid_input() -> list[type[InvalidInput]]:

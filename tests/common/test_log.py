@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from common.log import RateLimitFilter, configure_logging, loop_logger
+from farhand.common.log import RateLimitFilter, configure_logging, loop_logger
 
 
 @pytest.fixture

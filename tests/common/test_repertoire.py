@@ -3,11 +3,11 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from common.errors import InvalidConfiguration
-from common.messages import MOST_TASKS
-from common.repertoire import Repertoire
-from common.task import ArmTask, Limits
-from deploy.places import find_task, find_tasks
+from farhand.common.errors import InvalidConfiguration
+from farhand.common.repertoire import Repertoire
+from farhand.common.task import ArmTask, Limits
+from farhand.common.wire.messages import MOST_TASKS
+from farhand.deploy.places import find_task, find_tasks
 
 STAB, UNSTAB, PLANAR = find_task("hot-stab"), find_task("hot-unstab"), find_task("planar")
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from common.errors import InvalidConfiguration
-from common.task import PointTask, load_task, load_toml
+from farhand.common.errors import InvalidConfiguration
+from farhand.common.task import PointTask, load_task, load_toml
 
 PLANAR = Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml"
 

@@ -9,7 +9,7 @@ import json
 
 import pytest
 
-from local_site.operators_place import RealTime
+from farhand.local_site.script.operators_place import RealTime
 from tests.containers.engine import BUILD_S, RUN_S, STALLED, Engine
 
 pytestmark = [pytest.mark.containers, pytest.mark.soak, pytest.mark.timeout(BUILD_S + 3 * RUN_S)]

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from common.impairment import LinkSettings
-from deploy.relay import Relay
+from farhand.common.impairment.impairment import LinkSettings
+from farhand.deploy.link.relay import Relay
 
 HOST = "127.0.0.1"
 Stream = tuple[asyncio.StreamReader, asyncio.StreamWriter]

@@ -9,8 +9,8 @@ import signal
 
 import pytest
 
-from common.errors import ProcessFailed
-from deploy.child import READY_FD, Child, say_ready
+from farhand.common.errors import ProcessFailed
+from farhand.deploy.child import READY_FD, Child, say_ready
 
 PATIENCE_S = 60.0
 LINK = ("link", "--listen=127.0.0.1:0", "--target=127.0.0.1:1", "--control=127.0.0.1:0", "--profile=lan")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from deploy.end_signals import END_SIGNALS, on_end_signal
+from farhand.deploy.end_signals import END_SIGNALS, on_end_signal
 
 PATIENCE_S = 20.0
 

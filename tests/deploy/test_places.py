@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from common.errors import InvalidConfiguration
-from deploy.places import check_writable, data_folder, find_task
+from farhand.common.errors import InvalidConfiguration
+from farhand.deploy.places import check_writable, data_folder, find_task
 
 PLANAR = Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml"
 

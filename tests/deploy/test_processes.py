@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from common.errors import InvalidConfiguration
-from deploy.processes import configured, parse_address, parse_outage
-from local_site.config import LocalConfig
-from local_site.operators_place import PlannedOutage
-from remote_site.config import RemoteConfig
+from farhand.common.errors import InvalidConfiguration
+from farhand.deploy.processes import configured, parse_address, parse_outage
+from farhand.local_site.config import LocalConfig
+from farhand.local_site.script.operators_place import PlannedOutage
+from farhand.remote_site.config import RemoteConfig
 
 
 def write(folder: Path, content: str) -> Path:

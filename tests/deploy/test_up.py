@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from common.errors import InvalidConfiguration
-from deploy.up import Together, first_steps
+from farhand.common.errors import InvalidConfiguration
+from farhand.deploy.up import Together, first_steps
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from common.errors import InvalidConfiguration
-from evaluation.study import reporting_seeds
+from farhand.common.errors import InvalidConfiguration
+from farhand.evaluation.study import reporting_seeds
 
 Case = dict[str, Any]
 

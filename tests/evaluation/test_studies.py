@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.human_data import files
-from evaluation.study import STUDIES, plain, tuning_seeds
+from farhand.evaluation.human.human_data import files
+from farhand.evaluation.study import STUDIES, plain, tuning_seeds
 
 # What a study must find even at this size.
 FINDS = {

@@ -8,9 +8,9 @@ import sys
 import numpy as np
 import pytest
 
-from common.errors import InvalidConfiguration
-from evaluation import study
-from evaluation.study import reporting_seeds, run, tuning_seeds
+from farhand.common.errors import InvalidConfiguration
+from farhand.evaluation import study
+from farhand.evaluation.study import reporting_seeds, run, tuning_seeds
 from tests.farhand_process import await_end
 
 

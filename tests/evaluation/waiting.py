@@ -10,7 +10,7 @@ import signal
 import sys
 from typing import Any
 
-from evaluation import study
+from farhand.evaluation import study
 
 Case = dict[str, Any]
 

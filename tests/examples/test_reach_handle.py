@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from common.model_file import encode
-from evaluation.handle_task import random_scene
 from examples.reach_handle.reach_handle import learn, learn_from_each_frame, main, reach
+from farhand.common.model.model_file import encode
+from farhand.evaluation.paper.handle_task import random_scene
 
 MODEL, SHOWN = learn(np.random.default_rng(1))
 

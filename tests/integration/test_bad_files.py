@@ -9,7 +9,7 @@ import msgpack
 import numpy as np
 import pytest
 
-from local_site.demonstration import Demonstration
+from farhand.local_site.teaching.demonstration import Demonstration
 from tests.farhand_process import refusal
 from tests.integration.files import demonstrations, unchanged
 

@@ -6,8 +6,8 @@ import json
 
 import numpy as np
 
-from common.model_file import content_hash
-from local_site.demonstration import Demonstration
+from farhand.common.model.model_file import content_hash
+from farhand.local_site.teaching.demonstration import Demonstration
 from tests.farhand_process import farhand, refusal
 from tests.integration.files import N_RECORDINGS, demonstrations, unchanged
 

@@ -10,12 +10,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from common import keys
-from common.codec import decode, encode
-from common.control_mode import ControlMode, Phase, mode_after
-from common.keys import Channel
-from common.link import Request
-from common.messages import (
+from farhand.common.control_mode import ControlMode, Phase, mode_after
+from farhand.common.link.link import Request
+from farhand.common.repertoire import Repertoire
+from farhand.common.task import AnyTask, ArmTask, PointTask, load_toml
+from farhand.common.wire import keys
+from farhand.common.wire.codec import decode, encode
+from farhand.common.wire.keys import Channel
+from farhand.common.wire.messages import (
     Command,
     CommandReply,
     Event,
@@ -31,13 +33,11 @@ from common.messages import (
     Stop,
     Telemetry,
 )
-from common.repertoire import Repertoire
-from common.task import AnyTask, ArmTask, PointTask, load_toml
-from local_site.console import Console
-from local_site.library import Library
-from local_site.own_place import OwnPlace
-from local_site.picture import Picture
-from local_site.samples import still_frames
+from farhand.local_site.console.console import Console
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.teaching.library import Library
+from farhand.local_site.teaching.samples import still_frames
+from farhand.local_site.workcell.own_place import OwnPlace
 from tests.loopback import Loopback
 
 TASK = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml", PointTask)

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from common.errors import InvalidConfiguration
-from common.task import load_toml
-from local_site.config import LocalConfig
+from farhand.common.errors import InvalidConfiguration
+from farhand.common.task import load_toml
+from farhand.local_site.config import LocalConfig
 
 DEPLOY = Path(__file__).parents[2] / "deploy"
 

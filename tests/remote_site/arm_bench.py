@@ -10,19 +10,19 @@ from typing import Any, Self
 import numpy as np
 from msgspec import structs
 
-from common.control_mode import Action, Phase
-from common.messages import ExecutionReport, ModelReply, ModelTransfer
-from common.model_file import content_hash, encode
-from common.robot.dimensions import Dimensions
-from common.robot.simulation import Simulation
-from common.task import ArmTask, load_toml
-from common.tphsmm import TPHSMM
-from local_site.demonstration import Demonstration
-from local_site.learning.online_learner import LearnerSettings
-from local_site.offline_learning import learn
-from remote_site.arm_embodiment import ArmEmbodiment
-from remote_site.config import RemoteConfig
-from remote_site.plant_memory import PlantState
+from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.simulation.simulation import Simulation
+from farhand.common.control_mode import Action, Phase
+from farhand.common.model.model_file import content_hash, encode
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.common.task import ArmTask, load_toml
+from farhand.common.wire.messages import ExecutionReport, ModelReply, ModelTransfer
+from farhand.local_site.learning.online_learner import LearnerSettings
+from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.offline_learning import learn
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.robots.arm_embodiment import ArmEmbodiment
+from farhand.remote_site.robots.plant_memory import PlantState
 from tests.remote_site.bench import Bench
 
 _DEPLOY = Path(__file__).parents[2] / "deploy"

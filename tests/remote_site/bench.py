@@ -8,10 +8,13 @@ from typing import Any, Self, TypeVar
 
 import numpy as np
 
-from common.clock import BootClock
-from common.control_mode import Action, ControlMode, Phase
-from common.keys import Channel
-from common.messages import (
+from farhand.common.clock import BootClock
+from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.repertoire import Repertoire
+from farhand.common.task import AnyTask, PointTask
+from farhand.common.wire.keys import Channel
+from farhand.common.wire.messages import (
     Command,
     CommandReply,
     Event,
@@ -26,16 +29,13 @@ from common.messages import (
     Stop,
     Wish,
 )
-from common.repertoire import Repertoire
-from common.task import AnyTask, PointTask
-from common.task_frame import TaskFrame
-from remote_site.config import RemoteConfig
-from remote_site.embodiment import Embodiment
-from remote_site.perception import OscillatingTarget, SimulatedPerception
-from remote_site.planner import PlanRequest, answer
-from remote_site.plant import EffectorState, PointPlant
-from remote_site.point_embodiment import PointEmbodiment
-from remote_site.supervisor import Supervisor
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.interface.plant import EffectorState, PointPlant
+from farhand.remote_site.motion.planner import PlanRequest, answer
+from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
+from farhand.remote_site.robots.point_embodiment import PointEmbodiment
+from farhand.remote_site.supervision.supervisor import Supervisor
 from tests.remote_site.planar import TASK, transfer
 
 DT_S = 0.02

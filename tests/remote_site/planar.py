@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from msgspec import structs
 
-from common.messages import ModelTransfer
-from common.model_file import content_hash, encode
-from common.task import PointTask, load_toml
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from local_site.samples import sample_strokes
+from farhand.common.model.model_file import content_hash, encode
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.common.task import PointTask, load_toml
+from farhand.common.wire.messages import ModelTransfer
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.local_site.teaching.samples import sample_strokes
 
 TASK = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml", PointTask)
 

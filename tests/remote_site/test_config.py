@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from common.errors import InvalidConfiguration
-from common.task import load_toml
-from remote_site.config import RemoteConfig
+from farhand.common.errors import InvalidConfiguration
+from farhand.common.task import load_toml
+from farhand.remote_site.config import RemoteConfig
 
 DEPLOY = Path(__file__).parents[2] / "deploy"
 

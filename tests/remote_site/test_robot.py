@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from common.budget import part_bytes
-from common.control_mode import Action
-from common.endpoint import EndpointSettings
-from common.link_profile import find_profile, load_profiles
-from common.path_points import duration_s
-from deploy.link_process import PROFILES_FILE
-from local_site import intents
-from remote_site.config import RemoteConfig
+from farhand.common.control_mode import Action
+from farhand.common.impairment.link_profile import find_profile, load_profiles
+from farhand.common.link.budget import part_bytes
+from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.wire.path_points import duration_s
+from farhand.deploy.link.link_process import PROFILES_FILE
+from farhand.local_site.console import intents
+from farhand.remote_site.config import RemoteConfig
 from tests.meeting import Meeting
 
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from common.codec import decode, encode
-from common.control_mode import Action, ControlMode, Phase
-from common.messages import MAX_TELEMETRY_BYTES, ArmState, Telemetry
-from common.robot.kinematics import Kinematics
-from common.task_frame import TaskFrame
-from remote_site.telemetry import Reporter, rotation_of
+from farhand.common.arm.kinematics import Kinematics
+from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.wire.codec import decode, encode
+from farhand.common.wire.messages import MAX_TELEMETRY_BYTES, ArmState, Telemetry
+from farhand.remote_site.telemetry import Reporter, rotation_of
 from tests.remote_site.arm_bench import ArmBench
 from tests.remote_site.bench import Bench, in_mode
 

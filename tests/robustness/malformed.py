@@ -9,8 +9,8 @@ import msgpack
 import msgspec
 import numpy as np
 
-from common.codec import MAX_BYTES, encode
-from common.messages import Message
+from farhand.common.wire.codec import MAX_BYTES, encode
+from farhand.common.wire.messages import Message
 from tests.messages import floats_in, plain
 
 _FOREIGN = (None, 5, "text", [1, 2], {}, {1: 2}, {"schema": 1, "colour": "red"})

@@ -6,12 +6,12 @@ import threading
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from common import keys
-from common.codec import decode, encode
-from common.control_mode import Action, ControlMode
-from common.keys import Channel
-from common.link import EndpointSettings, ZenohLink
-from common.messages import Command, CommandReply, LeaseReply, LeaseRequest, Message, Telemetry
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.link.link import EndpointSettings, ZenohLink
+from farhand.common.wire import keys
+from farhand.common.wire.codec import decode, encode
+from farhand.common.wire.keys import Channel
+from farhand.common.wire.messages import Command, CommandReply, LeaseReply, LeaseRequest, Message, Telemetry
 
 M = TypeVar("M", bound=Message)
 

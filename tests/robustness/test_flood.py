@@ -8,13 +8,13 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from common import keys
-from common.codec import encode
-from common.control_mode import Action, Phase
-from common.link import EndpointSettings, ZenohLink
-from common.messages import Heartbeat, ModelReply, ModelTransfer
-from common.model_file import content_hash
-from common.model_file import encode as encode_model
+from farhand.common.control_mode import Action, Phase
+from farhand.common.link.link import EndpointSettings, ZenohLink
+from farhand.common.model.model_file import content_hash
+from farhand.common.model.model_file import encode as encode_model
+from farhand.common.wire import keys
+from farhand.common.wire.codec import encode
+from farhand.common.wire.messages import Heartbeat, ModelReply, ModelTransfer
 from tests.robustness.raw_operator import SESSION, RawOperator
 from tests.strategies import learned
 

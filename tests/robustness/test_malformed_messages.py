@@ -7,11 +7,13 @@ from collections.abc import Callable
 
 import pytest
 
-from common import keys
-from common.codec import encode
-from common.control_mode import Action, ControlMode
-from common.keys import Channel
-from common.messages import (
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.model.model_file import content_hash
+from farhand.common.model.model_file import encode as encode_model
+from farhand.common.wire import keys
+from farhand.common.wire.codec import encode
+from farhand.common.wire.keys import Channel
+from farhand.common.wire.messages import (
     BlobReply,
     BlobRequest,
     CatalogueReply,
@@ -30,8 +32,6 @@ from common.messages import (
     Stop,
     Telemetry,
 )
-from common.model_file import content_hash
-from common.model_file import encode as encode_model
 from tests.farhand_process import FarhandProcess
 from tests.robustness.malformed import malformed
 from tests.robustness.raw_operator import SESSION, RawOperator

@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from common.control_mode import Action, ControlMode, Phase
-from common.event_log import EventLog
-from common.link_monitor import LinkHealth
-from common.manifold import Manifold
-from common.messages import StopAck
-from local_site import intents
-from local_site.raw_recording import RawRecording
+from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.event_log import EventLog
+from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.model.manifold import Manifold
+from farhand.common.wire.messages import StopAck
+from farhand.local_site.console import intents
+from farhand.local_site.teaching.raw_recording import RawRecording
 from tests.meeting import Meeting, Site
 from tests.remote_site.bench import DT_S, Bench
 from tests.remote_site.planar import TASK
@@ -177,10 +177,10 @@ def test_no_shipped_module_imports_what_unpickles():
 _WRITER = """
 import sys, numpy as np
 from pathlib import Path
-from common.event_log import EventLog
-from common.manifold import Manifold
-from common.task_frame import TaskFrame
-from local_site.raw_recording import RawRecording
+from farhand.common.event_log import EventLog
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.teaching.raw_recording import RawRecording
 folder = Path(sys.argv[1])
 log, raw = EventLog(folder / "events.jsonl"), RawRecording(folder / "raw.jsonl", Manifold(2), ("goal",))
 raw.begin([TaskFrame.identity(2)])

@@ -9,13 +9,13 @@ import msgpack
 import numpy as np
 import pytest
 
-from common import keys
-from common.codec import encode
-from common.control_mode import Action, ControlMode
-from common.manifold import POSE
-from common.messages import ModelReply, ModelTransfer, OperatorInput, Stamp
-from common.model_file import content_hash
-from common.model_file import encode as encode_model
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.model.manifold import POSE
+from farhand.common.model.model_file import content_hash
+from farhand.common.model.model_file import encode as encode_model
+from farhand.common.wire import keys
+from farhand.common.wire.codec import encode
+from farhand.common.wire.messages import ModelReply, ModelTransfer, OperatorInput, Stamp
 from tests.robustness.raw_operator import RawOperator
 from tests.strategies import learned
 

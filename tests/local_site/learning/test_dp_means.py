@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from numpy.typing import NDArray
 
-from common.manifold import Manifold
-from local_site.learning.clusters import Clusters
-from local_site.learning.dp_means import FRAME_RULES, add_end, assign_points
-from local_site.learning.motion import Motion
+from farhand.common.model.manifold import Manifold
+from farhand.local_site.learning.clusters import Clusters
+from farhand.local_site.learning.dp_means import FRAME_RULES, add_end, assign_points
+from farhand.local_site.learning.motion import Motion
 from tests.strategies import dims, frame_counts, recording, seeds
 
 LAMBDA, WEIGHTS, HYSTERESIS = 0.2, np.array([1.0, 0.5, 1.0]), 0.1

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from local_site.learning.dwell_statistics import (
+from farhand.local_site.learning.dwell_statistics import (
     Dwell,
     Segment,
     duration_variance,

@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from common.errors import InvalidConfiguration, InvalidDemonstration, InvalidInput
-from common.manifold import POSE
-from common.model_file import decode, encode
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.common.errors import InvalidConfiguration, InvalidDemonstration, InvalidInput
+from farhand.common.model.manifold import POSE
+from farhand.common.model.model_file import decode, encode
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from tests.strategies import pose_stroke, random_frame, seeds
 
 SETTINGS = LearnerSettings(0.1)

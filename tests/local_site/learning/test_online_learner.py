@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from common.errors import InvalidConfiguration, InvalidDemonstration, InvalidInput, InvalidModel
-from common.manifold import Manifold
-from common.model_file import encode
-from common.task_frame import TaskFrame
-from common.tphsmm import ARRAY_FIELDS
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner, Snapshot
+from farhand.common.errors import InvalidConfiguration, InvalidDemonstration, InvalidInput, InvalidModel
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.model_file import encode
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import ARRAY_FIELDS
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner, Snapshot
 from tests.strategies import dims, frame_counts, pose_stroke, random_frame, recording, seeds, spaces
 
 SETTINGS = LearnerSettings(0.2)

@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from numpy.typing import NDArray
 
-from common.task_frame import TaskFrame
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from tests.strategies import dims, seeds, stroke
 
 

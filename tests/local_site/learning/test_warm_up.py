@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numba.core import event
 
-from common.manifold import POSE, Manifold
-from common.task_frame import TaskFrame
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from local_site.learning.warm_up import warm_up
+from farhand.common.model.manifold import POSE, Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.local_site.learning.warm_up import warm_up
 
 
 @pytest.mark.parametrize("space", [Manifold(2), Manifold(3), POSE])

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from common.repertoire import Repertoire
-from local_site.console import Console
-from local_site.library import Library
-from local_site.picture import Picture
+from farhand.common.repertoire import Repertoire
+from farhand.local_site.console.console import Console
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.teaching.library import Library
 from tests.local_site.robot_end import TASK
 from tests.loopback import Loopback
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from common.control_mode import ControlMode, Phase
-from common.messages import ArmState, Stamp, Telemetry
-from local_site.notices import Notice
-from local_site.picture import Picture
-from local_site.view.redraw import AT_REST_S, Redraw
+from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.wire.messages import ArmState, Stamp, Telemetry
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.exchange.notices import Notice
+from farhand.local_site.view.redraw import AT_REST_S, Redraw
 from tests.local_site.robot_end import TASK, desk
 
 ROBOT = Telemetry(

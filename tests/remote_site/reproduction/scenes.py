@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from remote_site.reproduction.executor import Executor
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.remote_site.reproduction.executor import Executor
 
 Array = NDArray[np.float64]
 DT = 0.02

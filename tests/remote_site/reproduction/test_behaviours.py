@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from common.errors import InvalidInput
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from remote_site.reproduction.executor import Executor, ExecutorSettings
-from remote_site.reproduction.rollout import roll_out
+from farhand.common.errors import InvalidInput
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
+from farhand.remote_site.reproduction.rollout import roll_out
 from tests.remote_site.reproduction.scenes import DT, STARTS, descent, descents, run, still
 
 Array = NDArray[np.float64]

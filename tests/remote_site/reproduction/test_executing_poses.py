@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from common.errors import InvalidInput
-from common.manifold import POSE
-from common.task_frame import FrameArrays, TaskFrame
-from remote_site.reproduction.executor import Executor, ExecutorSettings
-from remote_site.reproduction.frame_motion import FrameMotion
-from remote_site.reproduction.reference import seen_from
-from remote_site.reproduction.rollout import roll_out
+from farhand.common.errors import InvalidInput
+from farhand.common.model.manifold import POSE
+from farhand.common.model.task_frame import FrameArrays, TaskFrame
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
+from farhand.remote_site.reproduction.frame_motion import FrameMotion
+from farhand.remote_site.reproduction.reference import seen_from
+from farhand.remote_site.reproduction.rollout import roll_out
 from tests.strategies import learned, pose_stroke, random_covariances, random_frame, random_points, seeds
 
 DT = 0.02

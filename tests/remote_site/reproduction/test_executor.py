@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from common.errors import InvalidConfiguration, InvalidInput, InvalidModel
-from common.manifold import POSE
-from common.task_frame import TaskFrame
-from remote_site.reproduction.executor import Executor, ExecutorSettings
-from remote_site.reproduction.warm_up import warm_up
+from farhand.common.errors import InvalidConfiguration, InvalidInput, InvalidModel
+from farhand.common.model.manifold import POSE
+from farhand.common.model.task_frame import TaskFrame
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
+from farhand.remote_site.reproduction.warm_up import warm_up
 from tests.remote_site.reproduction.scenes import DT, STARTS, descent, descents, run, still
 from tests.strategies import learned
 

@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from common.tphsmm import TPHSMM
-from remote_site.reproduction.forward_variable import duration_probabilities, forward_variable
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.remote_site.reproduction.forward_variable import duration_probabilities, forward_variable
 from tests.strategies import learned
 
 DT = 0.02

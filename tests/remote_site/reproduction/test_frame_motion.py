@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from common.task_frame import FrameArrays, TaskFrame
-from remote_site.reproduction.frame_motion import FrameMotion
+from farhand.common.model.task_frame import FrameArrays, TaskFrame
+from farhand.remote_site.reproduction.frame_motion import FrameMotion
 
 DT = 0.02
 ONE = np.eye(2)[None]

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from numpy.typing import NDArray
 
-from remote_site.reproduction.mpc import solve
+from farhand.remote_site.reproduction.mpc import solve
 from tests.strategies import dims, random_covariances, seeds
 
 DT = 0.02

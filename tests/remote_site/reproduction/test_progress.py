@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given, settings
 from numpy.typing import NDArray
 
-from common.errors import InvalidModel
-from common.task_frame import TaskFrame
-from common.tphsmm import TPHSMM
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from remote_site.reproduction.chain import successors
-from remote_site.reproduction.gaussians import Gaussians
-from remote_site.reproduction.progress import Progress, ProgressTracker
-from remote_site.reproduction.world_components import LocalComponents
+from farhand.common.errors import InvalidModel
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.remote_site.reproduction.chain import successors
+from farhand.remote_site.reproduction.gaussians import Gaussians
+from farhand.remote_site.reproduction.progress import Progress, ProgressTracker
+from farhand.remote_site.reproduction.world_components import LocalComponents
 from tests.strategies import learned, seeds
 
 DT = 0.02

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from remote_site.reproduction.reference import reference
+from farhand.remote_site.reproduction.reference import reference
 
 SUCCESSORS, DURATIONS = np.array([1, 2, -1]), np.array([0.5, 0.3, 0.0])
 ENTRIES = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 2.0]])

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from remote_site.reproduction.executor import ExecutorSettings
-from remote_site.reproduction.rollout import roll_out
+from farhand.remote_site.reproduction.executor import ExecutorSettings
+from farhand.remote_site.reproduction.rollout import roll_out
 from tests.remote_site.reproduction.scenes import STARTS, descents, still
 
 

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from common.task_frame import TaskFrame
-from local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from remote_site.reproduction.start_regression import given_start
+from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.remote_site.reproduction.start_regression import given_start
 from tests.strategies import learned
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numba.core import event
 
-from common.manifold import POSE, Manifold
-from common.task_frame import TaskFrame
-from remote_site.reproduction.executor import Executor, ExecutorSettings
-from remote_site.reproduction.warm_up import warm_up
+from farhand.common.model.manifold import POSE, Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
+from farhand.remote_site.reproduction.warm_up import warm_up
 from tests.strategies import learned
 
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 
-from common.task_frame import TaskFrame
-from remote_site.reproduction.world_components import LocalComponents
+from farhand.common.model.task_frame import TaskFrame
+from farhand.remote_site.reproduction.world_components import LocalComponents
 from tests.strategies import dims, frame_counts, learned, random_frame, seeds
 
 

@@ -1,0 +1,161 @@
+"""How the arm gives way to contact: sideways and in tilt by admittance, along the bore by a governor of force."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.arm.poses import compose, inverse, rotation
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ComplianceSettings:
+    """Gains and limits.
+
+    Args:
+        lateral_m_s_n: Velocity per force beside the plug's axis [m/s per N].
+        tilt_rad_s_nm: Angular velocity per torque about the tip [rad/s per Nm].
+        lateral_dead_n: Forces below this are none [N].
+        tilt_dead_nm: Torques below this are none [Nm].
+        lateral_most_m_s: Fastest that the tip gives way [m/s].
+        tilt_most_rad_s: Fastest that the tool gives way [rad/s].
+        insertion_n: Largest force along the bore on the way in [N].
+        seated_n: Force along the bore once seated [N].
+        hold_n: Largest force along the bore while the arm holds still [N].
+        axial_m_s_n: Velocity per force that is missing or too much along the bore [m/s per N].
+        pressing_m_s_n: The same once seated: a third, or plug and receptacle would bounce [m/s per N].
+        lifted_n: When more force than this is missing, contact is being lost, and the gain is high again [N].
+        seated_from_m: Seated from this depth on, if the force is felt [m].
+        seated_felt_n: That force [N].
+    """
+
+    lateral_m_s_n: float = 0.001
+    tilt_rad_s_nm: float = 0.1
+    lateral_dead_n: float = 3.0
+    tilt_dead_nm: float = 0.3
+    lateral_most_m_s: float = 0.03
+    tilt_most_rad_s: float = 0.2
+    insertion_n: float = 60.0
+    seated_n: float = 20.0
+    hold_n: float = 25.0
+    axial_m_s_n: float = 0.0015
+    pressing_m_s_n: float = 0.0005
+    lifted_n: float = 12.0
+    seated_from_m: float = 0.068
+    seated_felt_n: float = 25.0
+
+
+class SeenReceptacle(NamedTuple):
+    """Where the receptacle is believed to be.
+
+    Args:
+        pose: Shape (7,).
+        velocity: A tangent at the pose [m/s, rad/s]. Shape (6,).
+    """
+
+    pose: Array
+    velocity: Array
+
+    def velocity_at(self, pose: Array) -> Array:
+        """How a body at a pose moves that moves with the receptacle: a tangent there. Shape (6,)."""
+        turn = rotation(self.pose) @ self.velocity[3:]
+        out, arm = np.empty(6), pose[:3] - self.pose[:3]
+        out[0] = self.velocity[0] + turn[1] * arm[2] - turn[2] * arm[1]
+        out[1] = self.velocity[1] + turn[2] * arm[0] - turn[0] * arm[2]
+        out[2] = self.velocity[2] + turn[0] * arm[1] - turn[1] * arm[0]
+        out[3:] = rotation(pose).T @ turn
+        return out
+
+
+def admittance(settings: ComplianceSettings, wrench: Array, tip: Array) -> Array:
+    """The twist with which the tool gives way. Shape (6,).
+
+    Args:
+        settings: Gains.
+        wrench: Force and torque on the tool about its tip, in its axes [N, Nm]. Shape (6,).
+        tip: Pose of the tip. Shape (7,).
+    """
+    out, aside = np.zeros(6), np.zeros(3)
+    aside[:2] = _yielding(
+        wrench[:2], settings.lateral_dead_n, settings.lateral_m_s_n, settings.lateral_most_m_s
+    )
+    out[:3] = rotation(tip) @ aside
+    out[3:5] = _yielding(wrench[3:5], settings.tilt_dead_nm, settings.tilt_rad_s_nm, settings.tilt_most_rad_s)
+    return out
+
+
+def _yielding(load: Array, dead: float, gain: float, most: float) -> Array:
+    size = math.sqrt(load @ load)
+    return load * (min(gain * (size - dead), most) / size) if size > dead else np.zeros_like(load)
+
+
+class Governor:
+    """Bounds the speed along the bore so that the force stays below its limit, and presses once seated.
+
+    Args:
+        settings: Forces and gain.
+    """
+
+    _BEFORE_M, _BESIDE_M = 0.030, 0.060
+    _SLOWEST_M_S, _FASTEST_M_S = -0.10, 0.06
+    _LEAVING_M, _LEAVING_M_S = -0.009, -0.02
+    LEAD_M = 0.002
+    """How far a setpoint may be ahead of an arm that must not follow it [m]."""
+
+    def __init__(self, settings: ComplianceSettings):
+        self._settings = settings
+        self.seated = False
+        self.active = False
+        """Whether the plug is in the receptacle or close before it."""
+        self.depth_m = -np.inf
+        """Of the tip, as far as the receptacle is known [m]."""
+        self.axis = np.zeros(3)
+        """Of the bore, inwards, in the axes of the base. Shape (3,)."""
+        self.force_n = 0.0
+        """Against the insertion [N]."""
+
+    def look(self, seen: SeenReceptacle | None, tip: Array, force: Array) -> None:
+        """Find out where the plug is and what it feels.
+
+        Args:
+            seen: The receptacle, None while it is not known.
+            tip: Pose of the tip. Shape (7,).
+            force: On the tool, in the axes of the base [N]. Shape (3,).
+        """
+        if seen is None:
+            self.active = self.seated = False
+            self.depth_m = -np.inf
+            return
+        x, y, self.depth_m = compose(inverse(seen.pose), tip)[:3].tolist()
+        self.active = self.depth_m > -self._BEFORE_M and x * x + y * y < self._BESIDE_M**2
+        self.axis = rotation(seen.pose)[:, 2]
+        self.force_n = -float(force @ self.axis)
+
+    def speed(self, wanted_m_s: float, lead_m: float, lead_m_s: float, holds: bool) -> float:
+        """The speed along the bore, relative to the receptacle [m/s].
+
+        Args:
+            wanted_m_s: What the motion asks for [m/s].
+            lead_m: How far the setpoint is ahead of the tip [m].
+            lead_m_s: The setpoint's own speed [m/s].
+            holds: Whether the arm only holds still.
+        """
+        settings = self._settings
+        deep = self.depth_m > settings.seated_from_m
+        felt = self.seated or self.force_n > settings.seated_felt_n
+        leaving = lead_m < self._LEAVING_M and lead_m_s < self._LEAVING_M_S
+        self.seated = self.active and deep and felt and not leaving
+        limit_n = settings.seated_n if self.seated else settings.hold_n if holds else settings.insertion_n
+        missing_n = limit_n - self.force_n
+        most = settings.axial_m_s_n * missing_n
+        if self.seated:
+            gentle = settings.axial_m_s_n - settings.pressing_m_s_n
+            most -= gentle * min(missing_n, settings.lifted_n)
+        most = min(max(most, self._SLOWEST_M_S), self._FASTEST_M_S)
+        return most if self.seated and not holds else min(wanted_m_s, most)

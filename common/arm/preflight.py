@@ -1,0 +1,82 @@
+"""Kinematic pre-flight: can the arm go the last 20 cm into a receptacle, with the wrist never straight?
+
+Where the arm cannot turn its tool freely any more it jams in the bore, so that is found out before it starts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.arm.kinematics import Kinematics
+from farhand.common.arm.poses import difference
+from farhand.common.arm.way_in import WayIn
+
+Array = NDArray[np.float64]
+
+REFUSED_BELOW = 0.02
+"""Least singular value with which an insertion is refused."""
+WARNED_BELOW = 0.03
+"""The same for a warning."""
+
+_WORST_M, _WORST_RAD = 0.002, np.radians(1.0)
+
+
+@dataclass(frozen=True)
+class Preflight:
+    """What was found.
+
+    Args:
+        least_singular_value: Of the Jacobian along the way, with a radian worth 0.3 m.
+        worst_m: Largest distance between the tip and where it should be [m].
+        worst_rad: Largest angle between the tool and what it should have [rad].
+    """
+
+    least_singular_value: float
+    worst_m: float
+    worst_rad: float
+
+    @property
+    def refusal(self) -> str:
+        """Why the insertion should not be begun; empty when it may be."""
+        if self.worst_m > _WORST_M or self.worst_rad > _WORST_RAD:
+            away = f"{1e3 * self.worst_m:.0f} mm and {np.degrees(self.worst_rad):.0f} degrees"
+            return f"the receptacle is out of the arm's reach: the way in is missed by {away}"
+        if self.least_singular_value < REFUSED_BELOW:
+            return f"the wrist would be straight on the way in ({self.least_singular_value:.3f})"
+        return ""
+
+    @property
+    def warning(self) -> str:
+        """What the operator should know before; empty for nothing."""
+        if not self.refusal and self.least_singular_value < WARNED_BELOW:
+            return f"the wrist is nearly straight on the way in ({self.least_singular_value:.3f})"
+        return ""
+
+
+class Preflights:
+    """Examines insertions of one arm.
+
+    Args:
+        kinematics: A copy for this purpose alone.
+    """
+
+    def __init__(self, kinematics: Kinematics):
+        self._way_in = WayIn(kinematics)
+
+    def examine(self, joints_rad: Array, receptacle: Array) -> Preflight:
+        """Go from these angles straight to before the receptacle, then into it.
+
+        Args:
+            joints_rad: Where the arm is. Shape (6,) [rad].
+            receptacle: Its pose. Shape (7,).
+        """
+        kinematics = self._way_in.kinematics
+        least, worst = np.inf, np.zeros(2)
+        for pose in self._way_in.go(joints_rad, receptacle):
+            error = difference(kinematics.tip, pose)
+            worst = np.maximum(worst, [np.linalg.norm(error[:3]), np.linalg.norm(error[3:])])
+            least = min(least, kinematics.least_singular_value())
+        return Preflight(float(least), *worst.tolist())

@@ -1,0 +1,155 @@
+"""What disturbs the robot's work: sway, a step, a current, a push. Pure functions of time and a seed.
+
+Everything is in the axes of the earth. How the receptacle and the vehicle moved is told as a tangent of
+`farhand.common.model.manifold.POSE` at where they are at rest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.errors import InvalidConfiguration
+
+Array = NDArray[np.float64]
+
+# When a step and a push begin: after the robot did, and before it is usually inserted [s].
+_STEP_FROM_S, _PUSH_FROM_S = (3.0, 6.0), (2.0, 6.0)
+# The current's speed and direction vary by this [share of the speed, rad], with periods between these [s].
+_GUST, _VEER_RAD, _GUST_S = 0.25, 0.25, (6.0, 25.0)
+
+
+@dataclass(frozen=True)
+class Sway:
+    """A plain oscillation along and about a line.
+
+    Args:
+        amplitude_m: Of the position [m].
+        hz: How often [Hz].
+        amplitude_rad: Of the orientation [rad].
+    """
+
+    amplitude_m: float = 0.0
+    hz: float = 0.1
+    amplitude_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class DisturbanceSettings:
+    """How much of each.
+
+    Args:
+        receptacle: Sway of the receptacle.
+        vehicle: Sway of the vehicle that carries the arm.
+        step_m: How far the receptacle is displaced, once and for good [m].
+        step_for_s: How long that takes [s].
+        step_at_s: When it begins [s]; at a random moment when not given.
+        current_m_s: Mean speed of the water [m/s].
+        push_n: Largest force of one push on the arm's hand [N].
+        push_for_s: How long it lasts [s].
+
+    Raises:
+        InvalidConfiguration: When a number is negative or not finite, or a duration is zero.
+    """
+
+    receptacle: Sway = Sway()
+    vehicle: Sway = Sway()
+    step_m: float = 0.0
+    step_for_s: float = 0.3
+    step_at_s: float | None = None
+    current_m_s: float = 0.0
+    push_n: float = 0.0
+    push_for_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        numbers = {name: value for name, value in vars(self).items() if not isinstance(value, Sway)}
+        for of in ("receptacle", "vehicle"):
+            numbers |= {f"{of}.{name}": value for name, value in vars(getattr(self, of)).items()}
+        for name, value in numbers.items():
+            least = math.nextafter(0.0, 1.0) if name.endswith("for_s") else 0.0
+            if value is not None and not least <= value < math.inf:
+                raise InvalidConfiguration("disturbances", name, f"zero or more, got {value}")
+
+
+CALM = DisturbanceSettings()
+TYPICAL = DisturbanceSettings(receptacle=Sway(0.020, 0.1), current_m_s=0.3)
+ROUGH = DisturbanceSettings(receptacle=Sway(0.050, 0.2), step_m=0.05, current_m_s=0.8, push_n=20.0)
+PRESETS = {"calm": CALM, "typical": TYPICAL, "rough": ROUGH}
+
+
+class Disturbances:
+    """What happens at any time; the same seed gives the same.
+
+    Args:
+        settings: How much.
+        seed: Of directions, phases and moments.
+    """
+
+    def __init__(self, settings: DisturbanceSettings, seed: int | Sequence[int]):
+        random = np.random.default_rng(seed)
+        self.settings = settings
+        # All are drawn in any case, so that one seed means the same in all settings.
+        self._receptacle = _Swaying(settings.receptacle, random)
+        self._vehicle = _Swaying(settings.vehicle, random)
+        self._step, self._push = _direction(random), _direction(random)
+        step_s, self._push_s = random.uniform(*_STEP_FROM_S), random.uniform(*_PUSH_FROM_S)
+        self._step_s = step_s if settings.step_at_s is None else settings.step_at_s
+        self._heading_rad = random.uniform(0.0, 2.0 * np.pi)
+        self._gust_hz = 1.0 / random.uniform(*_GUST_S, (2, 3))  # of the speed, and of the heading
+        self._gust_phases = random.uniform(0.0, 2.0 * np.pi, (2, 3))
+
+    def receptacle(self, time_s: float) -> Array:
+        """Where the receptacle is, from where it is at rest [m, rad]. Shape (6,)."""
+        moved = self._receptacle.at(time_s)
+        moved[:3] += self.settings.step_m * self._stepped(time_s) * self._step
+        return moved
+
+    def vehicle(self, time_s: float) -> Array:
+        """Where the vehicle is, from where it is at rest [m, rad]. Shape (6,)."""
+        return self._vehicle.at(time_s)
+
+    def current_m_s(self, time_s: float) -> Array:
+        """Velocity of the water; it is level [m/s]. Shape (3,)."""
+        if not self.settings.current_m_s:
+            return np.zeros(3)
+        swing = np.sin(2.0 * np.pi * self._gust_hz * time_s + self._gust_phases).mean(axis=1)
+        speed = self.settings.current_m_s * (1.0 + _GUST * swing[0])
+        heading = self._heading_rad + _VEER_RAD * swing[1]
+        return speed * np.array([np.cos(heading), np.sin(heading), 0.0])
+
+    def push_n(self, time_s: float) -> Array:
+        """Force on the hand [N]. Shape (3,)."""
+        part = (time_s - self._push_s) / self.settings.push_for_s
+        if not 0.0 < part < 1.0:
+            return np.zeros(3)
+        return self.settings.push_n * math.sin(math.pi * part) ** 2 * self._push
+
+    def _stepped(self, time_s: float) -> float:
+        part = min(max((time_s - self._step_s) / self.settings.step_for_s, 0.0), 1.0)
+        return part**3 * (10.0 - 15.0 * part + 6.0 * part**2)  # minimum jerk
+
+
+class _Swaying:
+    """A sway along and about lines of its own."""
+
+    def __init__(self, sway: Sway, random: np.random.Generator):
+        self._along = sway.amplitude_m * _direction(random)
+        self._about = sway.amplitude_rad * _direction(random)
+        self._phases = random.uniform(0.0, 2.0 * np.pi, 2)
+        self._rad_s = 2.0 * math.pi * sway.hz
+        self._rests = sway.amplitude_m == sway.amplitude_rad == 0.0
+
+    def at(self, time_s: float) -> Array:
+        if self._rests:
+            return np.zeros(6)
+        swing, turn = np.sin(self._rad_s * time_s + self._phases)
+        return np.concatenate([swing * self._along, turn * self._about])
+
+
+def _direction(random: np.random.Generator) -> Array:
+    vector = random.normal(size=3)
+    return vector / np.linalg.norm(vector)

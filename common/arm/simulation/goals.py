@@ -1,0 +1,82 @@
+"""What a task of the arm has to reach, judged by the truth."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.arm.simulation.simulation import TICK_S, Simulation
+
+Array = NDArray[np.float64]
+
+DEPTH_M, LATERAL_M = (0.075, 0.095), 0.004
+
+MAX_DRAGGED_M = 0.005
+"""A receptacle that was pulled farther from its rest than this is not left as it was [m]."""
+STANDOFF_M, AWAY_M = 0.12, 0.015
+"""A plug that is out is so far before the mouth on the axis, and at most so far from there [m]."""
+AT_REST_M_S, REST_S, TOUCHED_N = 0.015, 0.5, 5.0
+"""Slower than this [m/s], in the mean over so long [s], it is at rest: the noise of the tracker moves it about with
+10 mm/s. With less force on it than this it touches nothing [N]."""
+
+
+class Goal(Protocol):
+    """Watches a trial."""
+
+    enters: bool
+    """Whether the plug is to go into the bore, and not to come out of it."""
+
+    def reached(self, local: Array, force_n: float, simulation: Simulation) -> bool:
+        """Whether it is reached in this control period.
+
+        Args:
+            local: The tip in the true frame of the receptacle. A pose. Shape (7,).
+            force_n: On the tool, tared [N].
+            simulation: The truth.
+        """
+        ...
+
+
+class Seated:
+    """The plug is in: deep enough, not through, and on the axis."""
+
+    enters = True
+
+    def reached(self, local: Array, force_n: float, simulation: Simulation) -> bool:
+        """See `Goal.reached`."""
+        deep = DEPTH_M[0] <= float(local[2]) <= DEPTH_M[1]
+        return deep and math.hypot(local[0], local[1]) < LATERAL_M
+
+
+class Withdrawn:
+    """The plug is out: at rest at the stand-off, touches nothing, and the receptacle was never dragged along.
+
+    Args:
+        away_m: How far from the stand-off it may be [m].
+        at_rest_m_s: How fast it may move relative to the receptacle [m/s].
+    """
+
+    enters = False
+
+    def __init__(self, away_m: float = AWAY_M, at_rest_m_s: float = AT_REST_M_S):
+        self._away_m, self._at_rest_m_s = away_m, at_rest_m_s
+        self.dragged_m = 0.0
+        """How far the receptacle was pulled from its rest at most [m]."""
+        self.out_s = math.nan
+        """When the tip had left the mouth [s]."""
+        self._way = deque[Array](maxlen=round(REST_S / TICK_S) + 1)
+
+    def reached(self, local: Array, force_n: float, simulation: Simulation) -> bool:
+        """See `Goal.reached`."""
+        self.dragged_m = max(self.dragged_m, simulation.deflection_m)
+        self._way.append(local[:3])
+        if math.isnan(self.out_s) and local[2] < 0.0:
+            self.out_s = simulation.time_s
+        speed_m_s = float(np.linalg.norm(local[:3] - self._way[0])) / REST_S
+        away_m = math.hypot(local[0], local[1], local[2] + STANDOFF_M)
+        near, at_rest = away_m <= self._away_m, speed_m_s <= self._at_rest_m_s
+        return near and at_rest and force_n <= TOUCHED_N and self.dragged_m <= MAX_DRAGGED_M

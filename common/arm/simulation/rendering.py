@@ -1,0 +1,94 @@
+"""Pictures of the simulation, drawn without a screen by whichever OpenGL is there: EGL or OSMesa."""
+
+from __future__ import annotations
+
+import importlib
+from ctypes.util import find_library
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.arm.engine import WANTED_GL, mujoco
+from farhand.common.arm.layers import HIDDEN
+from farhand.common.arm.simulation.simulation import Simulation
+from farhand.common.errors import FarhandError
+
+_LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
+_MOST_GEOMS = 2000
+
+
+class RenderingUnavailable(FarhandError):
+    """No OpenGL without a screen on this machine."""
+
+
+class Renderer:
+    """Draws a simulation as its cameras see it. Close it, or use it as a context manager.
+
+    Args:
+        simulation: What is drawn.
+        width: Of the pictures, at most 1920 [pixels].
+        height: At most 1080 [pixels].
+
+    Raises:
+        RenderingUnavailable: When this machine has neither EGL nor OSMesa.
+    """
+
+    def __init__(self, simulation: Simulation, width: int = 960, height: int = 540):
+        self._context = _open_context(width, height)
+        self._context.make_current()
+        self._model, self._data = simulation.model_and_data()
+        self._size = height, width
+        self._scene = mujoco.MjvScene(self._model, maxgeom=_MOST_GEOMS)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
+        self._options = mujoco.MjvOption()
+        self._options.geomgroup[HIDDEN] = 0
+        self._camera = mujoco.MjvCamera()
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self._drawing = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._drawing)
+
+    def render(self, camera: str) -> NDArray[np.uint8]:
+        """The picture of a camera of `scenery`. Shape (height, width, 3)."""
+        height, width = self._size
+        self._context.make_current()
+        self._camera.fixedcamid = self._model.camera(camera).id
+        mujoco.mjv_updateScene(
+            self._model,
+            self._data,
+            self._options,
+            None,
+            self._camera,
+            mujoco.mjtCatBit.mjCAT_ALL,
+            self._scene,
+        )
+        picture = np.empty((height, width, 3), dtype=np.uint8)
+        area = mujoco.MjrRect(0, 0, width, height)
+        mujoco.mjr_render(area, self._scene, self._drawing)
+        mujoco.mjr_readPixels(picture, None, area, self._drawing)
+        return picture[::-1]
+
+    def close(self) -> None:
+        """Give the OpenGL context back."""
+        self._context.make_current()
+        self._drawing.free()
+        self._context.free()
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _open_context(width: int, height: int) -> Any:
+    # PyOpenGL settles on one library for the whole process, so that it is chosen before the first attempt.
+    installed = (name for name, library in _LIBRARIES.items() if find_library(library))
+    backend = WANTED_GL if WANTED_GL in _LIBRARIES else next(installed, "egl")
+    try:
+        return importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
+    except (ImportError, AttributeError, RuntimeError) as error:  # what PyOpenGL raises without its library
+        raise RenderingUnavailable(
+            f"nothing to draw with ({backend}: {error}); Debian: apt-get install libegl1 libegl-mesa0 "
+            "libgl1-mesa-dri, or libosmesa6 with MUJOCO_GL=osmesa"
+        ) from error

@@ -1,0 +1,132 @@
+"""Differential inverse kinematics: the joint velocities that come closest to a twist within all limits.
+
+The quadratic program is that of ``mink.solve_ik`` with the same task and limits, to the last bit. Only what is
+constant in it is assembled once, and daqp is called without what lies between: that takes half the time.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.arm import arm
+from farhand.common.arm.engine import daqp, mink
+from farhand.common.arm.kinematics import BOARD, Kinematics
+from farhand.common.arm.poses import moved
+
+Array = NDArray[np.float64]
+
+# mink seeks a displacement, here that of so long a time: joints approach their limits with this time constant.
+_AHEAD_S = 0.1
+# A radian is worth 0.3 m.
+_POSITION_COST, _ORIENTATION_COST = 1.0, 0.3
+_DAMPING = 1e-4
+# Links approach each other and the panel at most with (distance - minimum) * gain / _AHEAD_S^2.
+_CLEARANCE_M, _NEAR_M, _COLLISION_GAIN = 0.005, 0.08, 0.05
+_TOLERANCE = 1e-8
+
+_HAND = "jaco_arm/jaco_hand/palm"
+_FOREARM = ("jaco_arm/link_3", "jaco_arm/link_4", "jaco_arm/link_5")
+_TRUNK = ("jaco_arm/base", "jaco_arm/link_1", "jaco_arm/link_2")
+JOINT_SPEEDS = np.radians([36.0, 36.0, 36.0, 48.0, 48.0, 48.0])
+"""What Kinova's firmware allows [rad/s]. Shape (6,)."""
+JOINT_ACCELERATIONS = np.array([6.0, 6.0, 6.0, 2.5, 2.5, 2.5])
+"""What the drives' torques can do with some load on them [rad/s^2]. Shape (6,)."""
+
+
+class Solution(NamedTuple):
+    """What the inverse kinematics found.
+
+    Args:
+        joint_velocities: Shape (6,) [rad/s].
+        missing_m_s: How much of the twist's velocity the limits, or a singularity, took away [m/s].
+        missing_rad_s: The same of its rotation [rad/s].
+    """
+
+    joint_velocities: Array
+    missing_m_s: float
+    missing_rad_s: float
+
+
+class VelocityIk:
+    """Solves one quadratic program per control period.
+
+    Args:
+        kinematics: Of the arm, up to date.
+    """
+
+    def __init__(self, kinematics: Kinematics):
+        self._kinematics = kinematics
+        model = kinematics.model
+        self.task = mink.FrameTask(arm.TIP, "site", _POSITION_COST, _ORIENTATION_COST)
+        speeds = dict(zip(arm.JOINTS, JOINT_SPEEDS[:, None], strict=True))
+        self._ranges = mink.ConfigurationLimit(model)
+        self._collisions = mink.CollisionAvoidanceLimit(
+            model,
+            [((_HAND, *_FOREARM), (BOARD,)), ((_HAND, _FOREARM[-1]), _TRUNK)],
+            gain=_COLLISION_GAIN,
+            minimum_distance_from_collisions=_CLEARANCE_M,
+            collision_detection_distance=_NEAR_M,
+        )
+        self.limits = [mink.VelocityLimit(model, speeds), self._ranges, self._collisions]
+        """As mink has them: speeds, ranges, collisions."""
+        rows = [limit.compute_qp_inequalities(kinematics.configuration, _AHEAD_S) for limit in self.limits]
+        self._G, self._h = np.vstack([row.G for row in rows]), np.concatenate([row.h for row in rows])
+        n_speeds, n_ranges = len(rows[0].h), len(rows[1].h)
+        self._range_rows = slice(n_speeds, n_speeds + n_ranges)
+        self._collision_rows = slice(n_speeds + n_ranges, None)
+        self._no_lower = np.full(self._h.size, -1e30)
+        self._inequalities = np.zeros(self._h.size, dtype=np.int32)
+
+    def solve(self, twist: Array, fastest_m_s: float = np.inf) -> Solution:
+        """Joint velocities for a twist of the tip; none when the limits leave no way.
+
+        Args:
+            twist: Shape (6,) [m/s, rad/s].
+            fastest_m_s: Of the tip; where the twist cannot be had, the next best one may be faster [m/s].
+        """
+        kinematics = self._kinematics
+        target = moved(kinematics.tip, _AHEAD_S * twist)
+        self.task.set_target(mink.SE3(np.concatenate([target[3:], target[:3]])))
+        displacement = self._displacement()
+        velocities = np.zeros(len(JOINT_SPEEDS)) if displacement is None else displacement / _AHEAD_S
+        achieved = kinematics.jacobian() @ velocities
+        speed = _length(achieved[:3])
+        if speed > fastest_m_s:
+            velocities, achieved = (vector * (fastest_m_s / speed) for vector in (velocities, achieved))
+        missing = achieved - twist
+        return Solution(velocities, _length(missing[:3]), _length(missing[3:]))
+
+    def _displacement(self) -> Array | None:
+        """Of the joints within `_AHEAD_S`; None when the limits leave no way. Shape (6,) [rad]."""
+        configuration, ranges = self._kinematics.configuration, self._ranges
+        W, error, _ = self.task.compute_qp_residual(configuration)
+        H = W.T @ W
+        H.flat[:: len(H) + 1] += _DAMPING
+        q, limited = configuration.q, ranges.indices
+        self._h[self._range_rows] = ranges.gain * np.concatenate(
+            [(ranges.upper - q)[limited], (q - ranges.lower)[limited]]
+        )
+        near = self._collisions.compute_qp_inequalities(configuration, _AHEAD_S)
+        self._G[self._collision_rows], self._h[self._collision_rows] = near.G, near.h
+        displacement, _, status, _ = daqp.solve(
+            H, -(error @ W), self._G, self._h, self._no_lower, self._inequalities, primal_tol=_TOLERANCE
+        )
+        return displacement if status > 0 else None
+
+
+def _length(vector: Array) -> float:
+    return math.sqrt(vector @ vector)
+
+
+def ramped(before: Array, wanted: Array, dt_s: float) -> Array:
+    """Joint velocities on the way from one to another that the drives can reach in a period. Shape (6,).
+
+    All joints go the same share of the way, so that the tool changes its velocity along a straight line.
+    """
+    change = wanted - before
+    share = float((np.abs(change) / (JOINT_ACCELERATIONS * dt_s)).max())
+    return wanted if share <= 1.0 else before + change / share

@@ -1,0 +1,160 @@
+"""How to ask the link process what it does and to change it: a line of JSON there, a line of JSON back.
+
+This goes over a socket of its own, never over the link, and works while the link is down.
+
+    {"request": "status"}
+    {"request": "profile", "name": "geo"}
+    {"request": "set", "uplink": {"delay_ms": 600}, "downlink": {}}
+    {"request": "outage", "kind": "stall", "duration_s": 10}
+    {"request": "clear"}
+
+Every answer is {"status": {...}}, as it is after the request, or {"error": {...}}, and nothing was changed.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+
+from farhand.common.errors import InvalidConfiguration, InvalidInput, InvalidMessage, LinkError
+from farhand.common.impairment.impairment import Outage
+from farhand.common.wire.codec import field_of
+
+CONTROL_PORT = 7448
+MAX_LINE_BYTES = 65536
+
+
+class _Request(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What all requests have in common."""
+
+
+class StatusRequest(_Request, frozen=True, tag_field="request", tag="status"):
+    """Say what goes on."""
+
+
+class ProfileRequest(_Request, frozen=True, tag_field="request", tag="profile"):
+    """Take the settings of a profile."""
+
+    name: str
+
+
+class SetRequest(_Request, frozen=True, tag_field="request", tag="set"):
+    """Replace some fields of `DirectionSettings`, both directions or neither."""
+
+    uplink: dict[str, Any] = {}
+    downlink: dict[str, Any] = {}
+
+
+class OutageRequest(_Request, frozen=True, tag_field="request", tag="outage"):
+    """Interrupt the link."""
+
+    kind: Outage
+    duration_s: float = 0.0
+
+
+class ClearRequest(_Request, frozen=True, tag_field="request", tag="clear"):
+    """End the outage under way."""
+
+
+Request = StatusRequest | ProfileRequest | SetRequest | OutageRequest | ClearRequest
+
+
+class Refusal(msgspec.Struct, frozen=True, kw_only=True):
+    """Why a request was refused; the arguments of `InvalidInput`."""
+
+    source: str
+    field: str
+    expected: str
+
+
+class Answer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """One of the two is there."""
+
+    status: dict[str, Any] | None = None
+    error: Refusal | None = None
+
+
+def decode_request(line: bytes) -> Request:
+    """The request in a line.
+
+    Raises:
+        InvalidMessage: It is no JSON, or not a request; names the field.
+    """
+    try:
+        return msgspec.json.decode(line, type=Request)
+    except msgspec.ValidationError as error:
+        raise InvalidMessage("link request", *field_of(error)) from error
+    except msgspec.DecodeError as error:
+        raise InvalidMessage("link request", "", f"expected one line of JSON: {error}") from error
+
+
+def refuse(error: InvalidInput) -> Answer:
+    """The answer to a request that was refused."""
+    return Answer(error=Refusal(source=error.source, field=error.field, expected=error.expected))
+
+
+class RelayControl:
+    """A client of the link process. It connects anew for each request, so it outlives a restart of the link.
+
+    Every method returns the link's status after the request.
+
+    Args:
+        host: Where the link's control socket listens.
+        port: Its port.
+        timeout_s: Longest wait for an answer [s].
+
+    Raises:
+        LinkError: (each method) The link process cannot be reached or does not answer.
+        InvalidConfiguration: (each method) It refused the request, and nothing has changed; names the field.
+    """
+
+    def __init__(self, host: str = "127.0.0.1", port: int = CONTROL_PORT, timeout_s: float = 5.0):
+        self._host, self._port, self._timeout_s = host, port, timeout_s
+
+    def status(self) -> dict[str, Any]:
+        """What goes on: settings, outage, connections, traffic, the relay's own lateness."""
+        return self._ask(StatusRequest())
+
+    def profile(self, name: str) -> dict[str, Any]:
+        """Take the settings of a profile."""
+        return self._ask(ProfileRequest(name=name))
+
+    def set(self, uplink: Mapping[str, Any] = {}, downlink: Mapping[str, Any] = {}) -> dict[str, Any]:
+        """Replace some fields of `DirectionSettings` in either direction."""
+        return self._ask(SetRequest(uplink=dict(uplink), downlink=dict(downlink)))
+
+    def outage(self, kind: Outage, duration_s: float) -> dict[str, Any]:
+        """Interrupt the link for so many seconds: `stall`, `reset` or `blackhole`."""
+        return self._ask(OutageRequest(kind=kind, duration_s=duration_s))
+
+    def clear(self) -> dict[str, Any]:
+        """End the outage under way."""
+        return self._ask(ClearRequest())
+
+    def _ask(self, request: Request) -> dict[str, Any]:
+        where = f"{self._host} port {self._port}"
+        try:
+            answer = msgspec.json.decode(self._exchange(msgspec.json.encode(request) + b"\n"), type=Answer)
+        except OSError as error:
+            reason = error.strerror or "no answer in time"
+            raise LinkError(
+                f"the link process does not answer at {where} ({reason}): is it running?"
+            ) from error
+        except msgspec.DecodeError as error:
+            raise LinkError(f"what answers at {where} is not a link process: {error}") from error
+        if answer.error:
+            raise InvalidConfiguration(answer.error.source, answer.error.field, answer.error.expected)
+        if answer.status is None:
+            raise LinkError(f"what answers at {where} is not a link process: it sent no status")
+        return answer.status
+
+    def _exchange(self, line: bytes) -> bytes:
+        with (
+            socket.create_connection((self._host, self._port), self._timeout_s) as sock,
+            sock.makefile("rb") as answers,
+        ):
+            sock.sendall(line)
+            return answers.readline(MAX_LINE_BYTES)

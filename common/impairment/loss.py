@@ -1,0 +1,83 @@
+"""Loss of messages: a chain of two conditions of the link, of which each loses its own share.
+
+Gilbert and Elliott's model is such a chain. Loss at random with a correlation C is one, too: bad loses all,
+good loses nothing, and the chain turns bad with P (1 - C) and good with (1 - P) (1 - C).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+
+from farhand.common.impairment.impairment import DirectionSettings
+
+
+@dataclass(frozen=True)
+class GilbertElliott:
+    """The chain's probabilities, in netem's letters.
+
+    Args:
+        p: From good to bad, per message.
+        r: From bad to good, per message.
+        one_minus_h: Loss while bad.
+        one_minus_k: Loss while good.
+    """
+
+    p: float
+    r: float
+    one_minus_h: float = 1.0
+    one_minus_k: float = 0.0
+
+    @classmethod
+    def of(cls, settings: DirectionSettings) -> GilbertElliott | None:
+        """The chain of these settings; None where nothing is lost."""
+        if settings.gemodel_p:
+            return cls(
+                settings.gemodel_p / 100,
+                settings.gemodel_r / 100,
+                settings.gemodel_1_h / 100,
+                settings.gemodel_1_k / 100,
+            )
+        if settings.loss:
+            loss, apart = settings.loss / 100, 1 - settings.loss_correlation / 100
+            return cls(p=loss * apart, r=(1 - loss) * apart)
+        return None
+
+    @property
+    def bad_share(self) -> float:
+        """Share of the messages that meet a bad link in the long run."""
+        return self.p / (self.p + self.r)
+
+
+class Loss:
+    """Says of one message after another whether it is lost. Begins as the chain is in the long run.
+
+    Args:
+        settings: The parameters; `change` replaces them.
+        random: Source of chance, for this alone.
+    """
+
+    def __init__(self, settings: DirectionSettings, random: Random):
+        self._random = random
+        self._bad: bool | None = None
+        self._chain = GilbertElliott.of(settings)
+
+    def change(self, settings: DirectionSettings) -> None:
+        """Replace the parameters; a link that is bad stays so until it turns good."""
+        self._chain = GilbertElliott.of(settings)
+        if self._chain is None:
+            self._bad = None
+
+    def strikes(self) -> bool:
+        """Whether the next message is lost."""
+        chain = self._chain
+        if chain is None:
+            return False
+        draw = self._random.random
+        if self._bad is None:
+            self._bad = draw() < chain.bad_share
+        elif self._bad:
+            self._bad = draw() >= chain.r
+        else:
+            self._bad = draw() < chain.p
+        return draw() < (chain.one_minus_h if self._bad else chain.one_minus_k)

@@ -1,0 +1,108 @@
+"""What a bad link does to messages: each may be late, lost, doubled or overtaken."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from random import Random
+
+from farhand.common.impairment.impairment import DirectionSettings
+from farhand.common.impairment.jitter import Jitter
+from farhand.common.impairment.loss import Loss
+
+
+class MessageLine:
+    """One direction of a link of messages: decides when each arrives, how often, and whether at all.
+
+    Chance has a sequence of its own for each impairment, so that a change of one leaves the others as they
+    are. A message that is lost on the way has still taken its time to send.
+
+    Args:
+        settings: The line's parameters.
+        stream: Name of the line; each has random sequences of its own.
+    """
+
+    def __init__(self, settings: DirectionSettings, stream: str = ""):
+        self._settings = settings
+        self._stream = stream
+        self._sent_s = -math.inf  # when the last bit has left the sender
+        self._under_way: list[tuple[float, int]] = []  # heap of (due, bytes)
+        self._under_way_bytes = 0
+        self._since_reordered = 0
+        self._seed_all()
+
+    @property
+    def settings(self) -> DirectionSettings:
+        """The parameters in force."""
+        return self._settings
+
+    def push(self, now_s: float, n_bytes: int) -> list[float]:
+        """Send a message.
+
+        Args:
+            now_s: The time [s], on any clock that does not go back.
+            n_bytes: Its size.
+
+        Returns:
+            When it arrives [s]: nothing if it is lost, two times if it is doubled. A later message may
+            arrive earlier where jitter or reorder have it so.
+        """
+        settings = self._settings
+        sending_s = 8 * n_bytes / settings.rate_bps if settings.rate_bps else 0.0
+        self._sent_s = max(now_s, self._sent_s) + sending_s
+        if self._loss.strikes():
+            return []
+        arrivals = [self._sent_s + self._draw_delay_s()]
+        if settings.duplicate and self._duplicate.random() < settings.duplicate / 100:
+            arrivals.append(self._sent_s + self._jitter.draw_s(settings))
+        self._forget_arrived(now_s)
+        heapq.heappush(self._under_way, (arrivals[0], n_bytes))
+        self._under_way_bytes += n_bytes
+        return arrivals
+
+    @property
+    def next_arrival_s(self) -> float | None:
+        """When the next of what is under way arrives [s]; None for nothing."""
+        return self._under_way[0][0] if self._under_way else None
+
+    def free_bytes(self, now_s: float) -> int:
+        """Room for bytes at that time; a sender who finds none has to wait or to drop."""
+        self._forget_arrived(now_s)
+        return max(0, self._settings.queue_limit_bytes - self._under_way_bytes)
+
+    def clear(self) -> None:
+        """Forget what is under way: it is lost, and no longer in the way of what follows."""
+        self._sent_s = -math.inf
+        self._under_way.clear()
+        self._under_way_bytes = 0
+
+    def change(self, settings: DirectionSettings) -> None:
+        """Replace the parameters for what is pushed from now on; what is under way keeps its times."""
+        reseed = settings.seed != self._settings.seed
+        self._settings = settings
+        if reseed:
+            self._seed_all()
+        else:
+            self._loss.change(settings)
+
+    def _seed_all(self) -> None:
+        def chance(purpose: str) -> Random:
+            return Random(f"{self._settings.seed}/{self._stream}/{purpose}")
+
+        self._loss = Loss(self._settings, chance("loss"))
+        self._jitter = Jitter(chance("jitter"))
+        self._duplicate = chance("duplicate")
+        self._reorder = chance("reorder")
+
+    def _forget_arrived(self, now_s: float) -> None:
+        while self._under_way and self._under_way[0][0] <= now_s:
+            self._under_way_bytes -= heapq.heappop(self._under_way)[1]
+
+    def _draw_delay_s(self) -> float:
+        settings = self._settings
+        if settings.reorder:
+            self._since_reordered += 1
+            if self._since_reordered >= settings.gap and self._reorder.random() < settings.reorder / 100:
+                self._since_reordered = 0
+                return 0.0
+        return self._jitter.draw_s(settings)

@@ -1,0 +1,234 @@
+"""The connection between the two sites. The only file that speaks Zenoh.
+
+A lost put raises nothing and a slow callback would freeze the whole session, so: every channel has its
+own bounded boxes, sending is done by one thread per urgency, receiving by one thread per channel, and
+nothing is trusted to have arrived until the other site's application says so.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import zenoh
+
+from farhand.common.errors import LinkError
+from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
+from farhand.common.link.outbox import Outbox
+from farhand.common.log import loop_logger
+from farhand.common.wire.keys import Channel, Urgency
+
+_log = loop_logger(__name__)
+
+OVERHEAD_BYTES = 70
+"""What Zenoh (about 30), TCP and IP (40) add to a message, for its budget [B]."""
+
+Deliver = Callable[[bytes], None]
+Answered = Callable[[bytes | None], None]
+
+
+class Request(Protocol):
+    """A question of the other site that waits for its answer."""
+
+    @property
+    def data(self) -> bytes:
+        """What was asked."""
+        ...
+
+    def answer(self, data: bytes) -> None:
+        """Answer it, from any thread, without blocking."""
+        ...
+
+
+class Link(Protocol):
+    """What a site needs of a connection."""
+
+    def send(self, channel: Channel, data: bytes) -> None:
+        """Hand a message over for sending; never blocks, says nothing about its arrival."""
+        ...
+
+    def subscribe(self, channel: Channel, deliver: Deliver) -> None:
+        """Have each message of a channel delivered, from a thread of the link's own."""
+        ...
+
+    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
+        """Have each question on a channel handed over, from a thread of the link's own."""
+        ...
+
+    def limit(self, channel: Channel, bytes_per_s: float) -> None:
+        """Give a newest-only channel a byte budget [B/s]: what does not fit is skipped, not queued."""
+        ...
+
+    def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
+        """Ask the other site; never blocks.
+
+        Args:
+            channel: Where it is served.
+            data: The question.
+            timeout_s: Patience [s].
+            answered: Called at most once, from a thread of the link's own, and must not block. None: no answer
+                came, the question was perhaps not delivered. A link that is closed before may not call it.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the connection and all its threads."""
+        ...
+
+
+class _ZenohRequest:
+    def __init__(self, query: zenoh.Query, channel: Channel, outbox: Outbox):
+        self._query, self._channel, self._outbox = query, channel, outbox
+        self.data = query.payload.to_bytes() if query.payload else b""
+
+    def answer(self, data: bytes) -> None:
+        self._outbox.submit(lambda: self._reply(data))
+
+    def _reply(self, data: bytes) -> None:
+        with self._query:
+            self._query.reply(self._channel.key, data, express=True)  # with the question's priority
+
+
+class _Question:
+    """Gives the first reply on, or None at the end of all replies."""
+
+    def __init__(self, answered: Answered):
+        self._answered: Answered | None = answered
+
+    def on_reply(self, reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            self._give(reply.ok.payload.to_bytes())
+
+    def on_end(self) -> None:
+        self._give(None)
+
+    def _give(self, data: bytes | None) -> None:
+        answered, self._answered = self._answered, None
+        if answered is not None:
+            answered(data)
+
+
+class ZenohLink:
+    """A `Link` over one Zenoh session.
+
+    Args:
+        settings: The endpoints.
+
+    Raises:
+        LinkError: When the endpoint cannot be listened on or is not understood.
+    """
+
+    def __init__(self, settings: EndpointSettings):
+        try:
+            configuration = zenoh.Config.from_json5(json.dumps(zenoh_configuration(settings)))
+            self._session = zenoh.open(configuration)
+        except zenoh.ZError as error:
+            where = settings.listen or settings.connect
+            raise LinkError(
+                f"{where}: cannot be opened; is the port in use? ({_first_line(error)})"
+            ) from error
+        self._outboxes = {urgency: Outbox(urgency.name.lower(), _log) for urgency in Urgency}
+        self._publishers: dict[Channel, zenoh.Publisher] = {}
+        self._threads: list[threading.Thread] = []
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def send(self, channel: Channel, data: bytes) -> None:
+        """See `Link.send`."""
+        publisher = self._publisher(channel)
+        newest_only = None if channel.must_arrive else channel.key
+        self._outboxes[channel.urgency].submit(
+            lambda: publisher.put(data), newest_only, len(data) + OVERHEAD_BYTES
+        )
+
+    def limit(self, channel: Channel, bytes_per_s: float) -> None:
+        """See `Link.limit`."""
+        self._outboxes[channel.urgency].limit(channel.key, bytes_per_s)
+
+    def subscribe(self, channel: Channel, deliver: Deliver) -> None:
+        """See `Link.subscribe`."""
+        subscriber = self._session.declare_subscriber(channel.key, zenoh.handlers.RingChannel(channel.keep))
+        self._receive(channel, subscriber.recv, lambda sample: deliver(sample.payload.to_bytes()))
+
+    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
+        """See `Link.serve`."""
+        queryable = self._session.declare_queryable(channel.key, zenoh.handlers.FifoChannel(64))
+        outbox = self._outboxes[channel.urgency]
+        self._receive(channel, queryable.recv, lambda query: handle(_ZenohRequest(query, channel, outbox)))
+
+    def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
+        """See `Link.ask`."""
+        question = _Question(answered)
+        # In the network's own thread: a thread for each question would cost more than the question.
+        handler = zenoh.handlers.Callback(question.on_reply, question.on_end, indirect=False)
+
+        def get() -> None:
+            self._session.get(
+                channel.key, handler, payload=data, timeout=timeout_s, express=True,
+                priority=_priority(channel), congestion_control=zenoh.CongestionControl.BLOCK,
+            )  # fmt: skip
+
+        self._outboxes[channel.urgency].submit(get)
+
+    def ask_and_wait(self, channel: Channel, data: bytes, timeout_s: float) -> bytes | None:
+        """Ask the other site and wait for its answer. None when none came."""
+        answers: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self.ask(channel, data, timeout_s, answers.put)
+        try:
+            return None if self._closed else answers.get(timeout=timeout_s + 1.0)
+        except queue.Empty:
+            return None
+
+    def close(self) -> None:
+        """See `Link.close`. Without it the interpreter would hang at its exit."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+        for outbox in self._outboxes.values():
+            outbox.close()
+        self._session.close()
+        for thread in self._threads:
+            thread.join(timeout=5.0)
+
+    def _publisher(self, channel: Channel) -> zenoh.Publisher:
+        with self._lock:
+            if channel not in self._publishers:
+                control = zenoh.CongestionControl
+                self._publishers[channel] = self._session.declare_publisher(
+                    channel.key,
+                    priority=_priority(channel),
+                    congestion_control=control.BLOCK if channel.must_arrive else control.DROP,
+                    express=channel.urgency is not Urgency.BULK,
+                )
+            return self._publishers[channel]
+
+    def _receive(self, channel: Channel, take: Callable[[], Any], hand_over: Callable[[Any], None]) -> None:
+        """Read a channel in a thread of its own until the session closes."""
+
+        def run() -> None:
+            while True:
+                try:
+                    item = take()
+                except zenoh.ZError:
+                    return  # the session was closed
+                try:
+                    hand_over(item)
+                except Exception:
+                    _log.exception("a message on %s could not be handled", channel.key)
+                item = None  # a question that was dropped ends now, not with the next one
+
+        thread = threading.Thread(target=run, name=f"receive {channel.key}", daemon=True)
+        thread.start()
+        self._threads.append(thread)
+
+
+def _priority(channel: Channel) -> zenoh.Priority:
+    return getattr(zenoh.Priority, channel.urgency.value)
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).split(" at /")[0].splitlines()[0][:200]

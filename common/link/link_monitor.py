@@ -1,0 +1,114 @@
+"""How the link is doing, as one site sees it: round trip, age of the data, what went missing."""
+
+from __future__ import annotations
+
+from collections import OrderedDict, deque
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from farhand.common.wire.messages import Stamp, Telemetry
+
+_LATE_S = 0.5
+_LOST_S = 2.0
+_HEARTBEATS_KEPT = 2048
+_HISTORY = 600
+
+
+class LinkHealth(StrEnum):
+    """Whether reports arrive."""
+
+    NEVER = "never"
+    OK = "ok"
+    LATE = "late"
+    LOST = "lost"
+
+
+@dataclass(frozen=True)
+class LinkView:
+    """The link at one moment.
+
+    Args:
+        health: Whether reports arrive.
+        silent_s: Time since the newest report arrived [s].
+        round_trip_s: Newest measured round trip [s], None before the first.
+        age_s: Estimated age of the newest report: its silence plus half the round trip [s].
+        n_received: Reports received.
+        n_missed: Reports that were sent and skipped or lost on the way.
+    """
+
+    health: LinkHealth
+    silent_s: float
+    round_trip_s: float | None
+    age_s: float | None
+    n_received: int
+    n_missed: int
+
+
+class LinkMonitor:
+    """Follows the reports and the heartbeats that they echo. Times are the caller's own clock [s]."""
+
+    def __init__(self) -> None:
+        self._sent_s: OrderedDict[int, float] = OrderedDict()
+        self._last_echo = 0
+        self._arrived_s: float | None = None
+        self._boot, self._seq = "", 0
+        self._n_received = self._n_missed = 0
+        self._round_trips: deque[float] = deque(maxlen=_HISTORY)
+        self._ways_s: deque[float] = deque(maxlen=_HISTORY)
+        """Of the last reports: arrival here less stamp there, so with the unknown difference of the two clocks."""
+
+    def heartbeat_sent(self, seq: int, now_s: float) -> None:
+        """A heartbeat left."""
+        self._sent_s[seq] = now_s
+        if len(self._sent_s) > _HEARTBEATS_KEPT:
+            self._sent_s.popitem(last=False)
+
+    def received(self, report: Telemetry, now_s: float) -> bool:
+        """A report arrived.
+
+        Returns:
+            Whether it is newer than all before; an older one must not be shown.
+        """
+        if report.stamp.boot == self._boot:
+            if report.seq <= self._seq:
+                return False
+            self._n_missed += report.seq - self._seq - 1
+        else:
+            self._ways_s.clear()
+        self._ways_s.append(now_s - report.stamp.t_ns * 1e-9)
+        self._boot, self._seq, self._arrived_s = report.stamp.boot, report.seq, now_s
+        self._n_received += 1
+        if report.heartbeat_echo != self._last_echo:
+            self._last_echo = report.heartbeat_echo
+            if (sent_s := self._sent_s.get(report.heartbeat_echo)) is not None:
+                self._round_trips.append(now_s - sent_s - report.heartbeat_held_ms * 1e-3)
+        return True
+
+    def view(self, now_s: float) -> LinkView:
+        """The link now."""
+        newest = self._round_trips[-1] if self._round_trips else None
+        if self._arrived_s is None:
+            return LinkView(LinkHealth.NEVER, float("inf"), newest, None, 0, 0)
+        silent_s = now_s - self._arrived_s
+        health = LinkHealth.OK if silent_s < _LATE_S else LinkHealth.LATE
+        if silent_s >= _LOST_S:
+            health = LinkHealth.LOST
+        age_s = silent_s + 0.5 * newest if newest is not None else None
+        return LinkView(health, silent_s, newest, age_s, self._n_received, self._n_missed)
+
+    def late_s(self, stamp: Stamp, now_s: float) -> float:
+        """How much longer than the quickest of the last reports something that arrives now was on its way [s].
+
+        Args:
+            stamp: When it left, by the robot's clock.
+            now_s: Now.
+        """
+        if stamp.boot != self._boot or not self._ways_s:
+            return 0.0
+        return max(0.0, now_s - stamp.t_ns * 1e-9 - min(self._ways_s))
+
+    def median_round_trip_s(self) -> float | None:
+        """Median of the last measured round trips [s]."""
+        return float(np.median(self._round_trips)) if self._round_trips else None

@@ -1,0 +1,93 @@
+"""Messages to bytes and back. What arrives is checked whole before anybody sees it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from functools import cache
+from typing import Any, TypeVar
+
+import msgpack
+import msgspec
+
+from farhand.common.errors import InvalidMessage
+from farhand.common.wire.messages import SCHEMA, Message, Telemetry
+
+M = TypeVar("M", bound=Message)
+
+MAX_BYTES = 4_100_000
+"""Nothing larger is even unpacked: a little more than the largest model."""
+
+
+def encode(message: Message) -> bytes:
+    """The MessagePack bytes of a message. Telemetry travels in single precision, for its budget."""
+    plain = msgspec.to_builtins(message, builtin_types=(bytes,))
+    packer = msgpack.Packer(use_single_float=isinstance(message, Telemetry))
+    return packer.pack(plain)
+
+
+def decode(data: bytes, kind: type[M]) -> M:
+    """The message in some bytes.
+
+    Args:
+        data: What arrived.
+        kind: The type that travels on the key on which it arrived.
+
+    Raises:
+        InvalidMessage: When the bytes are too many, are not MessagePack, have another schema, an
+            unknown or missing field, a wrong type or shape, or a number that is not finite.
+    """
+    name = kind.__name__
+    if len(data) > MAX_BYTES:
+        raise InvalidMessage(name, "", f"at most {MAX_BYTES} bytes, got {len(data)}")
+    try:
+        plain = msgpack.unpackb(data, raw=False, strict_map_key=True)
+    except (ValueError, msgpack.UnpackException, RecursionError) as error:
+        raise InvalidMessage(
+            name, "", f"MessagePack was expected, but it does not decode ({error})"
+        ) from error
+    _check_schema(plain, kind)
+    try:
+        message = msgspec.convert(plain, kind, builtin_types=(bytes,))
+    except msgspec.ValidationError as error:
+        raise InvalidMessage(name, *field_of(error)) from error
+    for path, number in numbers(plain):
+        if not math.isfinite(number):
+            raise InvalidMessage(name, path, f"a finite number, got {number}")
+    return message
+
+
+def _check_schema(plain: Any, kind: type[Message]) -> None:
+    """Say plainly that the other site speaks another version, before any field is looked at."""
+    if not isinstance(plain, dict):
+        raise InvalidMessage(kind.__name__, "", f"a map of fields, got {type(plain).__name__}")
+    theirs = plain.get(_schema_key(kind))
+    if theirs != SCHEMA:
+        raise InvalidMessage(
+            kind.__name__, "schema", f"version {SCHEMA}, got {theirs!r}: run the same Farhand on both sites"
+        )
+
+
+@cache
+def _schema_key(kind: type[Message]) -> str:
+    """What the schema is called on the wire; finding out takes longer than all the rest of decoding."""
+    return next(field.encode_name for field in msgspec.structs.fields(kind) if field.name == "schema")
+
+
+def numbers(plain: Any, path: str = "") -> Iterator[tuple[str, float]]:
+    """Every floating-point number in plain Python with the path to it."""
+    if isinstance(plain, float):
+        yield path, plain
+    elif isinstance(plain, dict):
+        for key, value in plain.items():
+            yield from numbers(value, f"{path}.{key}".lstrip("."))
+    elif isinstance(plain, list):
+        for index, value in enumerate(plain):
+            yield from numbers(value, f"{path}[{index}]")
+
+
+def field_of(error: msgspec.ValidationError) -> tuple[str, str]:
+    """The field at fault and the text of a validation error."""
+    text, _, path = str(error).partition(" - at ")
+    return re.sub(r"^\$\.?", "", path.strip("`")), text

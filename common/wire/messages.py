@@ -1,0 +1,391 @@
+"""Every message on the wire. `keys.py` says where each travels, `codec.py` how it becomes bytes.
+
+Times are seconds or nanoseconds of the sender's own monotonic clock. A stamp of the robot that comes
+back as an `echo` lets the robot compute an age on its own clock alone.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+from msgspec import UNSET, Meta, Struct, UnsetType
+
+from farhand.common.control_mode import Action, ControlMode, Phase
+
+SCHEMA = 1
+"""Version of all messages together; a site refuses another one by name."""
+MAX_TELEMETRY_BYTES = 264
+"""No report is longer [B]."""
+MOST_TASKS = 8
+"""No robot says that it does more."""
+
+Id = Annotated[str, Meta(max_length=64)]
+Text = Annotated[str, Meta(max_length=500)]
+Count = Annotated[int, Meta(ge=0)]
+Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
+"""Bounded, so that sums and differences of what arrived stay finite [m]."""
+Vector = Annotated[tuple[Coordinate, ...], Meta(min_length=2, max_length=3)]
+Rotation = Annotated[tuple[Annotated[float, Meta(ge=-10.0, le=10.0)], ...], Meta(max_length=3)]
+"""Nothing for none, one angle in the plane, a rotation vector in space [rad]."""
+Sha256 = Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")]
+SLOWEST_PACE = 0.1
+Pace = Annotated[float, Meta(ge=SLOWEST_PACE, le=1.0)]
+"""How fast an execution goes, as a share of how it was demonstrated."""
+
+
+class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What all messages have."""
+
+    schema: int = SCHEMA
+
+
+class Stamp(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """An instant of one boot of the robot: boot id and monotonic time [ns]."""
+
+    boot: Id
+    t_ns: Count
+
+
+class ArmState(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """What an arm reports beyond what a point does."""
+
+    rotation_rad: tuple[float, float, float]
+    """Orientation of its tool: a rotation vector [rad]."""
+    joints_rad: Annotated[tuple[float, ...], Meta(max_length=8)]
+    """Its angles [rad]."""
+    force_n: float
+    """On its tool [N]."""
+    overruns: Count
+    """Control periods that came too late in this boot, and were left out."""
+
+
+class Telemetry(
+    Message,
+    frozen=True,
+    kw_only=True,
+    rename={
+        "stamp": "t", "position_m": "p", "frame_origin_m": "o", "frame_rotation_rad": "r", "mode": "m",
+        "phase": "f", "component": "c", "elapsed_s": "e", "path_id": "i", "model": "g",
+        "coupling_id": "k", "holder": "h", "lease": "l", "heartbeat_echo": "b", "heartbeat_held_ms": "d",
+        "waiting": "w", "stale_refused": "x", "pace": "q", "seq": "s", "schema": "v",
+        "arm": "a", "recorded_s": "u",
+    },
+):  # fmt: skip
+    """The robot's report of itself, newest only. A point's has at most 200 B, an arm's 264 B: short names, single precision."""
+
+    schema: int = SCHEMA  # said again, for its short name to count
+    seq: Count
+    stamp: Stamp
+    mode: ControlMode
+    phase: Phase = Phase.NONE
+    position_m: Vector
+    frame_origin_m: Vector
+    """Origin of the task frame as perceived [m]."""
+    frame_rotation_rad: Rotation = ()
+    """Rotation of the task frame: one angle in the plane, a rotation vector in space [rad]."""
+    component: int = -1
+    """The component that is being executed, -1 without an execution."""
+    elapsed_s: float = 0.0
+    """Time since the execution began [s]."""
+    path_id: Count = 0
+    """The committed path that is being executed."""
+    model: Annotated[str, Meta(max_length=8)] = ""
+    """First digits of the newest verified model's hash."""
+    coupling_id: Count = 0
+    holder: Annotated[str, Meta(max_length=16)] = ""
+    """Who holds the lease, cut to 16 bytes."""
+    lease: Annotated[str, Meta(max_length=4)] = ""
+    """First digits of the lease, so that its holder knows whether it still counts."""
+    heartbeat_echo: Count = 0
+    """Sequence number of the newest heartbeat of the lease's holder."""
+    heartbeat_held_ms: float = 0.0
+    """How long the robot had it when this was sent [ms]."""
+    waiting: bool = False
+    """DIRECT, but no input for half a second: the robot waits where it is."""
+    stale_refused: Count = 0
+    """How many operator's messages were refused for their age or their lease in this boot."""
+    pace: float = 1.0
+    """How fast executions and manoeuvres go, as a share of how they were meant."""
+    arm: ArmState | UnsetType = UNSET
+    """Of an arm only."""
+    recorded_s: float | UnsetType = UNSET
+    """While a motion in DIRECT is recorded: for how long by now [s]."""
+
+
+class Heartbeat(Message, frozen=True, kw_only=True):
+    """The operator's site is there and this is the newest report that it has shown."""
+
+    session: Id
+    seq: Count
+    echo: Stamp | None
+
+
+class OperatorInput(Message, frozen=True, kw_only=True):
+    """Where the operator's hand is. Counts only with the present coupling and lease."""
+
+    seq: Count
+    echo: Stamp
+    lease_id: Id
+    coupling_id: Count
+    position_m: Vector
+    rotation_rad: Rotation = ()
+    """Of a hand that guides a pose: a rotation vector [rad]."""
+    released: bool = False
+    """The drag ended: the dead-man was let go."""
+
+
+class MoveTarget(Message, frozen=True, kw_only=True):
+    """Moves the mean of a simulated target, for whoever holds the lease. A real robot does not serve it."""
+
+    lease_id: Id
+    position_m: Vector
+
+
+class Wish(StrEnum):
+    """What a local site wants of the control of the robot."""
+
+    CONTROL = "control"
+    """Have it when it is free, keep it while it has it."""
+    WATCH = "watch"
+    """Never have it; give it up if it has it."""
+    ASK = "ask"
+    """Have it; its holder is told so."""
+    GIVE = "give"
+    """Hand it over to who asked."""
+
+
+class LeaseRequest(Message, frozen=True, kw_only=True):
+    """Asks for, renews or hands over the control of the robot. Moves nothing."""
+
+    session: Id
+    site_name: Id
+    wish: Wish = Wish.CONTROL
+    echo: Stamp | None = None
+
+
+class LeaseReply(Message, frozen=True, kw_only=True):
+    """Whether the asker holds the lease, and what the robot is."""
+
+    granted: bool
+    lease_id: Id
+    """The asker's lease, empty for none: a renewal that came too late does not end it, silence does."""
+    holder: Id
+    reason: Text = ""
+    asked_by: Id = ""
+    """To the holder: who asks for the control."""
+    stamp: Stamp
+    tasks: Annotated[tuple[Id, ...], Meta(min_length=1, max_length=MOST_TASKS)]
+    """What the robot does, by name; it begins with the first."""
+    n_dims: Annotated[int, Meta(ge=2, le=3)]
+    newest_age_s: float | None = None
+    """Age of the echo in the request, as the robot measured it [s]."""
+
+
+class Command(Message, frozen=True, kw_only=True):
+    """One action asked of the robot; runs at most once in a boot, whatever arrives how often."""
+
+    command_id: Id
+    session: Id
+    lease_id: Id
+    action: Action
+    echo: Stamp | None
+    task: Id = ""
+    model_sha256: Sha256 = ""
+    plan_id: Count = 0
+    pace: Pace = 1.0
+    """What "set pace" sets; executions and manoeuvres go at it from then on."""
+
+
+class CommandReply(Message, frozen=True, kw_only=True):
+    """The first answer to a command: received, or refused with the reason and the measured value."""
+
+    command_id: Id
+    accepted: bool
+    reason: Text = ""
+    measured: float | None = None
+    mode: ControlMode
+    stamp: Stamp
+
+
+RECORDED = "recorded"
+"""Kind of the event that says how a recording in DIRECT ended, good or bad."""
+
+
+class Event(Message, frozen=True, kw_only=True):
+    """Something that happened at the robot; for a command its second answer: completed or failed."""
+
+    seq: Count
+    stamp: Stamp
+    kind: Id
+    text: Text
+    command_id: Id = ""
+    action: Id = ""
+    """What the command asked for."""
+    succeeded: bool = True
+    mode: ControlMode
+    coupling_id: Count = 0
+    plan_id: Count = 0
+    who: Id = ""
+    """The site that caused it, empty for the robot itself."""
+    measured: float | None = None
+
+
+class EventsRequest(Message, frozen=True, kw_only=True):
+    """Asks for the events after a number: what an outage has swallowed."""
+
+    after_seq: Count = 0
+
+
+class EventsReply(Message, frozen=True, kw_only=True):
+    """The robot's events of this boot, oldest first; only the newest are kept."""
+
+    events: Annotated[tuple[Event, ...], Meta(max_length=64)]
+    newest_seq: Count
+    stamp: Stamp
+
+
+class ModelTransfer(Message, frozen=True, kw_only=True):
+    """A learned model on its way to the robot, whole or in parts; a part without content asks whether it is there."""
+
+    task: Id
+    sha256: Sha256
+    version: Count = 0
+    """Counts the models of one local site."""
+    parent_sha256: Sha256 = ""
+    """The model that this one was refined from."""
+    size: Annotated[int, Meta(ge=0, le=4_000_000)] = 0
+    """Of the whole model [B]; 0: this is all of it."""
+    offset: Count = 0
+    """Where this part begins in it [B]."""
+    content: Annotated[bytes, Meta(max_length=4_000_000)]
+
+
+class ModelReply(Message, frozen=True, kw_only=True):
+    """The robot's confirmation: the hash that it computed over what it decoded and stored.
+
+    Of a part: how much of the model it has; the model counts when that is all of it.
+    """
+
+    accepted: bool
+    sha256: Sha256
+    complete: bool = True
+    received: Count = 0
+    """How many bytes from the beginning the robot has; the next part begins there."""
+    reason: Text = ""
+    stamp: Stamp
+
+
+class CatalogueRequest(Message, frozen=True, kw_only=True):
+    """Asks what the robot has to fetch."""
+
+
+class RecordingOffer(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """A motion that the robot recorded while it was driven."""
+
+    sha256: Sha256
+    """Of its content, see `farhand.common.wire.recorded_motion`."""
+    site_name: Id
+    """Who drove."""
+    whole: bool
+    """Whether whoever drove ended it, and nothing else did."""
+    duration_s: float
+
+
+class CatalogueReply(Message, frozen=True, kw_only=True):
+    """What the robot has to fetch, each by its hash."""
+
+    scene_sha256: Sha256 = ""
+    """What the robot looks like, see `farhand.common.wire.scene_description`; empty for a point."""
+    recordings: Annotated[tuple[RecordingOffer, ...], Meta(max_length=8)] = ()
+    """Of this boot, the newest last."""
+    stamp: Stamp
+
+
+class BlobRequest(Message, frozen=True, kw_only=True):
+    """Asks for a part of what the catalogue names."""
+
+    sha256: Sha256
+    """Of the whole content."""
+    offset: Count = 0
+    """Where the part begins [B]."""
+    n_bytes: Annotated[int, Meta(ge=1, le=65_536)]
+    """How long it may be [B]."""
+
+
+class BlobReply(Message, frozen=True, kw_only=True):
+    """A part of some content; who has all of it compares its hash."""
+
+    sha256: Sha256
+    """Of the whole content."""
+    size: Annotated[int, Meta(ge=0, le=4_000_000)]
+    """Of the whole content [B]; 0: the robot does not have it."""
+    offset: Count = 0
+    """Where the part begins [B]."""
+    content: Annotated[bytes, Meta(max_length=65_536)] = b""
+    """The part."""
+    stamp: Stamp
+
+
+class PlannedPath(Message, frozen=True, kw_only=True):
+    """A rollout of the whole remaining task, in task-frame coordinates."""
+
+    path_id: Count
+    plan_id: Count = 0
+    """Set when an operator asked for it by Preview."""
+    stamp: Stamp
+    """When the rollout began: the time of its first point."""
+    model_sha256: Sha256
+    n_coordinates: Annotated[int, Meta(ge=2, le=7)]
+    """Numbers of a point: two or three of a position [m], seven of a pose (`farhand.common.model.manifold`)."""
+    step_s: Annotated[float, Meta(gt=0, le=10)]
+    points: Annotated[bytes, Meta(max_length=200 * 7 * 2)]
+    """Shape (N, n_coordinates); see `farhand.common.wire.path_points`."""
+    reaches_end: bool
+
+
+class Stop(Message, frozen=True, kw_only=True):
+    """Stop the robot: anybody may, whatever their lease; resent until both acknowledgements came."""
+
+    stop_id: Id
+    site_name: Id
+
+
+class StopAck(Message, frozen=True, kw_only=True):
+    """The two acknowledgements of a stop."""
+
+    stop_id: Id
+    standing: bool
+    """False: received, braking. True: the robot stands still."""
+    stamp: Stamp
+
+
+class ReportRequest(Message, frozen=True, kw_only=True):
+    """Asks for the record of the newest execution."""
+
+
+class ExecutionReport(Message, frozen=True, kw_only=True):
+    """How the newest execution went, measured at the robot."""
+
+    began: Stamp | None = None
+    task: Id = ""
+    model_sha256: Sha256 = ""
+    arrived_after_s: float | None = None
+    tracked_s: float = 0.0
+    """Time since the arrival that the errors below cover [s]."""
+    rms_error_m: float | None = None
+    """Distance of the effector to the target's true centre (a simulation knows it), RMS [m]."""
+    end_error_m: float | None = None
+    """The same distance as last measured [m]."""
+    depth_m: float | None = None
+    """Of a plug, behind the mouth of the receptacle [m]."""
+    lateral_m: float | None = None
+    """Of a plug, from the axis of the receptacle [m]."""
+    peak_force_n: float | None = None
+    """Largest force on the tool so far [N]."""
+    holding_force_n: float | None = None
+    """Mean force on the tool since the arrival [N]."""
+    succeeded: bool | None = None
+    """Whether the task is done by its own rule; None where the robot cannot know."""
+    overruns: Count = 0
+    stamp: Stamp

@@ -1,0 +1,151 @@
+"""A motion that the robot recorded while it was driven: samples in single precision, told from others by a hash.
+
+Row for row: time since the first sample [s], the point (C,), and for each task frame its origin (D,) with its
+orientation: one angle in the plane, a unit quaternion in space.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, NamedTuple
+
+import msgpack
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+from numpy.typing import NDArray
+
+from farhand.common.errors import InvalidMessage
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.wire.codec import field_of
+from farhand.common.wire.messages import Id, Stamp
+
+Array = NDArray[np.float64]
+
+MAX_DURATION_S = 120.0
+"""No motion is recorded for longer [s]."""
+MAX_GAP_S = 0.1
+"""Between two samples; a motion with a longer gap is none [s]."""
+
+
+class Samples(NamedTuple):
+    """What was recorded, T samples.
+
+    Args:
+        time_s: Since the first one [s]. Shape (T,).
+        points: Positions [m] or poses. Shape (T, C).
+        frame_origin_m: As the robot perceived them [m]. Shape (T, P, D).
+        frame_rotation: Their orientations. Shape (T, P, D, D).
+    """
+
+    time_s: Array
+    points: Array
+    frame_origin_m: Array
+    frame_rotation: Array
+
+
+class RecordedMotion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """One motion in world coordinates of the robot, as it travels."""
+
+    task: Id
+    frame_names: Annotated[tuple[Id, ...], Meta(min_length=1, max_length=8)]
+    n_dims: Annotated[int, Meta(ge=2, le=3)]
+    oriented: bool
+    began: Stamp
+    """When the first sample was taken, on the robot's clock."""
+    rows: bytes
+    """Little-endian single precision, shape (T, n)."""
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> RecordedMotion:
+        """The motion in some bytes.
+
+        Raises:
+            InvalidMessage: When they are something else.
+        """
+        try:
+            return msgspec.convert(msgpack.unpackb(data), cls, builtin_types=(bytes,))
+        except msgspec.ValidationError as error:
+            raise InvalidMessage("recorded motion", *field_of(error)) from error
+        except (ValueError, msgpack.UnpackException) as error:
+            raise InvalidMessage("recorded motion", "", f"MessagePack ({error})") from error
+
+    @property
+    def content(self) -> bytes:
+        """It as bytes."""
+        return msgpack.Packer().pack(msgspec.to_builtins(self, builtin_types=(bytes,)))
+
+    @property
+    def space(self) -> Manifold:
+        """Of its points."""
+        return Manifold(self.n_dims, oriented=self.oriented)
+
+    def samples(self) -> Samples:
+        """All of them.
+
+        Raises:
+            InvalidMessage: When a row is not whole, a number not finite, or there is a gap.
+        """
+        n_coordinates, n_frames = self.space.n_coordinates, len(self.frame_names)
+        width = 1 + n_coordinates + n_frames * _frame_width(self.n_dims)
+        if len(self.rows) % (4 * width):
+            raise _invalid(f"whole rows of {width} numbers")
+        table = np.frombuffer(self.rows, "<f4").reshape(-1, width).astype(np.float64)
+        if not np.isfinite(table).all():
+            raise _invalid("finite numbers only")
+        steps_s = np.diff(table[:, 0])
+        if (steps_s <= 0.0).any() or (steps_s > MAX_GAP_S + 1e-3).any():
+            raise _invalid(f"times that increase by at most {MAX_GAP_S:g} s")
+        frames = table[:, 1 + n_coordinates :].reshape(len(table), n_frames, -1)
+        points = table[:, 1 : 1 + n_coordinates].copy()
+        points[:, self.n_dims :] = _unit(points[:, self.n_dims :])
+        return Samples(
+            table[:, 0], points, frames[..., : self.n_dims], _rotations(frames[..., self.n_dims :])
+        )
+
+
+def packed_row(time_s: float, point: Array, frames: Sequence[TaskFrame]) -> bytes:
+    """One sample as `RecordedMotion.rows` has it.
+
+    Args:
+        time_s: Since the first one [s].
+        point: A position or a pose. Shape (C,).
+        frames: The task frames as perceived then. Length P.
+    """
+    numbers = [np.array([time_s]), point]
+    for frame in frames:
+        turn = frame.quat_wxyz if frame.n_dims == 3 else [math.atan2(frame.A[1, 0], frame.A[0, 0])]
+        numbers += [frame.b, turn]
+    return np.concatenate(numbers).astype("<f4").tobytes()
+
+
+def _frame_width(n_dims: int) -> int:
+    return n_dims + (4 if n_dims == 3 else 1)
+
+
+def _unit(quaternions: Array) -> Array:
+    """Shape (..., 4), or (..., 0) where there are none."""
+    lengths = np.linalg.norm(quaternions, axis=-1, keepdims=True)
+    if quaternions.shape[-1] and not (np.abs(lengths - 1.0) < 1e-3).all():
+        raise _invalid("unit quaternions")
+    return quaternions / lengths if quaternions.shape[-1] else quaternions
+
+
+def _rotations(turns: Array) -> Array:
+    """Orthonormal matrices (..., D, D) of angles (..., 1) or of quaternions (..., 4)."""
+    if turns.shape[-1] == 1:
+        c, s = np.cos(turns[..., 0]), np.sin(turns[..., 0])
+        return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
+    w, x, y, z = np.moveaxis(_unit(turns), -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.stack([np.stack(row, -1) for row in rows], -2)
+
+
+def _invalid(expected: str) -> InvalidMessage:
+    return InvalidMessage("recorded motion", "rows", expected)

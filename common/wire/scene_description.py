@@ -1,0 +1,173 @@
+"""What an arm and its surroundings look like and how its links hang together: enough to draw them.
+
+Made from the compiled model where that is (`farhand.common.arm.simulation.description`), so that who draws needs no physics,
+and draws the robot that is there. It is one value, told from others by its hash.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cached_property
+from typing import Annotated, TypeAlias
+
+import msgpack
+import msgspec
+import numpy as np
+from msgspec import Meta, Struct
+from numpy.typing import ArrayLike, NDArray
+
+from farhand.common.errors import InvalidInput, InvalidMessage
+from farhand.common.model.manifold import POSE
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.wire.codec import field_of
+
+Array: TypeAlias = NDArray[np.float64]
+Colour = Annotated[tuple[int, int, int], Meta(description="sRGB, 0 to 255")]
+Triple = tuple[float, float, float]
+Pose = tuple[float, float, float, float, float, float, float]
+
+
+class Mesh(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """Triangles of one colour, in the axes of the body that they belong to."""
+
+    colour: Colour
+    vertices: bytes
+    """Half precision, shape (V, 3) [m]: good for 0.2 mm within half a metre of the body's origin."""
+    faces: bytes
+    """Unsigned integers of 16 bits, shape (F, 3)."""
+
+    @classmethod
+    def of(cls, colour: Colour, vertices_m: ArrayLike, faces: ArrayLike) -> Mesh:
+        """A mesh of some triangles.
+
+        Args:
+            colour: Of all of it.
+            vertices_m: At most 65536. Shape (V, 3) [m].
+            faces: Indices of vertices, counter-clockwise from outside. Shape (F, 3).
+        """
+        return cls(colour, np.asarray(vertices_m, "<f2").tobytes(), np.asarray(faces, "<u2").tobytes())
+
+    @property
+    def vertices_m(self) -> NDArray[np.float32]:
+        """Shape (V, 3) [m]."""
+        return np.frombuffer(self.vertices, "<f2").reshape(-1, 3).astype(np.float32)
+
+    @property
+    def triangles(self) -> NDArray[np.uint32]:
+        """Shape (F, 3)."""
+        return np.frombuffer(self.faces, "<u2").reshape(-1, 3).astype(np.uint32)
+
+
+class Link(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """One rigid part of the arm."""
+
+    name: str
+    parent: int
+    """Index of the link that carries it; -1 for the base, which stands at the origin."""
+    pose: Pose
+    """In its parent while its joint is at zero."""
+    axis: Triple
+    """Of its joint, through its origin, in its own axes; zero for the base."""
+    meshes: tuple[Mesh, ...]
+
+
+class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, dict=True):
+    """An arm from its base to its tool, its receptacle and what it stands on.
+
+    Poses are points of `farhand.common.model.manifold.POSE`.
+    """
+
+    links: Annotated[tuple[Link, ...], Meta(min_length=2, max_length=16)]
+    """The base first, each after its parent; every link but the base has one joint, in this order."""
+    tip: Pose
+    """Of the tool, in the last link."""
+    held: tuple[Mesh, ...]
+    """What the tool holds, in the last link."""
+    home_rad: tuple[float, ...]
+    """The arm at rest [rad]."""
+    receptacle: tuple[Mesh, ...]
+    """In the axes of the task frame."""
+    platform: tuple[Mesh, ...]
+    """What stands still about the arm's base."""
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> SceneDescription:
+        """The description in some bytes.
+
+        Raises:
+            InvalidMessage: When they are something else, a link comes before its parent, or a mesh is broken.
+        """
+        try:
+            scene = msgspec.convert(msgpack.unpackb(data), cls, builtin_types=(bytes,))
+        except msgspec.ValidationError as error:
+            raise InvalidMessage("scene", *field_of(error)) from error
+        except (ValueError, msgpack.UnpackException) as error:
+            raise InvalidMessage("scene", "", f"MessagePack ({error})") from error
+        try:
+            scene._check()
+        except InvalidInput as error:
+            raise InvalidMessage("scene", error.field, error.expected) from None
+        return scene
+
+    @cached_property
+    def content(self) -> bytes:
+        """It as bytes."""
+        return msgpack.Packer().pack(msgspec.to_builtins(self, builtin_types=(bytes,)))
+
+    @cached_property
+    def sha256(self) -> str:
+        """Of its bytes."""
+        return hashlib.sha256(self.content).hexdigest()
+
+    @property
+    def tool(self) -> Link:
+        """The last link, which carries the tip."""
+        return self.links[-1]
+
+    def link_poses(self, joints_rad: ArrayLike) -> Array:
+        """Where the links are, from the base: forward kinematics. Shape (links, 7).
+
+        Args:
+            joints_rad: One angle for each link but the base [rad].
+        """
+        angles = np.concatenate([[0.0], np.asarray(joints_rad, dtype=float)])
+        out = np.empty((len(self.links), 7))
+        for index, (link, angle) in enumerate(zip(self.links, angles, strict=True)):
+            pose, turn = np.array(link.pose), np.zeros(6)
+            if link.parent >= 0:
+                pose = TaskFrame.at(out[link.parent]).to_world(pose)
+            turn[3:] = np.multiply(link.axis, angle)
+            out[index] = POSE.exp(pose, turn)
+        return out
+
+    def tip_pose(self, joints_rad: ArrayLike) -> Array:
+        """Where the tool's tip is, from the base. Shape (7,)."""
+        return TaskFrame.at(self.link_poses(joints_rad)[-1]).to_world(np.array(self.tip))
+
+    def tool_at(self, tip: Array) -> Array:
+        """Where the last link is when its tip is at a pose. Shape (7,)."""
+        return TaskFrame.at(tip).to_world(TaskFrame.at(np.array(self.tip)).to_local(_AT_ORIGIN))
+
+    def _check(self) -> None:
+        for index, link in enumerate(self.links):
+            if not -1 <= link.parent < index or (link.parent < 0) != (index == 0):
+                raise _invalid(f"links[{index}].parent", "the index of a link before it")
+            POSE.checked(link.pose, "scene", f"links[{index}].pose")
+        POSE.checked(self.tip, "scene", "tip")
+        if len(self.home_rad) != len(self.links) - 1:
+            raise _invalid("home_rad", f"{len(self.links) - 1} angles")
+        meshes = (*(mesh for link in self.links for mesh in link.meshes), *self.held)
+        for mesh in (*meshes, *self.receptacle, *self.platform):
+            if len(mesh.vertices) % 6 or len(mesh.faces) % 6:
+                raise _invalid("meshes", "whole vertices and triangles")
+            if mesh.faces and mesh.triangles.max() >= len(mesh.vertices) // 6:
+                raise _invalid("meshes", "triangles of the mesh's own vertices")
+            if not np.isfinite(mesh.vertices_m).all():
+                raise _invalid("meshes", "finite vertices")
+
+
+def _invalid(field: str, expected: str) -> InvalidMessage:
+    return InvalidMessage("scene", field, expected)
+
+
+_AT_ORIGIN = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])

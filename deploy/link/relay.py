@@ -1,0 +1,243 @@
+"""The link process: a TCP relay between the sites that delays, paces, stalls and cuts.
+
+The local site dials the relay, which dials the remote site for every connection. The sites cannot tell it
+from a slow network, except that TCP's own handshake is not delayed, and that no single packet is lost. Rate
+and queue hold for each connection and direction; the sites keep one connection.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+import socket
+from functools import partial
+from typing import Any
+
+import msgspec
+
+from farhand.common.errors import InvalidConfiguration, LinkError
+from farhand.common.impairment.impairment import LinkSettings, Outage
+from farhand.common.impairment.timeline import Timeline
+from farhand.deploy.link.listener import Address, bind
+from farhand.deploy.link.relay_connection import SOCKET_BUFFER_BYTES, Connection, Dialler, close
+from farhand.deploy.link.relay_pipe import Meter
+from farhand.deploy.link.timeline_player import TimelinePlayer
+
+log = logging.getLogger(__name__)
+
+MAX_OUTAGE_S = 86_400.0
+
+
+class Relay:
+    """Carries every connection made to `listen` to `target`, through the link's impairments.
+
+    All methods run in the event loop in which `start` ran.
+
+    Args:
+        listen: Where the local site dials; port 0 takes a free one.
+        target: Where the remote site listens; it may come later.
+        settings: Both directions, fixed or over time; `change` replaces them.
+        seed: With the settings' seeds and a connection's number it fixes the jitter of the connection.
+        profile: Name of the settings, for the status.
+
+    Raises:
+        InvalidConfiguration: The settings ask for what a TCP relay cannot do.
+    """
+
+    def __init__(
+        self,
+        listen: Address,
+        target: Address,
+        settings: LinkSettings | Timeline,
+        seed: int = 0,
+        profile: str = "custom",
+    ):
+        self._listen, self._target, self._seed = listen, target, seed
+        self._timeline = settings if isinstance(settings, Timeline) else Timeline(settings)
+        self._timeline.require_stream()
+        self._settings, self._profile = self._timeline.at(0.0), profile
+        self._player = TimelinePlayer(self._apply)
+        self._meters = (Meter(), Meter())
+        self._connections: set[Connection] = set()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._listener: socket.socket | None = None
+        self._accepting: asyncio.Task[None] | None = None
+        self._accepted = 0
+        self._refused = 0
+        self._dialler = Dialler(target)
+        self._outage: Outage = "none"
+        self._outage_end: asyncio.TimerHandle | None = None
+
+    @property
+    def address(self) -> Address:
+        """Where the relay listens, with the port that it got."""
+        return self._listen
+
+    @property
+    def settings(self) -> LinkSettings:
+        """The settings in force."""
+        return self._settings
+
+    async def start(self) -> None:
+        """Bind and begin to accept.
+
+        Raises:
+            LinkError: The port is in use, or the address is not of this machine.
+        """
+        self._listener = bind(self._listen, SOCKET_BUFFER_BYTES)
+        host, port, *_ = self._listener.getsockname()
+        self._listen = (host, port)
+        self.change(self._timeline, self._profile)
+        self._accepting = asyncio.create_task(self._accept(self._listener), name="relay accept")
+
+    async def wait(self) -> None:
+        """Return when the relay was stopped; raise what ended it if it ended by itself."""
+        if self._accepting:
+            await asyncio.wait([self._accepting])
+            if not self._accepting.cancelled():
+                self._accepting.result()
+
+    async def stop(self) -> None:
+        """Cut all connections and give the port back."""
+        self.clear()
+        self._player.stop()
+        if self._accepting and self._listener:
+            self._accepting.cancel()
+            await asyncio.wait([self._accepting])  # from here on no task is added
+            self._listener.close()
+        self._cut()
+        if self._tasks:
+            await asyncio.wait(self._tasks)
+
+    def change(self, settings: LinkSettings | Timeline, profile: str = "custom") -> None:
+        """Replace the settings for what is sent from now on; a timeline begins now.
+
+        Raises:
+            InvalidConfiguration: They ask for what a TCP relay cannot do; nothing has changed.
+        """
+        timeline = settings if isinstance(settings, Timeline) else Timeline(settings)
+        timeline.require_stream()
+        self._timeline, self._profile = timeline, profile
+        for warning in timeline.base.short_queues():
+            log.warning(warning)
+        self._player.play(timeline)
+        log.info("the link is now: %s", profile)
+
+    def outage(self, kind: Outage, duration_s: float = 0.0) -> None:
+        """Interrupt both directions for a while, instead of an outage under way.
+
+        Args:
+            kind: `stall` holds everything and delivers it afterwards; `blackhole` swallows everything and
+                cuts the connections at its end; `reset` cuts them now and refuses new ones meanwhile;
+                `none` ends the outage under way.
+            duration_s: How long [s].
+
+        Raises:
+            InvalidConfiguration: The duration is not above 0 and finite; nothing has changed.
+        """
+        if kind != "none" and not 0 < duration_s <= MAX_OUTAGE_S:
+            expected = f"expected seconds above 0 and up to {MAX_OUTAGE_S:g}, not {duration_s}"
+            raise InvalidConfiguration("outage", "duration_s", expected)
+        self.clear()
+        if kind == "none":
+            return
+        loop = asyncio.get_running_loop()
+        self._outage, self._outage_end = kind, loop.call_later(duration_s, self.clear)
+        if kind == "reset":
+            self._cut()
+        for connection in self._connections:
+            self._interrupt(connection)
+        log.info("outage: %s for %g s", kind, duration_s)
+
+    def clear(self) -> None:
+        """End the outage under way, if there is one."""
+        if not self._outage_end:
+            return
+        self._outage_end.cancel()
+        kind, self._outage, self._outage_end = self._outage, "none", None
+        if kind == "blackhole":
+            self._cut()
+        elif kind == "stall":
+            for connection in self._connections:
+                connection.stall(until_s=-math.inf)
+        log.info("outage: %s is over", kind)
+
+    def status(self) -> dict[str, Any]:
+        """The settings, the outage, the traffic and the relay's own lateness, fit for JSON."""
+        remaining_s = 0.0
+        if self._outage_end:
+            remaining_s = max(0.0, self._outage_end.when() - asyncio.get_running_loop().time())
+        return {
+            "listen": "{}:{}".format(*self._listen),
+            "target": "{}:{}".format(*self._target),
+            "profile": self._profile,
+            "settings": msgspec.to_builtins(self._settings),
+            "outage": {"kind": self._outage, "remaining_s": remaining_s},
+            "connections": len(self._connections),
+            "accepted": self._accepted,
+            "refused": self._refused,
+            "uplink": self._traffic(0),
+            "downlink": self._traffic(1),
+        }
+
+    def _traffic(self, direction: int) -> dict[str, Any]:
+        queued_bytes = sum(connection.pipes[direction].queued_bytes for connection in self._connections)
+        return {"queued_bytes": queued_bytes, **self._meters[direction].report()}
+
+    async def _accept(self, listener: socket.socket) -> None:
+        while True:
+            try:
+                near, _ = await asyncio.get_running_loop().sock_accept(listener)
+            except ConnectionAbortedError:  # it has gone before it was taken
+                continue
+            except OSError as error:
+                raise LinkError(f"the link can take no more connections: {error.strerror}") from error
+            if self._outage == "reset":
+                self._refused += 1
+                close(near, reset=True)
+                continue
+            self._accepted += 1
+            task = asyncio.create_task(self._serve(near, self._accepted), name=f"relay {self._accepted}")
+            self._tasks.add(task)
+            task.add_done_callback(partial(self._forget, near))
+
+    async def _serve(self, near: socket.socket, number: int) -> None:
+        sockets, in_order = [near], False
+        connection: Connection | None = None
+        try:
+            far = await self._dialler.dial()
+            sockets.append(far)
+            connection = Connection(near, far, self._settings, f"{self._seed}/{number}", self._meters)
+            self._connections.add(connection)
+            self._interrupt(connection)
+            in_order = await connection.run()
+        except OSError as error:
+            self._refused += connection is None
+            log.debug("connection %d: %s", number, error)
+        finally:
+            if connection:
+                self._connections.discard(connection)
+            for sock in sockets:
+                close(sock, reset=not in_order)
+
+    def _apply(self, settings: LinkSettings) -> None:
+        self._settings = settings
+        for connection in self._connections:
+            connection.change(settings)
+
+    def _interrupt(self, connection: Connection) -> None:
+        if self._outage == "stall" and self._outage_end:
+            connection.stall(self._outage_end.when())
+        elif self._outage == "blackhole":
+            connection.swallow()
+
+    def _cut(self) -> None:
+        for task in self._tasks:
+            task.cancel()  # a connection that does not end in order ends with a reset
+
+    def _forget(self, near: socket.socket, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        near.close()  # again, for a task that was cancelled before it began
+        if not task.cancelled() and (error := task.exception()):
+            log.error("%s failed", task.get_name(), exc_info=error)

@@ -1,0 +1,106 @@
+"""What happened in one trial of the arm, and what is told of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.arm.simulation.simulation import TICK_S
+from farhand.evaluation.study import Case
+
+Array = NDArray[np.float64]
+
+HELD_S = 1.0
+"""A plug that was in for so long was held."""
+_TARED_TICKS = 50
+_APPROACH_M = 0.05
+_SINGULAR = 0.02
+
+
+@dataclass
+class Record:
+    """What happened; the first two lists have one entry for each control period, the third for each in free water.
+
+    Args:
+        local: The tip in the true frame of the receptacle. Poses.
+        force_n: On the tool, tared.
+        behind: In free water, the tangent from where the tip should be to where it is.
+        least_singular_value: Of the arm's Jacobian, ten times a second.
+        cause: Why it ended without success; empty when it did not.
+        refusal: Why the kinematic pre-flight would not let it begin; empty when it would.
+        inserted_s: When the plug was in for the first time.
+        tick_s: Time of the processor for each control period, all included [s].
+    """
+
+    local: list[Array] = field(default_factory=list)
+    force_n: list[float] = field(default_factory=list)
+    behind: list[Array] = field(default_factory=list)
+    least_singular_value: list[float] = field(default_factory=list)
+    cause: str = ""
+    refusal: str = ""
+    inserted_s: float = math.nan
+    tick_s: float = math.nan
+
+    @property
+    def success(self) -> bool:
+        """Whether the plug was held in."""
+        return not self.cause
+
+    @property
+    def peak_n(self) -> float:
+        """Largest force once the sensor was tared [N]."""
+        return max(self.force_n[_TARED_TICKS:], default=math.nan)
+
+    @property
+    def hold_n(self) -> float:
+        """Median force of the last second [N]."""
+        return float(np.median(self.force_n[-round(HELD_S / TICK_S) :]))
+
+    @property
+    def kind_of_failure(self) -> str:
+        """Why it failed, in words that can be counted; empty for a success."""
+        singular = ", near a singularity" if min(self.least_singular_value, default=1.0) < _SINGULAR else ""
+        if self.success:
+            return ""
+        if self.cause == "time":
+            return ("stuck in the bore" if self.local[-1][2] > 0.0 else "not at the mouth in time") + singular
+        return ("force" if self.cause.startswith("the force") else self.cause.split(":")[0]) + singular
+
+    @property
+    def approach_deg(self) -> float:
+        """Angle of the last 5 cm before the mouth with the axis; not a number when it never came there."""
+        local = np.stack(self.local)[:, :3]
+        behind = np.flatnonzero(local[:, 2] >= 0.0)
+        before = np.flatnonzero(local[: behind[0], 2] <= -_APPROACH_M) if behind.size else behind
+        if not before.size:
+            return math.nan
+        way = local[behind[0]] - local[before[-1]]
+        return float(np.degrees(np.arctan2(np.hypot(way[0], way[1]), way[2])))
+
+    def _free_rms(self, part: slice) -> float:
+        """Root mean square in free water of how far the tip is from its setpoint."""
+        return (
+            math.sqrt(np.mean([step[part] @ step[part] for step in self.behind])) if self.behind else math.nan
+        )
+
+    def row(self) -> Case:
+        """What a study keeps of it."""
+        end = self.local[-1]
+        return {
+            "success": self.success,
+            "cause": self.kind_of_failure,
+            "refusal": self.refusal,
+            "peak_n": self.peak_n,
+            "hold_n": self.hold_n,
+            "inserted_s": self.inserted_s,
+            "end_depth_m": float(end[2]),
+            "end_lateral_m": float(np.hypot(end[0], end[1])),
+            "approach_deg": self.approach_deg,
+            "free_rms_m": self._free_rms(slice(0, 3)),
+            "free_rms_rad": self._free_rms(slice(3, 6)),
+            "least_singular_value": min(self.least_singular_value, default=math.nan),
+            "tick_ms": 1e3 * self.tick_s,
+        }

@@ -1,0 +1,234 @@
+"""The robot and the link as processes of their own, and the operator's console in this process."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from farhand.common.errors import ProcessFailed
+from farhand.common.impairment.link_control import RelayControl
+from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.link.link import ZenohLink
+from farhand.common.repertoire import Repertoire
+from farhand.common.wire import keys
+from farhand.common.wire.codec import decode
+from farhand.common.wire.messages import Telemetry, Wish
+from farhand.deploy.places import find_task
+from farhand.evaluation.harness.real_process import HOST, Process, free_port
+from farhand.local_site.console.console import Console
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.teaching.library import Library
+from farhand.local_site.workcell.own_place import own_place
+
+PATIENCE_S = 120.0
+
+
+@dataclass(frozen=True)
+class Heard:
+    """One report of the robot as it came.
+
+    Args:
+        arrived_s: On this process's clock [s].
+        report: It.
+    """
+
+    arrived_s: float
+    report: Telemetry
+
+    @property
+    def boot(self) -> str:
+        """Of the robot."""
+        return self.report.stamp.boot
+
+    @property
+    def sent_s(self) -> float:
+        """On the robot's clock [s]."""
+        return self.report.stamp.t_ns * 1e-9
+
+
+class RealSites:
+    """Robot, link and console, until the end of the block.
+
+    Args:
+        delay_s: One-way delay at first [s]; None: the profile's.
+        with_console: Whether there is one; otherwise `run_demo` brings an operator of its own.
+        task: What the robot does.
+        seed: Of the robot's noise and target, and of the hand.
+        profile: Of the link.
+        rate_bps: What the sites are told that it carries [bit/s]; 0: more than enough.
+    """
+
+    def __init__(
+        self,
+        delay_s: float | None,
+        with_console: bool = True,
+        task: str = "planar",
+        seed: int = 0,
+        profile: str = "lan",
+        rate_bps: float = 0.0,
+    ):
+        self._task, self._delay_s, self._with_console, self._seed = task, delay_s, with_console, seed
+        self._profile, self._rate_bps = profile, rate_bps
+        self._folder = tempfile.TemporaryDirectory(prefix="farhand-")
+        self._robot_port = free_port()
+        self.folder = Path(self._folder.name)
+        """Where the sites keep what they keep; gone with the block."""
+        self.heard: list[Heard] = []
+        """Every report, in the order of arrival."""
+        self._arrived = threading.Condition()
+
+    def __enter__(self) -> RealSites:
+        with ExitStack() as stack:
+            stack.callback(self._folder.cleanup)
+            self.robot = self._start_robot()
+            stack.callback(self._kill_robot)
+            self._link = Process(
+                "link", f"--listen={HOST}:0", f"--target={HOST}:{self._robot_port}", f"--control={HOST}:0",
+                f"--profile={self._profile}",
+            )  # fmt: skip
+            stack.callback(self._link.kill)
+            self.control = RelayControl(HOST, self._link.ready["control_port"])
+            if self._delay_s is not None:
+                settings = {"delay_ms": 1000.0 * self._delay_s}
+                self.control.set(uplink=settings, downlink=settings)
+            if self._with_console:
+                self.open_console()
+                stack.callback(self.close_console)
+            self._ending = stack.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ending.close()
+
+    def run_demo(self, outage: str = "none") -> dict[str, Any]:
+        """Have `farhand local --demo` do the job in a process of its own; its result.
+
+        Args:
+            outage: As on the command line.
+
+        Raises:
+            ProcessFailed: It said no result.
+        """
+        result = self.folder / "demo.json"
+        arguments = [*self._demo_arguments(), f"--outage={outage}", f"--json={result}"]
+        done = subprocess.run(
+            [sys.executable, "-m", "farhand.deploy.cli", *arguments],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if not result.exists():
+            *_, last = done.stderr.splitlines() or [f"it ended with status {done.returncode}"]
+            raise ProcessFailed(last.removeprefix("farhand: "))
+        return json.loads(result.read_text())
+
+    def start_demo(self) -> Process:
+        """Begin the job that `run_demo` does, and go on at once; the caller ends it."""
+        return Process(*self._demo_arguments())
+
+    def start_page(self) -> Process:
+        """Begin a site that watches and serves its page; the caller ends it."""
+        where = f"{HOST}:{self._link.ready['port']}"
+        return Process(
+            "local", "--watch", "--site-name=page", f"--port={free_port()}", f"--connect=tcp/{where}",
+            f"--task={self._task}", f"--data-dir={self.folder / 'page'}", f"--link-rate-bps={self._rate_bps:g}",
+        )  # fmt: skip
+
+    @property
+    def robot_events(self) -> Path:
+        """What the robot has written down, a line of JSON each."""
+        return self.folder / "robot" / EndpointSettings().vehicle / "events.jsonl"
+
+    def open_console(
+        self, site_name: str = "operator", wish: Wish = Wish.CONTROL, folder: Path | None = None
+    ) -> float:
+        """The operator's site begins; when its transport was open, on this process's clock [s].
+
+        Args:
+            site_name: What it is called.
+            wish: Whether it takes the control of the robot, or watches.
+            folder: Where its library is; the one of `run_demo` when not given.
+        """
+        task = find_task(self._task)
+        place, library = own_place(task), Library(Repertoire([task]), folder or self.folder)
+        endpoint = f"tcp/{HOST}:{self._link.ready['port']}"
+        self.link = ZenohLink(EndpointSettings(connect=endpoint, rate_bps=self._rate_bps))
+        opened_s = time.monotonic()
+        self.console = Console(library, self.link, site_name, wish=wish, rate_bps=self._rate_bps, place=place)
+        self.link.subscribe(keys.TELEMETRY, self._hear)
+        self.console.start()
+        return opened_s
+
+    def close_console(self) -> None:
+        """The operator's site ends."""
+        self.console.close()
+        self.link.close()
+
+    def _kill_robot(self) -> None:  # the one there is then
+        self.robot.kill()
+
+    def restart_robot(self) -> float:
+        """Kill the robot's process and start it again; when it said that it is ready [s]."""
+        self.robot.kill()
+        self.robot = self._start_robot()
+        return self.robot.ready_s
+
+    def wait_for(self, what: str, holds: Callable[[Picture], bool]) -> None:
+        """Wait until the console's picture has a property.
+
+        Raises:
+            ProcessFailed: When it did not in time.
+        """
+        if not self.console.wait_for(holds, PATIENCE_S):
+            raise ProcessFailed(f"waited {PATIENCE_S:.0f} s for {what}")
+
+    def wait_until_heard(self, what: str, fits: Callable[[Heard], bool]) -> Heard:
+        """The first report that fits, when it has come.
+
+        Raises:
+            ProcessFailed: When none came in time.
+        """
+        checked = 0
+
+        def found() -> Heard | None:
+            nonlocal checked
+            for heard in self.heard[checked:]:
+                checked += 1
+                if fits(heard):
+                    return heard
+            return None
+
+        with self._arrived:
+            heard = self._arrived.wait_for(found, PATIENCE_S)
+        if heard is None:
+            raise ProcessFailed(f"waited {PATIENCE_S:.0f} s for {what}")
+        return heard
+
+    def _demo_arguments(self) -> list[str]:
+        ready = self._link.ready
+        return [
+            "local", "--demo", f"--connect=tcp/{HOST}:{ready['port']}", f"--task={self._task}",
+            f"--data-dir={self.folder}", f"--link-control={HOST}:{ready['control_port']}",
+            f"--seed={self._seed}", f"--link-rate-bps={self._rate_bps:g}",
+        ]  # fmt: skip
+
+    def _start_robot(self) -> Process:
+        return Process(
+            "remote", f"--listen=tcp/{HOST}:{self._robot_port}", f"--task={self._task}", f"--seed={self._seed}",
+            f"--data-dir={self._folder.name}", f"--link-rate-bps={self._rate_bps:g}",
+        )  # fmt: skip
+
+    def _hear(self, data: bytes) -> None:
+        heard = Heard(time.monotonic(), decode(data, Telemetry))
+        with self._arrived:
+            self.heard.append(heard)
+            self._arrived.notify_all()

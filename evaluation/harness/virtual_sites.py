@@ -1,0 +1,150 @@
+"""Both sites' own code in one process and in virtual time: robot, link, console."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from farhand.common.clock import BootClock
+from farhand.common.impairment.impairment import LinkSettings
+from farhand.common.impairment.virtual_link import VirtualLink
+from farhand.common.impairment.virtual_time import VirtualTime
+from farhand.local_site.console.console import PERIOD_S, Console
+from farhand.local_site.teaching.library import Library
+from farhand.local_site.workcell.own_place import own_place
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.motion.planner import PlanRequest, plan
+from farhand.remote_site.robot import Robot
+from farhand.remote_site.robots.plant_memory import PlantState
+
+_PLANNING_S = 0.05
+"""What a rollout takes in virtual time, assumed [s]."""
+_CLOCK_APART_S = 4321.0
+"""The sites' clocks have nothing to do with each other [s]."""
+
+
+@dataclass(frozen=True)
+class Hooks:
+    """Called by the robot's loop, for who watches it.
+
+    Args:
+        before: Before a control period.
+        between: After what had arrived was done, before the robot moves.
+        after: After the period.
+    """
+
+    before: Callable[[], None] = lambda: None
+    between: Callable[[], None] = lambda: None
+    after: Callable[[], None] = lambda: None
+
+
+class VirtualSites:
+    """A robot and its operator's console, each as in its own process but for threads and files.
+
+    Args:
+        library: What was taught, of the tasks that the robot does.
+        settings: Of the link at first.
+        config: Of the robot.
+        hooks: For who watches the robot.
+    """
+
+    def __init__(
+        self,
+        library: Library,
+        settings: LinkSettings,
+        config: RemoteConfig | None = None,
+        hooks: Hooks | None = None,
+    ):
+        self.task, self.library = library.task, library
+        self.config, self.hooks = config or RemoteConfig(), hooks or Hooks()
+        self.time = VirtualTime(start_s=1.0)
+        self.link = VirtualLink(self.time, settings)
+        self.console_frozen = False
+        """The console's process hangs: it does and sends nothing, and takes no time of its own."""
+        self.written: list[dict[str, Any]] = []
+        """The robot's log of this boot."""
+        self._robot_lives = self._console_lives = 0
+        self.restart_robot()
+        self.restart_console()
+
+    def run(self, duration_s: float) -> None:
+        """Let time pass [s]."""
+        self.time.run_until(self.time.now_s() + duration_s, self._wake_console)
+
+    def restart_robot(self, down_s: float = 0.0) -> None:
+        """Kill the robot's process and start it again after so long [s]; its arm is where it was."""
+        remembered: PlantState | None = None
+        if self._robot_lives:
+            remembered = PlantState.of(self.robot.supervisor.sensing, self.robot.supervisor.motion)
+            self._robot_end.close()
+        self._robot_lives += 1
+        if down_s:
+            self.time.call_later(down_s, partial(self._start_robot, remembered, self._robot_lives))
+        else:
+            self._start_robot(remembered, self._robot_lives)
+
+    def restart_console(self, down_s: float = 0.0) -> None:
+        """Kill the operator's process and start it again after so long [s]."""
+        if self._console_lives:
+            self.console.close()
+            self.console_end.close()
+        self._console_lives += 1
+        if down_s:
+            self.time.call_later(down_s, partial(self._start_console, self._console_lives))
+        else:
+            self._start_console(self._console_lives)
+
+    # The robot ----------------------------------------------------------------------------------
+
+    def _start_robot(self, remembered: PlantState | None, life: int) -> None:
+        self._robot_end = self.link.remote_end()
+        self.written = []
+        clock = BootClock(f"boot {life}", lambda: self.time.now_ns() + round(life * _CLOCK_APART_S * 1e9))
+        self.robot = Robot(
+            self.config, self.library.tasks, clock, self._robot_end, self._plan,
+            lambda **fields: self.written.append(fields), remembered,
+        )  # fmt: skip
+        self._robot_tick(life, self.time.now_s())
+
+    def _robot_tick(self, life: int, due_s: float) -> None:
+        if life != self._robot_lives:
+            return
+        self.hooks.before()
+        self.robot.handle()
+        self.hooks.between()
+        self.robot.move()
+        self.hooks.after()
+        due_s += 1.0 / self.robot.embodiment.control_hz
+        self.time.call_at(due_s, partial(self._robot_tick, life, due_s))
+
+    def _plan(self, request: PlanRequest) -> None:
+        """Previews are rolled out; the committed path, which is for show alone, is not."""
+        if request.plan_id:
+            self.time.call_later(_PLANNING_S, partial(self._planned, self.robot, request))
+
+    def _planned(self, robot: Robot, request: PlanRequest) -> None:
+        robot.take_path(request, plan(request), "")
+
+    # The console --------------------------------------------------------------------------------
+
+    def _start_console(self, life: int) -> None:
+        self.console_end = self.link.local_end()
+        self.console = Console(
+            self.library, self.console_end, "operator", now_s=self.time.now_s,
+            rate_bps=self.config.link.rate_bps, place=own_place(self.task, stepped=True),
+        )  # fmt: skip
+        self.console.listen()
+        self._console_tick(life)
+
+    def _console_tick(self, life: int) -> None:
+        if life != self._console_lives:
+            return
+        if not self.console_frozen:
+            self.console.owner.tick()
+        self.time.call_later(PERIOD_S, partial(self._console_tick, life))
+
+    def _wake_console(self) -> None:
+        if not self.console_frozen:
+            self.console.owner.run_waiting()

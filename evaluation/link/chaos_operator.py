@@ -1,0 +1,119 @@
+"""An operator who does random things, allowed and forbidden, and somebody on the line who repeats messages."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import replace
+from random import Random
+
+import msgspec
+
+from farhand.common.control_mode import Action, ControlMode, allowed_actions
+from farhand.common.impairment.virtual_way import Packet
+from farhand.common.wire import keys
+from farhand.common.wire.codec import decode, encode
+from farhand.common.wire.messages import Command, Wish
+from farhand.evaluation.harness.virtual_sites import VirtualSites
+from farhand.local_site.console import intents
+
+_HAND_PERIOD_S = 1.0 / 20.0
+_MEAN_PAUSE_S = 0.35
+_PREVIEW_SHARE = 0.05
+"""A preview costs more time to compute than a second of all the rest."""
+
+_ENDS = (Action.STOP, Action.DISARM, Action.ABORT)
+
+
+class ChaosOperator:
+    """Sits at the console.
+
+    Args:
+        sites: Both sites.
+        seed: Of all that it does.
+    """
+
+    def __init__(self, sites: VirtualSites, seed: int):
+        self._sites, self._random = sites, Random(f"operator {seed}")
+        self._drag_until_s = 0.0
+        self._phase = 0.0
+        self._captured: deque[Packet] = deque(maxlen=200)
+        self.silent = False
+        """The operator does nothing."""
+        self.done = False
+        """The operator has gone."""
+        sites.time.call_later(self._pause_s(), self._act)
+
+    def capture(self, packet: Packet) -> None:
+        """See a message on the line."""
+        if packet.channel in (keys.COMMAND, keys.INPUT, keys.LEASE, keys.STOP):
+            self._captured.append(packet)
+
+    def _pause_s(self) -> float:
+        return self._random.expovariate(1.0 / _MEAN_PAUSE_S)
+
+    def _act(self) -> None:
+        if self.done:
+            return
+        self._sites.time.call_later(self._pause_s(), self._act)
+        if self._captured and self._random.random() < 0.15:
+            self._sites.link.uplink.deliver(self._forged(self._random.choice(self._captured)))
+        if not self.silent and not self._sites.console_frozen:
+            self._operate()
+
+    def _operate(self) -> None:
+        picture = self._sites.console.picture
+        chance = self._random.random()
+        if not picture.confirmed_sha256 and not picture.sending_model:
+            self._sites.console.submit(intents.SendModel())
+        elif picture.mode is ControlMode.DIRECT and chance < 0.7:
+            if self._sites.time.now_s() > self._drag_until_s:
+                self._drag_until_s = self._sites.time.now_s() + self._random.uniform(0.2, 3.0)
+                self._drag()
+        elif chance < 0.03:
+            self._sites.console.submit(intents.Control(self._random.choice(list(Wish))))
+        elif chance < 0.08:
+            self._sites.console.submit(intents.MoveTarget((self._random.random(), self._random.random())))
+        else:
+            self._command()
+
+    def _command(self) -> None:
+        picture = self._sites.console.picture
+        actions = list(Action)
+        if picture.robot is not None and self._random.random() < 0.9:
+            # What leads somewhere is done more often than what ends everything.
+            actions = sorted(allowed_actions(picture.robot.mode, picture.robot.phase))
+            if self._random.random() < 0.92:
+                actions = [action for action in actions if action not in _ENDS] or actions
+        if Action.COUPLE in actions and self._random.random() < 0.3:
+            actions = [Action.COUPLE]
+        action = self._random.choice(actions)
+        if action is not Action.PREVIEW or self._random.random() < _PREVIEW_SHARE:
+            self._sites.console.submit(intents.Command(action))
+
+    def _drag(self) -> None:
+        """Move the hand until the drag ends; often it is not let go in order."""
+        now_s = self._sites.time.now_s()
+        if self.silent or self.done or self._sites.console_frozen:
+            return
+        self._phase += self._random.uniform(0.0, 0.4)
+        position = (0.5 + 0.4 * math.sin(self._phase), 0.5 + 0.4 * math.cos(0.7 * self._phase))
+        over = now_s > self._drag_until_s
+        released = over and self._random.random() < 0.5
+        self._sites.console.submit(intents.Hand(position, now_s, released=released))
+        if not over:
+            self._sites.time.call_later(_HAND_PERIOD_S, self._drag)
+
+    def _forged(self, packet: Packet) -> Packet:
+        """An old message again, as it was or as another command."""
+        if packet.channel is not keys.COMMAND or self._random.random() < 0.5:
+            return packet
+        command = decode(packet.data, Command)
+        forged = msgspec.structs.replace(
+            command,
+            command_id=f"{self._random.getrandbits(64):016x}",
+            action=self._random.choice(list(Action)),
+        )
+        if self._random.random() < 0.3:
+            forged = msgspec.structs.replace(forged, lease_id=f"{self._random.getrandbits(64):016x}")
+        return replace(packet, data=encode(forged))

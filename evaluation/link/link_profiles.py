@@ -1,0 +1,143 @@
+"""What each link profile does to models and telemetry, and what single precision on the wire costs.
+
+Both sites' own code in virtual time over each profile of `deploy/link_profiles.toml`, each message with
+70 bytes for transport and network on top of its own: telemetry for a minute at rest and for a minute of
+driving; the planar model, sent from the console; and a model of poses (five demonstrations of the synthetic
+approach), which the planar robot answers, and refuses, when all of it is there. While that one is under way
+somebody presses Stop. Age is that of what the operator sees, at every moment. (`link-profiles-real`: real
+processes over the real relay.)
+
+Single precision: the same executions with the model as it was learned, in double precision, and as it arrives,
+rounded to single. Errors after the arrival: RMS over 10 s to the centre of the oscillating U on the board; at
+the mouth, and of the turn, for poses. Bytes: of all arrays as learned, and of the model as it travels.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from farhand.common.impairment.link_profile import load_profiles
+from farhand.deploy.link.link_process import PROFILES_FILE
+from farhand.evaluation.link import precision, profile_jobs
+from farhand.evaluation.metrics.tables import quantiles, table
+from farhand.evaluation.study import reporting_seeds
+
+Case = dict[str, Any]
+
+LEAST_HZ, SLACK_S, ONE_WAYS = 0.5, 3.0, 2.0
+_TRIALS = 50
+
+
+def cases(trials: int | None, seed: int) -> list[Case]:
+    """Each profile, and the executions."""
+    profiles = [{"what": "profile", "profile": name} for name in load_profiles(PROFILES_FILE)]
+    seeds = reporting_seeds(seed, trials or _TRIALS)
+    return [*profiles, *({"what": kind, "seed": s} for kind in precision.KINDS for s in seeds)]
+
+
+def trial(case: Case) -> Case:
+    """One of them."""
+    if case["what"] == "profile":
+        return {**case, **profile_jobs.measure(case["profile"])}
+    return {**case, **precision.compare(case["what"], case["seed"])}
+
+
+def age_limit_s(one_way_s: float) -> float:
+    """What 95 % of the ages of the telemetry may not exceed [s]."""
+    return ONE_WAYS * one_way_s + SLACK_S
+
+
+def summarise(results: list[Case]) -> tuple[Case, str]:
+    """A row for each profile, and one for each kind of model."""
+    profiles = [r for r in results if r["what"] == "profile"]
+    told = {kind: [r for r in results if r["what"] == kind] for kind in precision.KINDS}
+    summary: Case = {
+        "profiles": {r["profile"]: holds(r) for r in profiles},
+        "precision": {kind: _cost(part) for kind, part in told.items()},
+    }
+    summary["passed"] = all(summary["profiles"].values())
+    lines = [
+        "# Link profiles", "", _TEXT, "", verdict(summary["passed"]), "", _telemetry(profiles), "",
+        _models(profiles), "", "## Single precision on the wire", "", _precision(told),
+    ]  # fmt: skip
+    return summary, "\n".join(lines)
+
+
+def holds(result: Case) -> bool:
+    """Whether telemetry is as often and as young as it must be, whatever else goes on."""
+    return all(
+        phase["rate_hz"] >= LEAST_HZ and phase["age_p95_s"] <= age_limit_s(result["one_way_s"])
+        for phase in result["telemetry"].values()
+    )
+
+
+def verdict(passed: bool) -> str:
+    """The limits, and whether every profile keeps to them."""
+    return (
+        f"Telemetry at least {LEAST_HZ:g} Hz and its age p95 at most {ONE_WAYS:g} x one way + {SLACK_S:g} s "
+        f"{'on every profile' if passed else 'NOT on every profile'}."
+    )
+
+
+def seen(phase: Case) -> str:
+    """Rate and ages in words."""
+    return f"{phase['rate_hz']:.2f} Hz, {phase['age_p50_s']:.2f} / {phase['age_p95_s']:.2f}"
+
+
+def _telemetry(results: list[Case]) -> str:
+    phases = list(results[0]["telemetry"])
+    rows = [
+        (r["profile"], f"{r['one_way_s']:.3g}", *(seen(r["telemetry"][phase]) for phase in phases))
+        for r in results
+    ]
+    header = ("", "one way [s]", *(f"{phase}: rate, age p50 / p95 [s]" for phase in phases))
+    return table(header, rows)
+
+
+def _models(results: list[Case]) -> str:
+    rows = [
+        (
+            r["profile"],
+            *(
+                f"{m['bytes']} B in {m['parts']} parts: {m['wire_bytes']} B there, {m['wire_back_bytes']} B back, "
+                f"{m['took_s']:.2f} s"
+                for m in r["models"].values()
+            ),
+            f"{r['stop_s']:.2f}",
+        )
+        for r in results
+    ]
+    names = list(results[0]["models"])
+    return table(
+        ("", *(f"{name}, on the wire, until answered" for name in names), "stop there after [s]"), rows
+    )
+
+
+def _cost(results: list[Case]) -> Case:
+    return {
+        measure: max(abs(r["single"][measure] - r["double"][measure]) for r in results)
+        for measure in results[0]["double"]
+    }
+
+
+def _precision(told: dict[str, list[Case]]) -> str:
+    rows = []
+    for kind, part in told.items():
+        for measure in part[0]["double"]:
+            double, single = ([r[which][measure] for r in part] for which in ("double", "single"))
+            worst = float(np.max(np.abs(np.subtract(single, double))))
+            sizes = [np.median([r[name] for r in part]) for name in ("double_bytes", "single_bytes")]
+            rows.append(
+                (kind, measure, quantiles(double), quantiles(single), f"{worst:.1g}",
+                 f"{sizes[0]:.0f} / {sizes[1]:.0f}", len(part))
+            )  # fmt: skip
+    header = (
+        "", "error", "double, median / 90 %", "single, median / 90 %", "largest difference",
+        "as learned / as it travels [B]", "n",
+    )  # fmt: skip
+    return table(header, rows)
+
+
+_TEXT = (__doc__ or "").split("\n", 1)[1].strip()

@@ -1,0 +1,102 @@
+"""What is measured of one motion, and of two."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.evaluation.metrics.dtw import resampled_by_length
+
+Array = NDArray[np.float64]
+
+# Over how much of its way the approach is judged [m].
+APPROACH_M = 0.05
+# What counts as a success.
+MAX_END_M, MAX_LATERAL_M, MAX_ANGLE_DEG = 0.003, 0.005, 5.0
+
+_N_PHASES = 200
+
+
+class Approach(NamedTuple):
+    """How a motion came into a receptacle."""
+
+    end_m: float  # distance of its last point from the mouth
+    angle_deg: float  # between its last 5 cm and the axis
+    lateral_m: float  # largest distance from the axis within these
+
+    @property
+    def success(self) -> bool:
+        """Whether all three are within their tolerances."""
+        return self.end_m <= MAX_END_M and self.lateral_m <= MAX_LATERAL_M and self.angle_deg <= MAX_ANGLE_DEG
+
+
+def approach_of(local: Array) -> Approach:
+    """Judge a motion by its last 5 cm: from where it last came that close to its own end.
+
+    Args:
+        local: Positions in the receptacle's frame, whose axis is z [m]. Shape (T, 3).
+    """
+    way = local[-1] - local
+    outside = np.flatnonzero(np.linalg.norm(way, axis=1) >= APPROACH_M)
+    first = int(outside[-1]) if outside.size else 0
+    chord = way[first]
+    length = float(np.linalg.norm(chord))
+    angle_deg = float(np.degrees(np.arccos(np.clip(-chord[2] / length, -1.0, 1.0)))) if length > 0 else 180.0
+    lateral_m = float(np.linalg.norm(local[first:, :2], axis=1).max())
+    return Approach(float(np.linalg.norm(local[-1])), angle_deg, lateral_m)
+
+
+def at_phases(time_s: Array, position: Array, n_phases: int = _N_PHASES) -> Array:
+    """A motion at equally spaced fractions of its duration. Shape (n_phases, D)."""
+    phase = (time_s - time_s[0]) / (time_s[-1] - time_s[0])
+    at = np.linspace(0.0, 1.0, n_phases)
+    return np.stack([np.interp(at, phase, axis) for axis in position.T], axis=1)
+
+
+def rms(difference: Array) -> float:
+    """Root mean square of the length of vectors. Shape (T, D)."""
+    return float(np.sqrt(np.mean(np.sum(difference**2, axis=-1))))
+
+
+def time_rms(time_a: Array, a: Array, time_b: Array, b: Array) -> float:
+    """Root mean square distance of two motions at equal fractions of their durations [m]."""
+    return rms(at_phases(time_a, a) - at_phases(time_b, b))
+
+
+def arc_rms(a: Array, b: Array, n_points: int = 100) -> float:
+    """Root mean square distance of two motions at equal fractions of their lengths [m]."""
+    return rms(resampled_by_length(a, n_points) - resampled_by_length(b, n_points))
+
+
+def end_direction_deg(a: Array, b: Array, n_points: int = 100) -> float:
+    """Angle between the directions in which two motions cover the last tenth of their lengths."""
+    last = n_points // 10
+    chords = [path[-1] - path[-1 - last] for path in (resampled_by_length(one, n_points) for one in (a, b))]
+    lengths = [float(np.linalg.norm(c)) for c in chords]
+    if min(lengths) == 0.0:
+        return 180.0
+    return float(np.degrees(np.arccos(np.clip(chords[0] @ chords[1] / np.prod(lengths), -1.0, 1.0))))
+
+
+def spectral_arc_length(
+    time_s: Array, position: Array, cutoff_hz: float = 10.0, threshold: float = 0.05
+) -> float:
+    """Smoothness of a motion: arc length of the normalised spectrum of its speed, negative.
+
+    The nearer to zero the smoother; a minimum-jerk stroke has about -1.4, whatever its length and duration
+    (SPARC, Balasubramanian et al. 2015).
+    """
+    rate_hz = 100.0
+    at = np.arange(time_s[0], time_s[-1], 1.0 / rate_hz)
+    points = np.stack([np.interp(at, time_s, axis) for axis in position.T], axis=1)
+    speed = np.linalg.norm(np.diff(points, axis=0), axis=1) * rate_hz
+    n = int(2 ** (np.ceil(np.log2(speed.size)) + 4))
+    spectrum = np.abs(np.fft.rfft(speed, n))
+    frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
+    spectrum, frequency = spectrum[frequency <= cutoff_hz] / spectrum.max(), frequency[frequency <= cutoff_hz]
+    last = int(np.flatnonzero(spectrum >= threshold)[-1])
+    spectrum, frequency = spectrum[: last + 1], frequency[: last + 1]
+    steps = np.hypot(np.diff(frequency) / (frequency[-1] - frequency[0]), np.diff(spectrum))
+    return -float(steps.sum())

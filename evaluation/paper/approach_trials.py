@@ -1,0 +1,60 @@
+"""The approach task as all studies use it: taught with the paper's lambda, executed while things happen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.evaluation.paper.approach_events import Held, Jump, LateJump, Push, Static, Sway
+from farhand.evaluation.paper.approach_task import (
+    FAR_STARTS,
+    LAMBDA_M,
+    N_DEMONSTRATIONS,
+    demonstrations,
+    random_frame,
+    turned_tool,
+)
+from farhand.evaluation.paper.closed_loop import Event
+from farhand.local_site.learning.online_learner import LearnerSettings
+from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.offline_learning import learn
+
+Array = NDArray[np.float64]
+
+SCENARIOS: dict[str, Callable[[TaskFrame, np.random.Generator], Event]] = {
+    "static": Static,
+    "jump": Jump,
+    "sway": Sway,
+    "push": Push,
+    "held": Held,
+    "late jump": LateJump,
+}
+
+
+def taught(
+    seed: int, n: int = N_DEMONSTRATIONS, lambda_m: float = LAMBDA_M, oriented: bool = False
+) -> tuple[list[Demonstration], TPHSMM]:
+    """Demonstrations of the synthetic hand, and what is learned from them."""
+    shown = demonstrations(np.random.default_rng([seed, 0]), n, oriented)
+    return shown, learn(shown, LearnerSettings(lambda_m))
+
+
+def scene(seed: int, scenario: str, oriented: bool = False) -> tuple[Event, TaskFrame, Array]:
+    """What happens in a trial, its receptacle, and the position or pose in the world that the robot starts from."""
+    random = np.random.default_rng([seed, 1])
+    frame = random_frame(random)
+    start = FAR_STARTS.sample(random)
+    if oriented:
+        start = np.concatenate([start, turned_tool(random)])
+    return SCENARIOS[scenario](frame, random), frame, frame.to_world(start)
+
+
+def stepping(model: TPHSMM) -> TPHSMM:
+    """The same model without the ramp: the reference steps from mean to mean, as in the paper."""
+    still = np.zeros_like(model.slopes)
+    return replace(model, slopes=still, residual_covariances=model.covariances)

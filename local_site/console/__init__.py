@@ -1,0 +1,5 @@
+"""The operator's console: each intent and each report passes one queue with one owner, which alone changes state.
+
+In: intents (from the page or the script) and reports. Out: requests to the robot and one immutable picture.
+Next: `farhand.local_site.view` draws the picture; `farhand.local_site.exchange` carries the requests.
+"""

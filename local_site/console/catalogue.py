@@ -1,0 +1,69 @@
+"""What the robot has to fetch, asked for whenever it may have changed, and what comes of it."""
+
+from __future__ import annotations
+
+from farhand.common.wire import keys
+from farhand.common.wire.messages import CatalogueReply, CatalogueRequest, Event, Telemetry
+from farhand.local_site.console.robot_recordings import RobotRecordings
+from farhand.local_site.exchange.blob_fetcher import BlobFetcher
+from farhand.local_site.exchange.inquiries import Inquiries
+from farhand.local_site.exchange.notices import Tell
+from farhand.local_site.exchange.robot_scene import KnownScenes, RobotScene
+from farhand.local_site.teaching.library import Library
+
+_GIVE_UP_S = 60.0
+
+
+class Catalogue:
+    """The robot's recordings and its looks. Used by the console's thread alone.
+
+    Args:
+        inquiries: Asks the robot.
+        library: Learns recordings.
+        site_name: This place.
+        tell: Tells the operator.
+        rate_bps: What the link carries [bit/s], 0 for more than enough.
+        known: Looks that need not be fetched; None when nobody draws the robot.
+    """
+
+    def __init__(
+        self,
+        inquiries: Inquiries,
+        library: Library,
+        site_name: str,
+        tell: Tell,
+        rate_bps: float = 0.0,
+        known: KnownScenes | None = None,
+    ):
+        self._inquiries, fetcher = inquiries, BlobFetcher(inquiries, rate_bps)
+        self.recordings = RobotRecordings(fetcher, library, site_name, tell)
+        self.scene = RobotScene(fetcher, known)
+        self._boot, self._listed, self._asking = "", False, False
+
+    def on_report(self, report: Telemetry) -> None:
+        """The robot reported; of a boot that is new the catalogue is too."""
+        if report.stamp.boot != self._boot:
+            if self._boot:
+                self.recordings.on_restart()
+            self._boot, self._listed = report.stamp.boot, False
+        self.recordings.learn_arrived()
+        self.scene.pursue()
+        if not self._listed and not self._asking:
+            self._asking = self._listed = True
+            self._inquiries.ask(
+                keys.CATALOGUE, CatalogueRequest(), CatalogueReply, _GIVE_UP_S, self._on_reply
+            )
+
+    def on_event(self, event: Event) -> None:
+        """Something happened at the robot."""
+        if self.recordings.on_event(event):
+            self._listed = False
+
+    def _on_reply(self, reply: CatalogueReply | None, _took_s: float) -> None:
+        self._asking = False
+        if reply is None or reply.stamp.boot != self._boot:
+            self._listed = False
+        elif self._listed:  # nothing has changed since
+            self.scene.on_named(reply.scene_sha256)
+            self.scene.pursue()
+            self.recordings.on_offers(reply.recordings)

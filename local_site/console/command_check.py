@@ -1,0 +1,40 @@
+"""What the console refuses by itself, before it asks the robot: with the reason, and at once."""
+
+from __future__ import annotations
+
+from farhand.common.control_mode import Action, mode_after, modes_allowing
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.teaching.taught import NotNow
+
+
+def check(intent: intents.Command, picture: Picture) -> None:
+    """Let a command pass that may be sent now.
+
+    The robot decides anew on its own; this only spares the operator a round trip.
+
+    Args:
+        intent: What the operator asks for; a stop is never refused and does not come here.
+        picture: What the console knows.
+
+    Raises:
+        NotNow: With the reason.
+    """
+    action, robot = intent.action, picture.robot
+    if robot is None:
+        raise NotNow("the robot has not reported yet")
+    if intent.shown_mode is not None and intent.shown_mode is not robot.mode:
+        shown, present = intent.shown_mode.name, robot.mode.name
+        raise NotNow(f"page was behind: it showed {shown}, the robot is in {present}")
+    if action in picture.pending:
+        raise NotNow(f"{action} is under way already")
+    if action is Action.RESET and picture.stop is not None and not picture.stop.standing:
+        raise NotNow("your own stop is not acknowledged yet")
+    if mode_after(robot.mode, robot.phase, action) is None:
+        raise NotNow(f"{action} is not allowed in {robot.mode.name}, only in {modes_allowing(action)}")
+    if action in (Action.PREVIEW, Action.EXECUTE) and not picture.confirmed_sha256:
+        raise NotNow("the robot has confirmed no model: send it first")
+    if action is Action.EXECUTE and picture.task.require_preview and not picture.plan_id:
+        raise NotNow("the robot executes only what was previewed: press Preview first")
+    if action is Action.COUPLE and picture.recording:
+        raise NotNow("a demonstration is being recorded: end or undo it first")

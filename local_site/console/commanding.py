@@ -1,0 +1,197 @@
+"""Commands to the robot: who is in control, what is under way, what became of it."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable
+from functools import partial
+
+from farhand.common.control_mode import Action
+from farhand.common.link.link import Link
+from farhand.common.link.link_monitor import LinkMonitor
+from farhand.common.wire import keys
+from farhand.common.wire.codec import encode
+from farhand.common.wire.messages import (
+    Command,
+    CommandReply,
+    Event,
+    Heartbeat,
+    LeaseReply,
+    LeaseRequest,
+    Telemetry,
+    Wish,
+)
+from farhand.local_site.console.picture import Pending
+from farhand.local_site.exchange.inquiries import Inquiries
+from farhand.local_site.exchange.notices import Notice
+
+_HEARTBEAT_S = 0.1
+_RENEW_S = 1.0
+_GIVE_UP_S = 15.0
+_UNSETTLED_S = 30.0
+
+Notify = Callable[[Notice], None]
+
+
+class Commanding:
+    """Keeps the lease, sends commands, follows them to their end. Used by the console's thread alone.
+
+    Args:
+        link: To the robot.
+        inquiries: Asks the robot.
+        monitor: Learns the round trip from the heartbeats.
+        site_name: This place.
+        notify: Tells the operator.
+        wish: What this site wants of the control of the robot at first.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        inquiries: Inquiries,
+        monitor: LinkMonitor,
+        site_name: str,
+        notify: Notify,
+        wish: Wish = Wish.CONTROL,
+    ):
+        self._link, self._inquiries, self._monitor = link, inquiries, monitor
+        self._site_name, self._notify = site_name, notify
+        self.session = secrets.token_hex(8)
+        self.present_wish = wish
+        self.asked_by = ""
+        """Who asks this site for the control, empty for nobody."""
+        self.robot_tasks: tuple[str, ...] = ()
+        """What the robot does, by name; nothing before it has answered."""
+        self.lease_id = ""
+        self.why_not_in_control = "the robot has not answered yet"
+        self.pending: dict[Action, Pending] = {}
+        self.round_trips_s: list[float] = []
+        self._lease_stamp_ns, self._lease_boot = 0, ""
+        # Not from zero: the robot echoes its holder's heartbeats, and another site's must not look like ours.
+        self._heartbeat_seq = secrets.randbelow(2**31)
+        self._heartbeat_s = self._renewed_s = float("-inf")
+        self._renewed_boot = ""
+
+    def in_control(self, robot: Telemetry | None) -> bool:
+        """Whether the robot itself reports that this site's lease counts."""
+        return robot is not None and bool(self.lease_id) and robot.lease == self.lease_id[:4]
+
+    def wish(self, wish: Wish) -> None:
+        """Want something else of the control of the robot from now on; said with the next renewal, now."""
+        self.present_wish = wish
+        self._renewed_s = float("-inf")
+
+    def tick(self, robot: Telemetry | None, now_s: float) -> None:
+        """Say that this site is alive, renew the lease, give up what was never settled."""
+        echo = robot.stamp if robot else None
+        if now_s - self._heartbeat_s >= _HEARTBEAT_S:
+            self._heartbeat_s = now_s
+            self._heartbeat_seq += 1
+            self._monitor.heartbeat_sent(self._heartbeat_seq, now_s)
+            heartbeat = Heartbeat(session=self.session, seq=self._heartbeat_seq, echo=echo)
+            self._link.send(keys.HEARTBEAT, encode(heartbeat))
+        boot = robot.stamp.boot if robot else ""
+        if now_s - self._renewed_s >= _RENEW_S or boot != self._renewed_boot:
+            # The first report of a boot at once: with its echo a restarted site has its own lease back.
+            self._renewed_s, self._renewed_boot = now_s, boot
+            wish = self.present_wish
+            request = LeaseRequest(session=self.session, site_name=self._site_name, wish=wish, echo=echo)
+            self._inquiries.ask(keys.LEASE, request, LeaseReply, 0.0, self._on_lease)
+        for action, pending in list(self.pending.items()):
+            if now_s - pending.since_s > _UNSETTLED_S:
+                del self.pending[action]
+                self._notify(Notice(now_s, action, "the robot never reported the end of it", good=False))
+
+    def command(
+        self,
+        action: Action,
+        robot: Telemetry,
+        now_s: float,
+        task: str = "",
+        sha256: str = "",
+        plan_id: int = 0,
+        pace: float = 1.0,
+    ) -> None:
+        """Send a command; it is pending until the robot reports its end."""
+        command = Command(
+            command_id=secrets.token_hex(8),
+            session=self.session,
+            lease_id=self.lease_id,
+            action=action,
+            echo=robot.stamp,
+            task=task,
+            model_sha256=sha256,
+            plan_id=plan_id,
+            pace=pace,
+        )
+        self.pending[action] = Pending(command.command_id, now_s)
+        answered = partial(self._on_reply, action, command.command_id, now_s)
+        self._inquiries.ask(keys.COMMAND, command, CommandReply, _GIVE_UP_S, answered)
+
+    def on_event(self, event: Event, now_s: float) -> None:
+        """The robot reported; a command's second answer settles it."""
+        for action, pending in list(self.pending.items()):
+            if event.command_id and pending.command_id == event.command_id:
+                del self.pending[action]
+        what = event.action or event.kind
+        robot_s = event.stamp.t_ns * 1e-9
+        late_s = self._monitor.late_s(event.stamp, now_s)
+        self._notify(
+            Notice(now_s, what, event.text, event.succeeded, event.measured, event.who, robot_s, late_s)
+        )
+
+    def on_report(self, robot: Telemetry) -> None:
+        """A newer report of the robot: it shows what an accepted command led to."""
+        for action, pending in list(self.pending.items()):
+            if pending.accepted_ns is not None and action is not Action.PREVIEW:
+                later = robot.stamp.t_ns > pending.accepted_ns and robot.mode is pending.leads_to
+                if later:
+                    del self.pending[action]
+
+    def _on_lease(self, reply: LeaseReply | None, _took_s: float) -> None:
+        if reply is None:
+            return  # the age of the data tells the operator that the link is down
+        if reply.stamp.boot == self._lease_boot and reply.stamp.t_ns < self._lease_stamp_ns:
+            return
+        self._lease_boot, self._lease_stamp_ns = reply.stamp.boot, reply.stamp.t_ns
+        self.lease_id, self.robot_tasks = reply.lease_id, reply.tasks
+        self.why_not_in_control = "" if reply.granted else reply.reason
+        if reply.asked_by and reply.asked_by != self.asked_by:
+            self._notify(
+                Notice(
+                    self._inquiries.now_s(),
+                    "control",
+                    f"{reply.asked_by} asks for the control",
+                    who=reply.asked_by,
+                )
+            )
+        self.asked_by = reply.asked_by
+        if (self.present_wish is Wish.ASK and reply.granted) or (
+            self.present_wish is Wish.GIVE and not reply.granted
+        ):
+            # What was asked for or given has changed hands; after a hand-over this site asks no more.
+            self.present_wish = Wish.CONTROL if reply.granted else Wish.WATCH
+
+    def _on_reply(
+        self, action: Action, command_id: str, asked_s: float, reply: CommandReply | None, took_s: float
+    ) -> None:
+        if reply is not None and reply.accepted:
+            self.round_trips_s.append(took_s)
+        pending = self.pending.get(action)
+        if pending is None or pending.command_id != command_id:
+            return  # the report of its end came before the answer
+        if reply is None:
+            del self.pending[action]
+            text = "NOT DELIVERED: the robot did not answer"
+            self._notify(Notice(asked_s, action, text, good=False))
+        elif not reply.accepted:
+            del self.pending[action]
+            self._notify(Notice(asked_s + took_s, action, self._refusal(reply.reason), False, reply.measured))
+        else:
+            self.pending[action] = Pending(command_id, pending.since_s, reply.stamp.t_ns, reply.mode)
+
+    def _refusal(self, reason: str) -> str:
+        """The robot names who is in control: perhaps this site, which has lost the control meanwhile and has it back."""
+        if reason == f"{self._site_name} is in control":
+            reason = "the control of the robot had been lost on the way; it is back: press again"
+        return f"refused: {reason}"

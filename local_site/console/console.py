@@ -1,0 +1,243 @@
+"""The operator's console: every intent and every report goes through one queue with one owner.
+
+It shows what the robot reported, never what it expects: an action stays pending until the robot's own
+report settles it.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+
+from farhand.common.control_mode import Action
+from farhand.common.errors import FarhandError
+from farhand.common.event_log import EventLog
+from farhand.common.link.budget import limit_flows
+from farhand.common.link.link import Link
+from farhand.common.link.link_monitor import LinkMonitor
+from farhand.common.owner import Owner
+from farhand.common.wire import keys
+from farhand.common.wire.messages import (
+    Event,
+    ExecutionReport,
+    PlannedPath,
+    ReportRequest,
+    StopAck,
+    Telemetry,
+    Wish,
+)
+from farhand.local_site.console import intents
+from farhand.local_site.console.catalogue import Catalogue
+from farhand.local_site.console.command_check import check
+from farhand.local_site.console.commanding import Commanding
+from farhand.local_site.console.parts import Parts
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.sending import Sending
+from farhand.local_site.console.teaching import Teaching
+from farhand.local_site.console.teleoperation import Teleoperation
+from farhand.local_site.exchange.event_follower import EventFollower
+from farhand.local_site.exchange.inquiries import Inquiries
+from farhand.local_site.exchange.listening import listen
+from farhand.local_site.exchange.model_sender import ModelSender
+from farhand.local_site.exchange.notices import Notice, Notices
+from farhand.local_site.exchange.reports import Reports
+from farhand.local_site.exchange.robot_scene import KnownScenes
+from farhand.local_site.exchange.stop_sender import StopSender
+from farhand.local_site.teaching.library import Library
+from farhand.local_site.teaching.taught import NotNow
+from farhand.local_site.workcell.own_place import OwnPlace, own_place
+
+PERIOD_S = 0.05
+"""Time from one tick to the next [s]."""
+
+
+class Console:
+    """Owner of everything that the operator's site knows and asks.
+
+    Args:
+        library: What was taught of each task.
+        link: To the robot.
+        site_name: This place.
+        log: Keeps what happened; None keeps it in memory alone.
+        wish: Whether this site takes control when it can, or watches.
+        now_s: The clock of this site [s].
+        rate_bps: What the link carries [bit/s]; 0 for more than enough.
+        place: What the operator's hand moves; None makes the one that the tasks need.
+        known: What robots look like as far as it need not be fetched; None when nobody draws the robot.
+    """
+
+    def __init__(
+        self,
+        library: Library,
+        link: Link,
+        site_name: str,
+        log: EventLog | None = None,
+        wish: Wish = Wish.CONTROL,
+        now_s: Callable[[], float] = time.monotonic,
+        rate_bps: float = 0.0,
+        place: OwnPlace | None = None,
+        known: KnownScenes | None = None,
+    ):
+        self._library, self._link, self._now_s = library, link, now_s
+        self.owner = Owner("console", PERIOD_S, self._tick, self._redraw, now_s)
+        """Does everything here, one after the other."""
+        self._notices, monitor = Notices(log), LinkMonitor()
+        self._inquiries = Inquiries(link, self.owner.put, now_s)
+        self._commanding = Commanding(link, self._inquiries, monitor, site_name, self._notices.add, wish)
+        self._models = ModelSender(self._inquiries, now_s, rate_bps)
+        self._events = EventFollower(self._inquiries, self._on_event)
+        self._reports = Reports(monitor, self._events, self._on_restart)
+        self._place = place or own_place(library.task)
+        self._catalogue = Catalogue(self._inquiries, library, site_name, self._tell, rate_bps, known)
+        self._teaching = Teaching(library, self._place, self._tell)
+        self._sending = Sending(library, self._models, self._tell)
+        self._stop = StopSender(link, site_name)
+        self._teleoperation = Teleoperation(link)
+        limit_flows(link, rate_bps)
+        self._parts = Parts(
+            library, self._place, self._catalogue, self._teaching, self._sending, self._models, self._commanding,
+            self._stop, self._reports, monitor, self._notices,
+        )  # fmt: skip
+        self._changed = threading.Condition()
+        self.picture = self._parts.draw(now_s())
+
+    # From other threads -------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Listen to the robot and begin, in a thread."""
+        self.listen()
+        self.owner.start()
+
+    def listen(self) -> None:
+        """Listen to the robot. Without `start`, in virtual time, its caller drives the owner."""
+        hear = partial(listen, self._link, self.owner.put)
+        hear(keys.TELEMETRY, Telemetry, self._on_telemetry)
+        hear(keys.EVENT, Event, self._events.received)
+        hear(keys.PATH, PlannedPath, lambda path: self._reports.on_path(path, self._now_s()))
+        hear(keys.STOP_ACK, StopAck, self._stop.acknowledged)
+        self._place.start(self.owner.put, self._library.on_moved)
+
+    def close(self) -> None:
+        """End the console; what was not sent is not sent."""
+        self._place.close()
+        self.owner.close()
+        self._inquiries.close()
+
+    def submit(self, intent: intents.Intent) -> None:
+        """Ask for something. Returns at once; the picture tells what became of it."""
+        self.owner.put(partial(self._on_intent, intent))
+
+    def ask_report(self, timeout_s: float = 15.0) -> ExecutionReport | None:
+        """How the newest execution went, asked of the robot. None when no answer came."""
+        answers: queue.SimpleQueue[ExecutionReport | None] = queue.SimpleQueue()
+        self.request_report(answers.put)
+        try:
+            return answers.get(timeout=timeout_s)
+        except queue.Empty:
+            return None
+
+    def request_report(self, answered: Callable[[ExecutionReport | None], None]) -> None:
+        """Ask the robot how the newest execution went; returns at once.
+
+        Args:
+            answered: Called once, in the console's thread; with None when no answer came.
+        """
+
+        def ask() -> None:
+            self._inquiries.ask(
+                keys.REPORT, ReportRequest(), ExecutionReport, 0.0, lambda answer, _took_s: answered(answer)
+            )
+
+        self.owner.put(ask)
+
+    def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float) -> bool:
+        """Wait until a picture has a property. False when it did not in time."""
+        with self._changed:
+            return self._changed.wait_for(lambda: holds(self.picture), timeout_s)
+
+    # The owner ----------------------------------------------------------------------------------
+
+    def _redraw(self) -> None:
+        now_s = self._now_s()
+        self._teaching.watch(self._commanding.in_control(self._reports.robot), now_s)
+        with self._changed:
+            self.picture = self._parts.draw(now_s)
+            self._changed.notify_all()
+
+    def _tick(self) -> None:
+        now_s = self._now_s()
+        self._inquiries.tick(now_s)
+        self._stop.tick(now_s)
+        self._commanding.tick(self._reports.robot, now_s)
+        self._sending.tick(self._commanding.robot_tasks)
+
+    # Intents ------------------------------------------------------------------------------------
+
+    def _on_intent(self, intent: intents.Intent) -> None:
+        try:
+            if (action := self._catalogue.recordings.action_for(intent, self.picture)) is not None:
+                intent = intents.Command(action)
+            match intent:
+                case intents.Command():
+                    self._command(intent)
+                case intents.Hand():
+                    self._hand(intent)
+                case intents.Control():
+                    self._commanding.wish(intent.wish)
+                case intents.MoveTarget():
+                    self._teleoperation.move_target(intent.position_m, self._commanding.lease_id)
+                case intents.Choose():
+                    self._teaching.choose(intent.task, self._parts.draw(self._now_s()))
+                    self._reports.forget_plan()
+                case intents.SendModel() | intents.SendLibrary() | intents.AutoSend():
+                    self._sending.do(intent)
+                case intents.Recover() if self._teaching.left_over is None:
+                    self._catalogue.recordings.recover()
+                case _:
+                    self._teaching.do(intent)
+        except FarhandError as error:
+            what = intent.action if isinstance(intent, intents.Command) else type(intent).__name__.lower()
+            self._tell(what, f"refused: {error}", good=False)
+
+    def _command(self, intent: intents.Command) -> None:
+        action, now_s, robot = intent.action, self._now_s(), self._reports.robot
+        if action in (Action.STOP, Action.ABORT):
+            self._teaching.roll_back(f"{action} was pressed")
+        if action is Action.STOP:
+            self._stop.press(now_s)
+            return
+        check(intent, self._parts.draw(now_s))
+        if robot is None:
+            raise NotNow("the robot has not reported yet")
+        task, plan_id = self._library.task.name, self._reports.plan_id
+        sha256 = self._models.confirmed_sha256(task)
+        self._commanding.command(action, robot, now_s, task, sha256, plan_id, intent.pace)
+
+    def _hand(self, intent: intents.Hand) -> None:
+        """The hand drives the robot while coupled, else it moves what is at the operator's own place."""
+        robot, lease_id = self._reports.robot, self._commanding.lease_id
+        if robot is not None and robot.coupling_id and lease_id and not self._library.recording:
+            self._teleoperation.hand(intent.point, intent.released, robot, lease_id)
+        else:
+            self._place.hand(intent.point, intent.time_s, intent.released)
+
+    # Reports of the robot -----------------------------------------------------------------------
+
+    def _on_telemetry(self, report: Telemetry) -> None:
+        if self._reports.on_telemetry(report, self._now_s()):
+            self._commanding.on_report(report)
+            self._catalogue.on_report(report)
+
+    def _on_restart(self) -> None:
+        self._models.forget_confirmed()
+        self._tell("restart", "the robot was restarted: send the models again", good=False)
+
+    def _on_event(self, event: Event) -> None:
+        self._commanding.on_event(event, self._now_s())
+        self._catalogue.on_event(event)
+
+    def _tell(self, what: str, text: str, good: bool = True) -> None:
+        self._notices.add(Notice(self._now_s(), what, text, good))

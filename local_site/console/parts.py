@@ -1,0 +1,105 @@
+"""What a console is made of, and the one picture of it all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from farhand.common.link.link_monitor import LinkMonitor
+from farhand.local_site.console.catalogue import Catalogue
+from farhand.local_site.console.commanding import Commanding
+from farhand.local_site.console.picture import Picture, TaskStanding
+from farhand.local_site.console.sending import Sending
+from farhand.local_site.console.teaching import Teaching
+from farhand.local_site.exchange.model_sender import ModelSender
+from farhand.local_site.exchange.notices import Notices
+from farhand.local_site.exchange.reports import Reports
+from farhand.local_site.exchange.stop_sender import StopSender
+from farhand.local_site.teaching.library import Library
+from farhand.local_site.workcell.own_place import OwnPlace
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Each owns some facts; nobody else keeps them. Used by the console's thread alone.
+
+    Args:
+        library: Demonstrations and models.
+        place: What the operator's hand moves.
+        catalogue: What the robot has to fetch.
+        teaching: Recording and undoing.
+        sending: What is to be sent.
+        models: What the robot has confirmed.
+        commanding: The control of the robot, and what was asked of it.
+        stop: The newest stop of this site.
+        reports: What the robot has reported.
+        monitor: How the link is doing.
+        notices: What the operator should read.
+    """
+
+    library: Library
+    place: OwnPlace
+    catalogue: Catalogue
+    teaching: Teaching
+    sending: Sending
+    models: ModelSender
+    commanding: Commanding
+    stop: StopSender
+    reports: Reports
+    monitor: LinkMonitor
+    notices: Notices
+
+    def draw(self, now_s: float) -> Picture:
+        """All that is known now."""
+        task, library = self.library.task, self.library.chosen
+        commanding, reports = self.commanding, self.reports
+        return Picture(
+            now_s=now_s,
+            robot=reports.robot,
+            link=self.monitor.view(now_s),
+            in_control=commanding.in_control(reports.robot),
+            why_not_in_control=commanding.why_not_in_control,
+            wish=commanding.present_wish,
+            asked_by=commanding.asked_by,
+            pending=dict(commanding.pending),
+            notices=self.notices.newest(),
+            task=task,
+            tasks=tuple(map(self._standing, self.library.by_task)),
+            sending_library=self.sending.sending_library,
+            recording=library.recording,
+            n_demonstrations=len(library.demonstrations),
+            can_undo=library.can_undo,
+            can_recover=self.teaching.left_over is not None or self.catalogue.recordings.can_recover,
+            fetching=self.catalogue.recordings.fetching,
+            robot_scene=self.catalogue.scene.description,
+            scene_fetching=self.catalogue.scene.fetching,
+            learned=library.learned,
+            forming=library.forming(),
+            confirmed_sha256=self.models.confirmed_sha256(task.name),
+            sending_model=self.models.sending(task.name),
+            auto_send=self.sending.by_itself,
+            revisions=library.revisions,
+            revision=library.revision,
+            strokes=library.strokes,
+            stroke_frames=library.stroke_frames,
+            own_frames=tuple(self.place.frames),
+            own_arm=self.place.view,
+            path=reports.path,
+            path_received_s=reports.path_received_s,
+            plan_id=reports.plan_id,
+            plan_received_s=reports.plan_received_s,
+            stop=self.stop.status,
+            command_round_trips_s=tuple(commanding.round_trips_s),
+        )
+
+    def _standing(self, name: str) -> TaskStanding:
+        taught = self.library.by_task[name]
+        learned = taught.learned
+        return TaskStanding(
+            name=name,
+            n_demonstrations=len(taught.demonstrations),
+            learned_sha256=learned.sha256 if learned is not None else "",
+            model_bytes=len(learned.content) if learned is not None else 0,
+            confirmed_sha256=self.models.confirmed_sha256(name),
+            sending=self.models.sending(name),
+            robot_does=self.sending.robot_does(name),
+        )

@@ -1,0 +1,171 @@
+"""The motions that the robot recorded while this site drove it: fetched, and learned as any other demonstration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from farhand.common.control_mode import Action
+from farhand.common.errors import FarhandError
+from farhand.common.wire.messages import RECORDED, Event, RecordingOffer
+from farhand.common.wire.recorded_motion import RecordedMotion
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.exchange.blob_fetcher import BlobFetcher
+from farhand.local_site.exchange.notices import Tell
+from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.library import Library
+from farhand.local_site.teaching.taught import NotNow
+
+
+class RobotRecordings:
+    """Learns by itself what this process has recorded; what else there is of this site, when asked to recover it.
+
+    Used by the console's thread alone.
+
+    Args:
+        fetcher: Fetches them.
+        library: Learns each into the task that it is of.
+        site_name: This place.
+        tell: Tells the operator.
+    """
+
+    def __init__(self, fetcher: BlobFetcher, library: Library, site_name: str, tell: Tell):
+        self._fetcher, self._library = fetcher, library
+        self._site_name, self._tell = site_name, tell
+        self._expected = False  # one that was begun by this process and is to be learned
+        self._ended = False  # it is in the catalogue by now
+        self._done: set[str] = set()
+        self._offers: tuple[RecordingOffer, ...] = ()
+        self._fetching, self._to_fetch = "", list[str]()
+        self._arrived: tuple[str, bytes] | None = None
+
+    @property
+    def fetching(self) -> float | None:
+        """The part of a recording on its way that is here, from 0 to 1; None while none is on its way."""
+        if self._ended:
+            return 0.0
+        return self._fetcher.share(self._fetching) if self._fetching else None
+
+    @property
+    def can_recover(self) -> bool:
+        """Whether the robot has one of this site that was not learned."""
+        return self._newest is not None and self.fetching is None
+
+    def action_for(self, intent: intents.Intent, picture: Picture) -> Action | None:
+        """What to ask the robot for when an intent is about its recording; None when it is not."""
+        match intent:
+            case intents.Record() if picture.coupled:
+                self._expected = True
+                return Action.RECORD
+            case intents.End() if picture.robot_records:
+                return Action.END_RECORDING
+            case intents.Undo() if picture.robot_records:
+                self._expected = False
+                return Action.END_RECORDING
+        return None
+
+    def on_event(self, event: Event) -> bool:
+        """An event of the robot; whether its catalogue has changed for this site."""
+        if event.kind != RECORDED or event.who != self._site_name:
+            return False
+        self._ended = self._expected and event.succeeded
+        self._expected = False
+        return True
+
+    def on_restart(self) -> None:
+        """The robot was started again: its recordings are gone."""
+        if self._expected or self._ended or self._newest is not None:
+            self._tell("record", "the robot was restarted: what it had recorded is lost", good=False)
+        self._expected = self._ended = False
+        self._offers = ()
+        self._to_fetch.clear()
+
+    def on_offers(self, offers: Sequence[RecordingOffer]) -> None:
+        """What the robot has."""
+        taught, known = self._library.by_task.values(), self._offers
+        learned = "\n".join(each.source for task in taught for each in task.demonstrations)
+        self._offers = tuple(
+            o for o in offers if o.site_name == self._site_name and o.sha256 not in learned
+        )  # fmt: skip
+        if self._ended and (new := [o.sha256 for o in self._offers if o not in known]):
+            self._to_fetch.append(new[-1])
+        self._ended = False
+        self._fetch_next()
+
+    def recover(self) -> None:
+        """Fetch and learn the newest one that was not learned.
+
+        Raises:
+            NotNow: When there is none, or one is on its way.
+        """
+        offer = self._newest
+        if offer is None or self.fetching is not None:
+            raise NotNow("there is no demonstration to recover")
+        self._to_fetch.append(offer.sha256)
+        self._fetch_next()
+
+    def learn_arrived(self) -> None:
+        """Learn what has arrived, if something has, once no other demonstration is being made."""
+        if self._arrived is None or self._library.recording:
+            return
+        (sha256, content), self._arrived = self._arrived, None
+        self._fetch_next()
+        try:
+            learned = self._learn(content, sha256)
+        except FarhandError as error:
+            self._tell("record", f"what the robot recorded was not learned: {error}", good=False)
+        else:
+            self._tell("record", f"learned what the robot recorded: {learned}")
+
+    def _learn(self, content: bytes, sha256: str) -> str:
+        """Learn a recorded motion into the task that it is of; says what is known of it now.
+
+        Raises:
+            FarhandError: When it is malformed, of no task here, or no motion.
+        """
+        motion = RecordedMotion.from_bytes(content)
+        task, taught = self._library.tasks.get(motion.task), self._library.by_task.get(motion.task)
+        if (
+            task is None
+            or taught is None
+            or (motion.frame_names, motion.space) != (task.frame_names, task.space)
+        ):
+            raise NotNow(f"it is one of {motion.task!r}, which is not taught here")
+        taught.learn([_demonstration(motion, sha256)])
+        assert taught.learned is not None
+        return f"{task.name}, {taught.learned.model.n_components} components"
+
+    @property
+    def _newest(self) -> RecordingOffer | None:
+        taken = {*self._done, *self._to_fetch, self._fetching}
+        return next((o for o in reversed(self._offers) if o.sha256 not in taken), None)
+
+    def _on_content(self, sha256: str, content: bytes | None) -> None:
+        self._fetching = ""
+        if content is None:
+            self._tell("record", "what the robot recorded could not be fetched", good=False)
+        else:
+            self._arrived = sha256, content
+            self._done.add(sha256)
+            self.learn_arrived()
+        self._fetch_next()
+
+    def _fetch_next(self) -> None:
+        if self._to_fetch and not self._fetching and self._arrived is None:
+            self._fetching = self._to_fetch.pop(0)
+            self._fetcher.fetch(self._fetching, partial(self._on_content, self._fetching))
+
+
+def _demonstration(motion: RecordedMotion, sha256: str) -> Demonstration:
+    samples = motion.samples()
+    points, D = samples.points, motion.n_dims
+    return Demonstration(
+        time_s=samples.time_s,
+        position_m=points[:, :D],
+        quat_wxyz=points[:, D:] if motion.oriented else None,
+        frame_origin_m=samples.frame_origin_m,
+        frame_rotation=samples.frame_rotation,
+        frame_names=motion.frame_names,
+        source=f"driven; recorded by the robot as {sha256}",
+    )

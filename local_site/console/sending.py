@@ -1,0 +1,106 @@
+"""What the operator wants sent to the robot: the model of one task, of each, or whatever changes."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from farhand.local_site.console import intents
+from farhand.local_site.exchange.model_sender import ModelSender
+from farhand.local_site.exchange.notices import Tell
+from farhand.local_site.teaching.library import Library
+from farhand.local_site.teaching.taught import LearnedModel, NotNow
+
+
+class Sending:
+    """Does what the operator asks about sending, and tells what came of it. Used by the console's thread alone.
+
+    Args:
+        library: What was taught.
+        models: Sends one model after the other.
+        tell: Tells the operator.
+    """
+
+    def __init__(self, library: Library, models: ModelSender, tell: Tell):
+        self._library, self._models, self._tell = library, models, tell
+        self._outcomes: dict[str, tuple[str, bool] | None] = {}
+        self._robot_tasks: tuple[str, ...] = ()
+        self.by_itself = False
+        """Whether a model is sent whenever it changes."""
+
+    @property
+    def sending_library(self) -> bool:
+        """Whether something of the library is still on its way."""
+        return None in self._outcomes.values()
+
+    def do(self, intent: intents.Send) -> None:
+        """Do one of them.
+
+        Raises:
+            NotNow: When it is not possible at this moment.
+        """
+        match intent:
+            case intents.SendModel():
+                self._send_chosen()
+            case intents.SendLibrary():
+                self._send_library()
+            case intents.AutoSend(on):
+                self.by_itself = on
+
+    def robot_does(self, name: str) -> bool:
+        """Whether the robot does a task, as far as is known."""
+        return not self._robot_tasks or name in self._robot_tasks
+
+    def tick(self, robot_tasks: tuple[str, ...]) -> None:
+        """Send what has changed, if so chosen.
+
+        Args:
+            robot_tasks: What the robot has said that it does; nothing before it has.
+        """
+        if robot_tasks != self._robot_tasks:
+            self._robot_tasks = robot_tasks
+            for name in self._library.by_task:
+                if not self.robot_does(name):
+                    self._tell("task", self._not_done(name), good=False)
+        if self.by_itself:
+            for name, learned in self._library.learned.items():
+                if learned.sha256 != self._models.newest_sha256(name) and self.robot_does(name):
+                    self._send(name, learned)
+
+    def _not_done(self, name: str) -> str:
+        return f"this robot does not do {name}, only {' and '.join(self._robot_tasks)}"
+
+    def _send_chosen(self) -> None:
+        learned = self._library.chosen.learned
+        if learned is None:
+            raise NotNow("nothing was learned yet: record a demonstration first")
+        name = self._library.task.name
+        if not self.robot_does(name):
+            raise NotNow(self._not_done(name))
+        self._send(name, learned)
+
+    def _send(self, name: str, learned: LearnedModel) -> None:
+        about = f"{name}, model {learned.sha256[:8]}"
+        self._models.send(
+            name, learned, lambda text, good: self._tell("send model", f"{about}: {text}", good)
+        )  # fmt: skip
+
+    def _send_library(self) -> None:
+        """Each model in turn; the robot is asked for each by its hash, so that only what differs is moved."""
+        learned = self._library.learned
+        if not learned:
+            raise NotNow("nothing was learned yet: record a demonstration first")
+        if self.sending_library:
+            raise NotNow("the library is on its way already")
+        self._outcomes = dict.fromkeys(learned)
+        for name, model in learned.items():
+            if self.robot_does(name):
+                self._models.send(name, model, partial(self._on_settled, name), ask_first=True)
+            else:
+                self._on_settled(name, "this robot does not do it", False)
+
+    def _on_settled(self, name: str, text: str, good: bool) -> None:
+        self._outcomes[name] = text, good
+        settled = {each: outcome for each, outcome in self._outcomes.items() if outcome is not None}
+        if not self.sending_library:
+            words = "; ".join(f"{each}: {said}" for each, (said, _) in settled.items())
+            self._tell("send library", words, all(fine for _, fine in settled.values()))

@@ -1,0 +1,129 @@
+"""Everything about demonstrations that is the local site's own: recording, undoing, going back."""
+
+from __future__ import annotations
+
+from farhand.common.control_mode import Action, ControlMode
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.exchange.notices import Tell
+from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.library import Library
+from farhand.local_site.teaching.task_library import TaskLibrary
+from farhand.local_site.teaching.taught import NotNow
+from farhand.local_site.workcell.own_place import OwnPlace
+
+_LOST_S = 3.0
+"""Control that came back sooner was not lost: as long as a lease lasts [s]."""
+
+
+class Teaching:
+    """Does what the operator asks about the chosen task. Used by the console's thread alone.
+
+    Args:
+        library: What was taught.
+        place: Where demonstrations are made.
+        tell: Tells the operator what was done.
+    """
+
+    def __init__(self, library: Library, place: OwnPlace, tell: Tell):
+        self._library, self._place, self._tell = library, place, tell
+        self._control_s: float | None = None
+
+    @property
+    def left_over(self) -> Demonstration | None:
+        """A demonstration that was being recorded when it was rolled back, or its process ended."""
+        return self._task.left_over
+
+    def do(self, intent: intents.Teach) -> None:
+        """Do one of them.
+
+        Raises:
+            NotNow: When it is not possible at this moment.
+        """
+        match intent:
+            case intents.Record():
+                self._task.record(self._place.frames)
+                self._tell("record", "recording a demonstration")
+            case intents.End():
+                learned = self._task.end()
+                self._tell("end", f"learned: {learned.model.n_components} components")
+            case intents.Undo():
+                self._task.undo()
+                self._tell("undo", "the last demonstration was undone")
+            case intents.LoadSamples():
+                self._load_samples()
+            case intents.Recover():
+                self._task.recover()
+                self._tell("recover", "the demonstration that was left over was learned")
+            case intents.GoTo() | intents.StartAnew() | intents.Delete():
+                self._go_back(intent)
+            case intents.Renew() | intents.Align():
+                self._move_arm(intent)
+
+    def choose(self, name: str, picture: Picture) -> None:
+        """Teach another task from now on, at a place that is made ready for it.
+
+        Args:
+            name: Of the task.
+            picture: What the console knows.
+
+        Raises:
+            NotNow: When there is no such task, something is recorded, or the robot executes the one before.
+        """
+        if picture.robot_records:
+            raise NotNow("the robot records a demonstration: end or undo it first")
+        if picture.mode in (ControlMode.AUTONOMOUS, ControlMode.PAUSED):
+            raise NotNow(f"the robot executes {self._library.task.name}: end that first, by Clutch or Abort")
+        if picture.pending.keys() & {Action.PREVIEW, Action.EXECUTE}:
+            raise NotNow("a preview or an execution is under way: wait for what the robot says")
+        self._library.choose(name)
+        self._place.become(self._library.task)
+        self._tell("task", f"{name} is chosen: it is taught, previewed and executed now")
+
+    def watch(self, in_control: bool, now_s: float) -> None:
+        """Roll a demonstration back when the control of the robot is lost, and does not come back by itself."""
+        if in_control:
+            self._control_s = now_s
+        elif self._control_s is not None and now_s - self._control_s > _LOST_S:
+            self._control_s = None
+            self.roll_back("the control of the robot was lost")
+
+    def roll_back(self, why: str) -> None:
+        """Forget a demonstration under way; the model is as before it, bit for bit."""
+        if self._task.recording:
+            self._task.set_aside()
+            self._tell("recording", f"rolled back: {why}; what was recorded can be recovered")
+
+    @property
+    def _task(self) -> TaskLibrary:
+        return self._library.chosen
+
+    def _load_samples(self) -> None:
+        samples = self._place.samples()
+        if not samples:
+            raise NotNow("no demonstrations come with this task")
+        self._task.learn(samples)
+        self._tell("samples", "the samples were learned")
+
+    def _move_arm(self, intent: intents.Renew | intents.Align) -> None:
+        match intent:
+            case intents.Renew() if self._task.recording:
+                raise NotNow("a demonstration is being recorded: end or undo it first")
+            case intents.Renew(seed):
+                self._place.renew(seed)
+                self._tell("renew", "your arm is back at ready, and its receptacle elsewhere")
+            case intents.Align():
+                self._place.align()
+                self._tell("align", "your plug turns until it points along the bore")
+
+    def _go_back(self, intent: intents.GoTo | intents.StartAnew | intents.Delete) -> None:
+        match intent:
+            case intents.GoTo(number):
+                self._task.go_to(number)
+                self._tell("library", f"revision {number} counts now")
+            case intents.StartAnew():
+                self._task.start_anew()
+                self._tell("library", "begun anew; what was taught before can be gone back to")
+            case intents.Delete(number):
+                self._task.delete(number)
+                self._tell("library", f"revision {number} was deleted")

@@ -1,0 +1,137 @@
+"""Learned models on their way to the robot: one counts only when the robot has confirmed its hash."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from farhand.common.link.budget import part_bytes
+from farhand.common.wire import keys
+from farhand.common.wire.messages import ModelReply, ModelTransfer
+from farhand.local_site.exchange.inquiries import Inquiries
+from farhand.local_site.teaching.taught import LearnedModel
+
+_GIVE_UP_S = 600.0
+
+Settled = Callable[[str, bool], None]
+"""Gets the words for what became of a model, and whether they are good ones."""
+
+
+@dataclass
+class _Transfer:
+    """A model on its way, or waiting for its turn."""
+
+    task: str
+    learned: LearnedModel
+    ask_first: bool
+    settled: list[Settled]
+    began_s: float = 0.0
+    moved: bool = False  # something of its content was sent
+
+    def settle(self, text: str, good: bool) -> None:
+        for settled in self.settled:
+            settled(text, good)
+
+
+class ModelSender:
+    """Sends the newest model of each task until it is confirmed, one at a time. Used by the console's thread alone.
+
+    Args:
+        inquiries: Asks the robot.
+        now_s: The console's clock.
+        rate_bps: What the link carries [bit/s], 0 for more than enough: how large the parts are.
+    """
+
+    def __init__(self, inquiries: Inquiries, now_s: Callable[[], float], rate_bps: float = 0.0):
+        self._inquiries, self._now_s, self._part_bytes = inquiries, now_s, part_bytes(rate_bps)
+        self._queue: list[_Transfer] = []  # the first one is on its way
+        self._newest: dict[str, str] = {}
+        self._confirmed: dict[str, str] = {}
+        self._had: set[str] = set()  # what the robot had once; a restarted one may have it no more
+
+    def sending(self, task: str) -> bool:
+        """Whether a model of a task is on its way, or waits for another one's end."""
+        return any(transfer.task == task for transfer in self._queue)
+
+    def newest_sha256(self, task: str) -> str:
+        """The model of a task that was sent last, confirmed or not; empty before the first."""
+        return self._newest.get(task, "")
+
+    def confirmed_sha256(self, task: str) -> str:
+        """The model of a task that the robot has confirmed last; empty without one."""
+        return self._confirmed.get(task, "")
+
+    def forget_confirmed(self) -> None:
+        """The robot was started again, and may have nothing any more."""
+        self._confirmed.clear()
+
+    def send(self, task: str, learned: LearnedModel, settled: Settled, ask_first: bool = False) -> None:
+        """Send a model in the background, also through outages; it takes the place of an older one of its task.
+
+        The robot is asked first whether it has it already, when that may be, or spares much.
+
+        Args:
+            task: Name of the task that it is for.
+            learned: The model.
+            settled: Called once, with what became of it.
+            ask_first: Whether to ask in any case.
+        """
+        ask_first = ask_first or learned.sha256 in self._had or len(learned.content) > self._part_bytes
+        transfer = _Transfer(task, learned, ask_first, [settled])
+        place = next((k for k, other in enumerate(self._queue) if other.task == task), None)
+        if place is None:
+            self._queue.append(transfer)
+        elif (older := self._queue[place]).learned.sha256 == learned.sha256:
+            older.settled.append(settled)
+            return
+        else:
+            self._queue[place] = transfer
+            older.settle("a newer one is sent in its place", True)
+        self._newest[task] = learned.sha256
+        if self._queue[0] is transfer:
+            self._begin(transfer)
+
+    def _begin(self, transfer: _Transfer) -> None:
+        transfer.began_s = self._now_s()
+        self._send_part(transfer, 0, 0 if transfer.ask_first else self._part_bytes)
+
+    def _send_part(self, transfer: _Transfer, offset: int, n_bytes: int) -> None:
+        learned, size = transfer.learned, len(transfer.learned.content)
+        transfer.moved |= n_bytes > 0
+        part = ModelTransfer(
+            task=transfer.task,
+            sha256=learned.sha256,
+            version=learned.version,
+            parent_sha256=learned.parent_sha256,
+            size=size if size > n_bytes else 0,
+            offset=offset,
+            content=learned.content[offset : offset + n_bytes],
+        )
+        answered, wanted = partial(self._on_reply, transfer), partial(self._on_its_way, transfer)
+        self._inquiries.ask(keys.MODEL, part, ModelReply, _GIVE_UP_S, answered, wanted)
+
+    def _on_its_way(self, transfer: _Transfer) -> bool:
+        return bool(self._queue) and self._queue[0] is transfer
+
+    def _on_reply(self, transfer: _Transfer, reply: ModelReply | None, _took_s: float) -> None:
+        if not self._on_its_way(transfer):
+            return  # a newer one is on its way, or there already
+        sha256 = transfer.learned.sha256
+        if reply is not None and reply.accepted and not reply.complete and reply.sha256 == sha256:
+            # Also after a robot's restart, which begins anew.
+            self._send_part(transfer, reply.received, self._part_bytes)
+            return
+        self._queue.pop(0)
+        if reply is None:
+            transfer.settle("NOT DELIVERED: the robot did not confirm it", False)
+        elif not reply.accepted or reply.sha256 != sha256:
+            transfer.settle(f"refused: {reply.reason or 'the robot confirmed another model'}", False)
+        else:
+            self._confirmed[transfer.task] = sha256
+            self._had.add(sha256)
+            took_s = self._now_s() - transfer.began_s
+            there = f"confirmed after {took_s:.2f} s" if transfer.moved else "the robot has it already"
+            transfer.settle(there, True)
+        if self._queue:
+            self._begin(self._queue[0])

@@ -1,0 +1,144 @@
+"""What a scripted operator can do at a console: give commands, wait for what comes of them, say what happened."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.errors import FarhandError
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.exchange.notices import Notice
+from farhand.local_site.script.operators_place import OperatedConsole, OperatorsTime
+
+_log = logging.getLogger(__name__)
+
+PATIENCE_S = 60.0
+ATTEMPTS = 3
+
+
+class JobFailed(FarhandError):
+    """The scripted job could not go on; says at which step and why."""
+
+
+class ScriptedActions:
+    """One operator's hands, eyes and voice.
+
+    Args:
+        console: The operator's console.
+        time: The operator's.
+    """
+
+    def __init__(self, console: OperatedConsole, time: OperatorsTime):
+        self._console, self.time = console, time
+        self._began_s = time.now_s()
+        self.events: list[dict[str, Any]] = []
+        """What was said, and when."""
+
+    @property
+    def picture(self) -> Picture:
+        """What the console shows."""
+        return self._console.picture
+
+    def submit(self, *asked: intents.Intent) -> None:
+        """Ask for something."""
+        for intent in asked:
+            self._console.submit(intent)
+
+    def until(self, what: str, holds: Callable[[Picture], bool], patience_s: float = PATIENCE_S) -> Picture:
+        """Wait until the picture has a property.
+
+        Raises:
+            JobFailed: When it did not in time.
+        """
+        if not self._console.wait_for(holds, patience_s):
+            raise JobFailed(f"waited {patience_s:.0f} s for {what}: {self.last_words()}")
+        return self.picture
+
+    def command(self, action: Action, mode: ControlMode) -> None:
+        """Give a command and wait for the robot's own report; try again, as a person would.
+
+        Raises:
+            JobFailed: When the robot did not reach that mode.
+        """
+        for _ in range(ATTEMPTS):
+            if self.attempt(action, mode):
+                return
+        raise JobFailed(f"{action}: the robot did not reach {mode.name}: {self.last_words()}")
+
+    def attempt(self, action: Action, mode: ControlMode) -> bool:
+        """Give a command once; whether the robot reports that mode.
+
+        Raises:
+            JobFailed: When the control of the robot is not to be had.
+        """
+        self.until("control of the robot", lambda p: p.in_control)
+        n_answers, n_refusals = len(self.picture.command_round_trips_s), self._refusals(action, self.picture)
+
+        def done(p: Picture) -> bool:
+            return len(p.command_round_trips_s) > n_answers and p.mode is mode
+
+        self.submit(intents.Command(action))
+        self._console.wait_for(lambda p: done(p) or self._refusals(action, p) > n_refusals, PATIENCE_S)
+        if done(self.picture):
+            took_s = self.picture.command_round_trips_s[-1]
+            self.say(f"{action}: the robot is in {mode.name}, answered after {took_s:.3f} s")
+            return True
+        if self.picture.mode is mode:
+            self.say(f"{action}: the robot was in {mode.name} already: {self.last_words()}")
+            return True
+        _log.warning("%s: %s", action, self.last_words())
+        return False
+
+    def manoeuvre(self, action: Action) -> bool:
+        """Have the robot go somewhere by itself, and wait for its end; whether it got there.
+
+        Raises:
+            JobFailed: When the control of the robot is not to be had, or nothing was heard of the end.
+        """
+        self.until("control of the robot", lambda p: p.in_control)
+        n_told = len(self._told(action, self.picture))
+        self.submit(intents.Command(action))
+        picture = self.until(f"the end of {action}", lambda p: len(self._told(action, p)) > n_told)
+        if self._told(action, picture)[-1].good:
+            self.until("the report of it", lambda p: p.mode is not ControlMode.AUTONOMOUS)
+        self.say(f"{action}: {self._told(action, picture)[-1].text}")
+        return self._told(action, picture)[-1].good
+
+    def preview(self) -> bool:
+        """Have the motion shown before it is made; whether it was, and not refused.
+
+        Raises:
+            JobFailed: When nothing came.
+        """
+        before, n_refusals = self.picture.plan_id, self._refusals(Action.PREVIEW, self.picture)
+        self.submit(intents.Command(Action.PREVIEW))
+        picture = self.until(
+            "the preview",
+            lambda p: (
+                (p.plan_id > before and Action.PREVIEW not in p.pending)
+                or self._refusals(Action.PREVIEW, p) > n_refusals
+            ),
+        )
+        return picture.plan_id > before
+
+    def say(self, text: str) -> None:
+        """Tell whoever listens, and note it."""
+        time_s = self.time.now_s() - self._began_s
+        self.events.append({"time_s": round(time_s, 3), "text": text})
+        _log.info("%6.2f s  %s", time_s, text)
+
+    def last_words(self) -> str:
+        """What the operator was told last, for the one who reads why it did not go on."""
+        told = [f"{notice.what}: {notice.text}" for notice in self.picture.notices[-3:]]
+        return "; ".join(told) or "nothing was reported"
+
+    @staticmethod
+    def _refusals(action: Action, picture: Picture) -> int:
+        return sum(not notice.good for notice in ScriptedActions._told(action, picture))
+
+    @staticmethod
+    def _told(action: Action, picture: Picture) -> list[Notice]:
+        return [notice for notice in picture.notices if notice.what == action]

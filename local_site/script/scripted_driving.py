@@ -1,0 +1,116 @@
+"""A demonstration made on the robot: the scripted operator drives it through the whole motion, and it records that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import UNSET
+from numpy.typing import NDArray
+
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.model.manifold import POSE
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.task import AnyTask, ArmTask
+from farhand.common.wire.messages import Telemetry
+from farhand.local_site.console import intents
+from farhand.local_site.script.scripted_actions import JobFailed, ScriptedActions
+
+if TYPE_CHECKING:
+    from farhand.local_site.workcell.scripted_ways import Way
+
+Array = NDArray[np.float64]
+Hand = Callable[[float, Telemetry], tuple[float, ...]]
+"""Where the hand is at a time [s] with the robot as it is shown. Length C."""
+
+_HAND_PERIOD_S = 1.0 / 30.0
+_FETCH_S = 600.0
+_REACH_S, _REST_S = 4.0, 0.5
+_STANDS_M, _STANDS_S, _PATIENCE_S, _PUSH_M_S = 0.001, 1.0, 12.0, 0.02
+_UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def demonstrate_by_driving(task: AnyTask, actions: ScriptedActions, seed: int) -> None:
+    """Couple, have the robot record, drive to the goal, end, and wait until what was recorded is learned.
+
+    Args:
+        task: What is demonstrated.
+        actions: At the console; the robot must be in HOLD, where the motion begins.
+        seed: Of the way.
+
+    Raises:
+        JobFailed: When it did not come to its end.
+    """
+    actions.command(Action.COUPLE, ControlMode.DIRECT)
+    picture = actions.picture
+    n, robot = picture.n_demonstrations, picture.robot
+    assert robot is not None
+    hand, duration_s = _hand_for(task, robot, seed)
+    actions.submit(intents.Record())
+    actions.until("the robot's recording", lambda p: p.robot_records)
+    _drive(actions, hand, duration_s, _PATIENCE_S if isinstance(task, ArmTask) else 0.0)
+    if not actions.picture.robot_records:
+        raise JobFailed(f"the robot did not record to the end: {actions.last_words()}")
+    actions.submit(intents.End())
+    actions.until("what the robot recorded", lambda p: p.n_demonstrations == n + 1, _FETCH_S)
+    actions.say(f"demonstration {n + 1}, driven: recorded by the robot, fetched and learned")
+    actions.command(Action.CLUTCH, ControlMode.HOLD)
+
+
+def _drive(actions: ScriptedActions, hand: Hand, duration_s: float, patience_s: float) -> None:
+    """Move the hand, and go on for a while at the end until the robot is seen to stand there."""
+    began_s, seen_s, seen_m = actions.time.now_s(), 0.0, np.array(np.inf)
+    while (t := actions.time.now_s() - began_s) < duration_s + patience_s:
+        robot = actions.picture.robot
+        assert robot is not None
+        if t >= max(duration_s, seen_s + _STANDS_S):
+            if np.linalg.norm(robot.position_m - seen_m) < _STANDS_M:
+                return
+            seen_m, seen_s = np.array(robot.position_m), t
+        actions.submit(intents.Hand(hand(t, robot), t))
+        actions.time.pause(_HAND_PERIOD_S)
+
+
+def _hand_for(task: AnyTask, robot: Telemetry, seed: int) -> tuple[Hand, float]:
+    """Where the hand is at each time, and for how long it drives [s]."""
+    if not isinstance(task, ArmTask):
+        start = np.array(robot.position_m)
+
+        def to_target(t: float, seen: Telemetry) -> tuple[float, ...]:
+            return tuple((start + _eased(t / _REACH_S) * (seen.frame_origin_m - start)).tolist())
+
+        return to_target, _REACH_S + _REST_S
+    frame = TaskFrame.at(_pose(robot.frame_origin_m, robot.frame_rotation_rad))
+    turn = robot.arm.rotation_rad if robot.arm is not UNSET else ()
+    way = _way(task, frame.to_local(_pose(robot.position_m, turn)), np.random.default_rng(seed))
+
+    def along_way(t: float, _seen: Telemetry) -> tuple[float, ...]:
+        position, turn, _ = way.at(t)
+        if task.skill == "insert":
+            position[2] += _PUSH_M_S * max(t - way.duration_s, 0.0)  # until it goes no deeper
+        pose = np.concatenate([position, turn.as_quat(scalar_first=True)])
+        return tuple(frame.to_world(pose).tolist())
+
+    return along_way, way.duration_s
+
+
+def _way(task: ArmTask, start: Array, random: np.random.Generator) -> Way:
+    # The physics take a second to import, which a board need not wait for.
+    from farhand.common.arm.dimensions import Dimensions
+    from farhand.local_site.workcell.scripted_ways import WayIn, WayOut
+
+    return (
+        WayIn(start, Dimensions().receptacle.depth_m, random)
+        if task.skill == "insert"
+        else WayOut(start, random)
+    )
+
+
+def _pose(position_m: tuple[float, ...], rotation_rad: tuple[float, ...]) -> Array:
+    return POSE.exp(_UPRIGHT, np.array([*position_m, *(rotation_rad or (0.0, 0.0, 0.0))]))
+
+
+def _eased(part: float) -> float:
+    part = min(max(part, 0.0), 1.0)
+    return part * part * (3.0 - 2.0 * part)

@@ -1,0 +1,138 @@
+"""An operator by script: does the whole job through the same intents as a person at the page.
+
+Demonstrates each task and sends the library; arms, couples and drives a little; then for each task has the robot get
+ready, previews, executes, and measures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.task import AnyTask
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.script.operators_place import (
+    CuttableLink,
+    OperatedConsole,
+    OperatorsTime,
+    PlannedOutage,
+    RealTime,
+)
+from farhand.local_site.script.scripted_actions import ATTEMPTS, JobFailed, ScriptedActions
+from farhand.local_site.script.scripted_result import link_result, whole_result
+from farhand.local_site.script.scripted_task import ScriptedTask
+
+_DRIVE_S = 1.5
+_HAND_PERIOD_S = 1.0 / 30.0
+
+
+class ScriptedOperator:
+    """Does the job once.
+
+    Args:
+        console: The operator's console.
+        tasks: What is taught and done, one after the other: each begins where the one before has left the robot.
+        control: The link process, to cut the link; None when there is none.
+        outage: The cut of each execution, or None.
+        seed: Of the hand.
+        time: The operator's.
+    """
+
+    def __init__(
+        self,
+        console: OperatedConsole,
+        tasks: Iterable[AnyTask],
+        control: CuttableLink | None,
+        outage: PlannedOutage | None,
+        seed: int,
+        time: OperatorsTime | None = None,
+    ):
+        self._control, self._outage = control, outage
+        self._time = time or RealTime()
+        self._actions = ScriptedActions(console, self._time)
+        self._tasks = [ScriptedTask(task, console, self._actions, seed) for task in tasks]
+
+    def run(self) -> dict[str, Any]:
+        """The whole job.
+
+        Returns:
+            What happened, as `farhand demo --json` writes it.
+
+        Raises:
+            JobFailed: When a step did not come to its end.
+        """
+        if self._actions.picture.mode in (ControlMode.AUTONOMOUS, ControlMode.PAUSED):
+            # Whoever was there before has left it so; no other task is chosen meanwhile.
+            self._actions.command(Action.DISARM, ControlMode.DISARMED)
+        for task in self._tasks:
+            task.teach()
+        self._send_library()
+        self._arm()
+        results = [self._do(task, first=task is self._tasks[0]) for task in self._tasks]
+        self._actions.command(Action.DISARM, ControlMode.DISARMED)
+        status = self._control.status() if self._control is not None else {}
+        return {
+            **whole_result(results),
+            "link": link_result(self._actions.picture, status, self._outage),
+            "events": self._actions.events,
+        }
+
+    def _send_library(self) -> None:
+        """Send the robot what it lacks of each task."""
+        self._actions.submit(intents.SendLibrary())
+        picture = self._actions.until(
+            "confirmation of the models",
+            lambda p: all(task.confirmed_sha256 == task.learned_sha256 for task in p.tasks),
+        )
+        for task in picture.tasks:
+            self._actions.say(
+                f"model {task.learned_sha256[:8]}, {task.model_bytes} B, confirmed by the robot"
+            )
+
+    def _arm(self) -> None:
+        """Whoever was there before may have left the robot in any mode."""
+        actions, mode = self._actions, self._actions.picture.mode
+        if mode is ControlMode.STOPPED:
+            actions.command(Action.RESET, ControlMode.DISARMED)
+        elif mode is not ControlMode.DISARMED:
+            actions.command(Action.DISARM, ControlMode.DISARMED)
+        actions.command(Action.ARM, ControlMode.HOLD)
+
+    def _do(self, task: ScriptedTask, first: bool) -> dict[str, Any]:
+        """One task; before the first one the robot is driven a little."""
+        task.get_ready()
+        if first:
+            self._drive(task)
+            self._actions.command(Action.CLUTCH, ControlMode.HOLD)
+        task.execute()
+        if self._outage is not None:
+            task.cut(self._outage, self._control)
+        return task.result()
+
+    def _drive(self, task: ScriptedTask) -> None:
+        """Couple and drive; again when the robot has decoupled by itself before it moved."""
+        for _ in range(ATTEMPTS):
+            self._actions.command(Action.COUPLE, ControlMode.DIRECT)
+            if self._followed(task):
+                self._actions.say("drove the robot through the link")
+                return
+        raise JobFailed(f"the robot did not follow the hand: {self._actions.last_words()}")
+
+    def _followed(self, task: ScriptedTask) -> bool:
+        """Move the hand a little, one event every 33 ms; whether the robot followed."""
+        began_s = self._time.now_s()
+        first = self._actions.picture.robot
+        assert first is not None
+        home = np.array(first.position_m)
+        while (t := self._time.now_s() - began_s) < _DRIVE_S:
+            self._actions.submit(intents.Hand(task.driving(t), t))
+            self._time.pause(_HAND_PERIOD_S)
+
+        def moved(picture: Picture) -> bool:
+            return picture.robot is not None and float(np.linalg.norm(picture.robot.position_m - home)) > 0.01
+
+        return moved(self._actions.until("the robot to follow the hand", lambda p: moved(p) or not p.coupled))

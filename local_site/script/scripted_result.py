@@ -1,0 +1,99 @@
+"""What `farhand demo --json` writes: how the scripted job went."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from farhand.common.arm.dimensions import Dimensions
+from farhand.common.task import AnyTask, ArmTask, PointTask
+from farhand.common.wire.messages import ExecutionReport
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.script.operators_place import PlannedOutage
+
+
+def job_result(task: AnyTask, picture: Picture, report: ExecutionReport) -> dict[str, Any]:
+    """What was taught, what the robot did with it, and whether the task succeeded."""
+    learned = picture.learned
+    assert learned is not None
+    return {
+        "task": task.name,
+        "success": succeeded(task, report),
+        "n_demonstrations": picture.n_demonstrations,
+        "n_components": int((~learned.model.terminal).sum()),
+        "n_paths": learned.model.n_paths,
+        "model_bytes": len(learned.content),
+        "model_sha256": learned.sha256,
+        "model_acknowledged": picture.confirmed_sha256 == learned.sha256,
+        "execution": {
+            "duration_s": report.arrived_after_s,
+            "end_error_m": report.end_error_m,
+            "rms_error_m": report.rms_error_m,
+            "rms_over_s": report.tracked_s,
+            "control_overruns": report.overruns,
+            **(_of_point(task) if isinstance(task, PointTask) else _of_arm(task, report)),
+        },
+    }
+
+
+def whole_result(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The results of all tasks in one: that of the only one, or a list that succeeded if each of them did."""
+    if len(results) == 1:
+        return results[0]
+    return {"success": all(result["success"] for result in results), "tasks": list(results)}
+
+
+def succeeded(task: AnyTask, report: ExecutionReport) -> bool:
+    """Whether the task is done: a point's by its distance from the target, an arm's as the robot says."""
+    if isinstance(task, PointTask):
+        return report.rms_error_m is not None and report.rms_error_m < task.success_rms_m
+    return report.succeeded is True
+
+
+def link_result(picture: Picture, status: Mapping[str, Any], outage: PlannedOutage | None) -> dict[str, Any]:
+    """What the link was, and what it did to the commands.
+
+    Args:
+        picture: What the console shows.
+        status: Of the link process; empty where there is none.
+        outage: The cut, or None.
+    """
+    trips = picture.command_round_trips_s
+    uplink = status.get("settings", {}).get("uplink", {})
+    return {
+        "profile": status.get("profile"),
+        "delay_s": uplink.get("delay_ms", 0.0) * 1e-3,
+        "outage": f"{outage.kind}:{outage.duration_s:g}" if outage else None,
+        "command_round_trip_s": float(np.median(trips)),
+        "command_round_trips_s": [round(trip, 4) for trip in trips],
+        "relay_lateness_ms": {name: _lateness_ms(status.get(name, {})) for name in ("uplink", "downlink")},
+    }
+
+
+def _of_point(task: PointTask) -> dict[str, Any]:
+    return {
+        "board_side_m": max(task.workspace_m),
+        "target_amplitude_m": float(np.linalg.norm(task.target.amplitude_m)),
+        "target_period_s": task.target.period_s,
+    }
+
+
+def _of_arm(task: ArmTask, report: ExecutionReport) -> dict[str, Any]:
+    end_error_m = None
+    if task.skill == "insert" and report.depth_m is not None and report.lateral_m is not None:
+        end_error_m = math.hypot(report.depth_m - Dimensions().receptacle.depth_m, report.lateral_m)
+    return {
+        "end_error_m": end_error_m,
+        "depth_m": report.depth_m,
+        "lateral_m": report.lateral_m,
+        "peak_force_n": report.peak_force_n,
+        "holding_force_n": report.holding_force_n,
+    }
+
+
+def _lateness_ms(traffic: Mapping[str, Any]) -> dict[str, float | None]:
+    """What the link process itself added to the delay [ms]; nothing is known of a real link."""
+    return {name: traffic.get(f"lateness_{name}_ms") for name in ("p50", "p99", "max")}

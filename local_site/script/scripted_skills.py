@@ -1,0 +1,188 @@
+"""What a scripted operator's hand can do: demonstrate a task, and drive the robot a little."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.task import AnyTask, ArmTask, PointTask
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.script.scripted_actions import ATTEMPTS, JobFailed, ScriptedActions
+from farhand.local_site.teaching.recording import ARM_PERIOD_S
+from farhand.local_site.teaching.samples import sample_strokes
+from farhand.local_site.workcell.arm_view import ArmView
+
+if TYPE_CHECKING:
+    from farhand.local_site.workcell.scripted_ways import Way
+
+Array = NDArray[np.float64]
+
+_DRIVE_M, _DRIVE_RAD, _DRIVE_RAD_S = 0.05, 0.1, 4.0
+_ARM_DEMONSTRATIONS = 5
+_HAND_S = 0.05
+_AHEAD = 2
+"""So many events of the hand wait at most to be done by the console."""
+_PATIENT_ATTEMPTS = 10
+_SEATED_M, _LATERAL_M, _OUT_M = 0.010, 0.004, 0.10
+
+
+class Skill(Protocol):
+    """The hand of one kind of task."""
+
+    n_demonstrations: int
+    """How often it demonstrates."""
+
+    def demonstrate(self, number: int) -> None:
+        """Make one demonstration, from Record to End.
+
+        Args:
+            number: Counts from 1.
+
+        Raises:
+            JobFailed: When it did not go as it should.
+        """
+        ...
+
+    def driving(self, time_s: float) -> tuple[float, ...]:
+        """Where the hand is while it drives the robot. Length C."""
+        ...
+
+
+def skill_for(task: AnyTask, actions: ScriptedActions, seed: int) -> Skill:
+    """The hand that a task needs.
+
+    Args:
+        task: The task.
+        actions: At the console.
+        seed: Of everything in which a hand varies.
+    """
+    return Drawing(task, actions, seed) if isinstance(task, PointTask) else Leading(task, actions, seed)
+
+
+class Drawing:
+    """Draws the strokes that come with a task, with a tremor.
+
+    Args:
+        task: The task.
+        actions: At the console.
+        seed: Of the tremor.
+    """
+
+    def __init__(self, task: PointTask, actions: ScriptedActions, seed: int):
+        self._actions, self._n_dims = actions, task.n_dims
+        self._strokes = sample_strokes(task, seed)
+        self.n_demonstrations = len(self._strokes)
+
+    def demonstrate(self, number: int) -> None:
+        """See `Skill.demonstrate`."""
+        stroke = self._strokes[number - 1]
+        self._actions.submit(intents.Record())
+        for position, time_s in zip(stroke.position_m, stroke.time_s, strict=True):
+            self._actions.submit(intents.Hand(tuple(position.tolist()), float(time_s)))
+        self._actions.submit(intents.End())
+
+    def driving(self, time_s: float) -> tuple[float, ...]:
+        """See `Skill.driving`: a small circle."""
+        angle = _DRIVE_RAD_S * time_s
+        return (_DRIVE_M * math.cos(angle), _DRIVE_M * math.sin(angle), *[0.0] * (self._n_dims - 2))
+
+
+class Leading:
+    """Leads the operator's arm into its receptacle, or out of it, from another place each time.
+
+    Args:
+        task: The task.
+        actions: At the console, whose arm must be a `SteppedArm`: nothing here waits for its time.
+        seed: Of the places and of the hand.
+    """
+
+    def __init__(self, task: ArmTask, actions: ScriptedActions, seed: int):
+        # The physics take a second to import, which a board need not wait for.
+        from farhand.common.arm.dimensions import Dimensions
+
+        self._actions, self._inserts, self._seed = actions, task.skill == "insert", seed
+        self._depth_m = Dimensions().receptacle.depth_m
+        self.n_demonstrations = _ARM_DEMONSTRATIONS
+
+    def demonstrate(self, number: int) -> None:
+        """See `Skill.demonstrate`; what did not end as it should is undone and tried elsewhere."""
+        seed, n_failed = 1000 * self._seed + 10 * number, 0
+        for _ in range(_PATIENT_ATTEMPTS):
+            arm = self._lead(number, seed)
+            if not self._actions.picture.recording:
+                # As when the control was lost for a moment: the same again.
+                self._actions.say(f"demonstration {number} was interrupted: {self._actions.last_words()}")
+                continue
+            if self._done(arm):
+                self._actions.submit(intents.End())
+                return
+            self._actions.submit(intents.Undo())
+            self._actions.say(f"demonstration {number} ended {arm.depth_m * 1e3:.0f} mm deep: once more")
+            seed, n_failed = seed + 1, n_failed + 1
+            if n_failed == ATTEMPTS:
+                break
+        raise JobFailed(f"demonstration {number} did not end as it should")
+
+    def driving(self, time_s: float) -> tuple[float, ...]:
+        """See `Skill.driving`: a small circle across the bore's axis and a slight turn; in the bore, out a little."""
+        angle = _DRIVE_RAD_S * time_s
+        if not self._inserts:
+            return (0.5 * _DRIVE_M * (math.cos(angle) - 1.0), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+        turn = Rotation.from_rotvec([0.0, 0.0, _DRIVE_RAD * math.sin(angle)]).as_quat(scalar_first=True)
+        return (0.0, _DRIVE_M * math.cos(angle), _DRIVE_M * math.sin(angle), *turn.tolist())
+
+    def _lead(self, number: int, seed: int) -> ArmView:
+        """Record one motion, not ended yet; the arm at its end."""
+        from farhand.local_site.workcell.scripted_hand import ScriptedHand
+
+        for there in (
+            seed + 1,
+            seed,
+        ):  # by way of another place: it may be at this one still, half-way through
+            self._actions.submit(intents.Renew(there))
+            self._actions.until("the arm at its place", lambda p, k=there: _arm(p).seed == k)
+        before = _arm(self._actions.picture)
+        frame, random = TaskFrame.at(before.receptacle), np.random.default_rng(seed)
+        hand = ScriptedHand(self._way(frame.to_local(before.tip), random), random)
+        self._actions.submit(intents.Record())
+        self._actions.until("the recording", lambda p: p.recording)
+        n_events = math.ceil(hand.duration_s / _HAND_S)
+        for k in range(n_events):
+            pose = frame.to_world(hand.target(_HAND_S * k))
+            self._actions.submit(intents.Hand(tuple(pose.tolist()), _HAND_S * k))
+            if k % _AHEAD == _AHEAD - 1:
+                # The console has the robot to listen to as well.
+                self._actions.until(f"demonstration {number}", _as_far_as(number, _HAND_S * k))
+        self._actions.submit(intents.Hand(tuple(before.tip.tolist()), _HAND_S * n_events, released=True))
+        return _arm(self._actions.until(f"demonstration {number}", _let_go_after(number)))
+
+    def _way(self, start: Array, random: np.random.Generator) -> Way:
+        from farhand.local_site.workcell.scripted_ways import WayIn, WayOut
+
+        return WayIn(start, self._depth_m, random) if self._inserts else WayOut(start, random)
+
+    def _done(self, arm: ArmView) -> bool:
+        if not self._inserts:
+            return arm.depth_m < -_OUT_M
+        return arm.depth_m > self._depth_m - _SEATED_M and arm.lateral_m < _LATERAL_M
+
+
+def _as_far_as(number: int, time_s: float) -> Callable[[Picture], bool]:
+    n_points = round(time_s / ARM_PERIOD_S) - 1
+    return lambda p: not p.recording or (len(p.strokes) == number and len(p.strokes[-1]) >= n_points)
+
+
+def _let_go_after(number: int) -> Callable[[Picture], bool]:
+    return lambda p: not p.recording or (len(p.strokes) == number and not _arm(p).held)
+
+
+def _arm(picture: Picture) -> ArmView:
+    assert picture.own_arm is not None
+    return picture.own_arm

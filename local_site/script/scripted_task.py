@@ -1,0 +1,169 @@
+"""One task by script: taught through the same intents as by a person at the page, executed, measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.task import AnyTask, ArmTask, PointTask
+from farhand.common.wire.messages import ExecutionReport
+from farhand.common.wire.path_points import duration_s
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.script.operators_place import CuttableLink, OperatedConsole, PlannedOutage
+from farhand.local_site.script.scripted_actions import ATTEMPTS, PATIENCE_S, JobFailed, ScriptedActions
+from farhand.local_site.script.scripted_result import job_result
+from farhand.local_site.script.scripted_skills import skill_for
+
+_TRACKING_S = 10.0
+_ARRIVAL_S = 180.0
+_WORDS_S = 5.0
+
+
+class ScriptedTask:
+    """Teaches a task and has the robot do it.
+
+    Args:
+        task: The task.
+        console: The operator's console.
+        actions: At that console.
+        seed: Of the hand.
+    """
+
+    def __init__(self, task: AnyTask, console: OperatedConsole, actions: ScriptedActions, seed: int):
+        self._task, self._console, self._actions = task, console, actions
+        self._skill = skill_for(task, actions, seed)
+
+    def choose(self) -> None:
+        """Have everything be about this task, if it is not already."""
+        name = self._task.name
+        if self._actions.picture.task.name != name:
+            self._actions.submit(intents.Choose(name))
+            self._actions.until(f"the choice of {name}", lambda p: p.task.name == name)
+            self._actions.say(f"task {name}")
+
+    def teach(self) -> None:
+        """Demonstrate it, from the beginning.
+
+        Raises:
+            JobFailed: When a demonstration did not end as it should, or nothing can be demonstrated.
+        """
+        n = self._skill.n_demonstrations
+        if not n:
+            raise JobFailed("the task has no samples to demonstrate")
+        self.choose()
+        self._actions.submit(intents.StartAnew())
+        for number in range(1, n + 1):
+            self._skill.demonstrate(number)
+            learned = self._actions.until(
+                f"demonstration {number}", lambda p, k=number: p.n_demonstrations == k and not p.recording
+            ).learned
+            assert learned is not None
+            components = int((~learned.model.terminal).sum())
+            self._actions.say(f"demonstration {number} of {n}: {components} components")
+
+    def get_ready(self) -> None:
+        """Have the robot go where this task begins.
+
+        Raises:
+            JobFailed: When it did not get there.
+        """
+        self.choose()
+        if isinstance(self._task, ArmTask) and self._task.skill == "extract":
+            return  # it begins in its receptacle
+        # A plug in its receptacle comes out first.
+        goes = (Action.GO_TO_READY,), (Action.RETRACT, Action.GO_TO_READY)
+        if not any(all(self._actions.manoeuvre(each) for each in ways) for ways in goes):
+            raise JobFailed(f"the robot did not get ready: {self._actions.last_words()}")
+
+    def driving(self, time_s: float) -> tuple[float, ...]:
+        """Where the hand is while it drives the robot. Length C."""
+        return self._skill.driving(time_s)
+
+    def execute(self) -> None:
+        """Preview and execute; both again when the robot has moved too far in between, or cannot begin from there.
+
+        Raises:
+            JobFailed: When it did not begin.
+        """
+        for _ in range(ATTEMPTS):
+            if not self._actions.preview():
+                self._actions.say(f"the preview was refused: {self._actions.last_words()}")
+                self._actions.manoeuvre(Action.GO_TO_READY)
+                continue
+            self._actions.say(f"previewed {self._planned_s():.1f} s of motion")
+            if self._actions.attempt(Action.EXECUTE, ControlMode.AUTONOMOUS):
+                return
+        raise JobFailed(f"the robot did not execute: {self._actions.last_words()}")
+
+    def cut(self, outage: PlannedOutage, control: CuttableLink | None) -> None:
+        """Cut the link when so much of the previewed motion is done, and wait until it is back.
+
+        Args:
+            outage: What is done to it.
+            control: The link process, None without one.
+
+        Raises:
+            JobFailed: When there is none, or the link did not come back.
+        """
+        cut_s = outage.at * self._planned_s()
+        if control is None:
+            raise JobFailed("an outage was asked for, but no link process is configured (link_control)")
+        robot = self._actions.until(
+            "the moment to cut", lambda p: p.robot is not None and p.robot.elapsed_s >= cut_s
+        ).robot
+        assert robot is not None
+        control.outage(outage.kind, outage.duration_s)
+        self._actions.say(
+            f"cut the link: {outage.kind} for {outage.duration_s:g} s, {robot.elapsed_s:.2f} s into the motion"
+        )
+        self._actions.time.pause(outage.duration_s)
+        self._actions.until("the link to come back", lambda p: p.link.silent_s < 0.5)
+        self._actions.say("the link is back")
+
+    def result(self) -> dict[str, Any]:
+        """Wait for the end of the execution, and clutch; what was taught, and what the robot did with it.
+
+        Raises:
+            JobFailed: When the robot did not arrive, or did not report.
+        """
+        report = self._measure()
+        self._actions.command(Action.CLUTCH, ControlMode.HOLD)
+        return job_result(self._task, self._actions.picture, report)
+
+    def _measure(self) -> ExecutionReport:
+        inserts = isinstance(self._task, ArmTask) and self._task.skill == "insert"
+
+        def there(p: Picture) -> bool:
+            return p.phase is Phase.SEATED if inserts else p.phase.at_end
+
+        picture = self._actions.until(
+            "the arrival", lambda p: there(p) or p.mode is not ControlMode.AUTONOMOUS, _ARRIVAL_S
+        )
+        if not there(picture):
+            # The event that says why may come after the report of the mode.
+            self._console.wait_for(lambda p: p.notices[-1:] != picture.notices[-1:], _WORDS_S)
+            raise JobFailed(f"the robot ended the execution by itself: {self._actions.last_words()}")
+        self._actions.say(f"the robot reports its arrival: {picture.phase}")
+        deadline_s, report = self._actions.time.now_s() + PATIENCE_S, None
+        while self._actions.time.now_s() < deadline_s:
+            report = self._console.ask_report()
+            if report is not None and self._settled(report):
+                return report
+            self._actions.time.pause(0.5)
+        if report is None or isinstance(self._task, PointTask):
+            raise JobFailed(f"the robot did not report {_TRACKING_S:g} s of tracking")
+        return report  # which says by how much it failed
+
+    def _settled(self, report: ExecutionReport) -> bool:
+        """Whether a report is of this task, and covers all that it asks for."""
+        if report.task != self._task.name:
+            return False
+        if isinstance(self._task, PointTask):
+            return report.tracked_s >= _TRACKING_S - 1e-6
+        return report.succeeded is True
+
+    def _planned_s(self) -> float:
+        path = self._actions.picture.path
+        assert path is not None
+        return duration_s(path)

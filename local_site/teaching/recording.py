@@ -1,0 +1,122 @@
+"""The demonstration under way: the hand's events, resampled to one rate, on disk each second."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.errors import InvalidDemonstration, InvalidInput
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.raw_recording import RawRecording
+
+Array = NDArray[np.float64]
+
+PERIOD_S, ARM_PERIOD_S = 0.02, 0.01
+"""Strokes are resampled to this period, whatever the rate of the hand's events; poses to the arm's [s]."""
+_RAW = "under-way.jsonl"
+_MAX_PAUSE_S = 600.0
+"""The hand reports nothing while it rests; after longer than this its clock is wrong [s]."""
+
+
+class Recording:
+    """Points at regular times after the first event.
+
+    Args:
+        folder: Where the samples are kept meanwhile.
+        space: Of the points.
+        frame_names: Of the task frames.
+    """
+
+    def __init__(self, folder: Path, space: Manifold, frame_names: tuple[str, ...]):
+        self._space, self._frame_names = space, frame_names
+        self._period_s = ARM_PERIOD_S if space.oriented else PERIOD_S
+        self._raw = RawRecording(folder / _RAW, space, frame_names)
+        self.frames: tuple[TaskFrame, ...] = ()
+        """The task frames, which stand still meanwhile."""
+        self.left_over = self._raw.left_over()
+        """What was recorded and neither ended nor undone before it was rolled back, or its process ended; None
+        when there is nothing."""
+        self.points: list[Array] = []
+        """The resampled points. Each of shape (C,)."""
+        self.times_s: list[float] = []
+        """Their times since the first one [s]."""
+        self._began_s = 0.0
+        self._last: tuple[Array, float] = (np.zeros(space.n_coordinates), 0.0)
+
+    def begin(self, frames: Sequence[TaskFrame]) -> None:
+        """A new demonstration begins; one that was left over is written over from now on."""
+        self.left_over, self.frames = None, tuple(frames)
+        self._raw.begin(frames)
+        self._clear()
+
+    def hand(self, point: Array, time_s: float) -> tuple[Array, Array]:
+        """Take an event; between two events the motion was straight.
+
+        Args:
+            point: A position or a pose. Shape (C,).
+            time_s: When [s].
+
+        Returns:
+            The new points (n, C) and their times (n,) [s].
+
+        Raises:
+            InvalidDemonstration: When this is no point of the space, or time runs backwards or jumps; nothing
+                is taken.
+        """
+        point = self._checked(point, time_s)
+        n, space = len(self.points), self._space
+        if n == 0:
+            self._began_s, points, times = time_s, point[None], np.zeros(1)
+        else:
+            before, from_s = self._last
+            # A point that is due within a rounding error is due.
+            due = int(np.floor((time_s - self._began_s) / self._period_s + 1e-9)) + 1
+            times: Array = self._period_s * np.arange(float(n), float(max(due, n)))
+            part = np.clip((self._began_s + times - from_s) / max(time_s - from_s, 1e-9), 0.0, 1.0)[:, None]
+            points = space.exp(before, part * space.log(before, point))
+        self._last = point, time_s
+        self.points.extend(points)
+        self.times_s.extend(times.tolist())
+        self._raw.follow(self.points, self.times_s)
+        return points, times
+
+    def demonstration(self) -> Demonstration:
+        """All of it."""
+        return Demonstration.within(
+            self.frames, self._frame_names, np.array(self.times_s), np.array(self.points)
+        )
+
+    def forget(self) -> None:
+        """It was ended or undone."""
+        self._clear()
+        self._raw.forget()
+
+    def set_aside(self) -> None:
+        """It was given up; it can be had again, also by a later process."""
+        self.left_over = self._raw.set_aside(self.points, self.times_s)
+        self._clear()
+
+    def _clear(self) -> None:
+        self.points, self.times_s = [], []
+
+    def _checked(self, point: Array, time_s: float) -> Array:
+        try:
+            point = self._space.checked(point, "demonstration", "point")
+        except InvalidInput as error:
+            raise _invalid(error.field, error.expected) from None
+        if not np.isfinite(time_s):
+            raise _invalid("time_s", f"a finite number, got {time_s}")
+        if self.points and not 0.0 <= time_s - self._last[1] <= _MAX_PAUSE_S:
+            raise _invalid(
+                "time_s", f"from 0 to {_MAX_PAUSE_S:g} s after {self._last[1]:g} s, got {time_s:g} s"
+            )
+        return point
+
+
+def _invalid(field: str, expected: str) -> InvalidDemonstration:
+    return InvalidDemonstration("demonstration", field, expected)

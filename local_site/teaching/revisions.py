@@ -1,0 +1,116 @@
+"""The revisions of a task: which demonstrations each one was learned from, and which one counts."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import msgspec
+
+from farhand.common.log import loop_logger
+from farhand.common.whole_file import write_whole
+
+_log = loop_logger(__name__)
+
+KEPT = 5
+_SCHEMA = 1
+
+
+class Revision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One state of a task.
+
+    Args:
+        number: Counts from 1, never used twice.
+        parent: The revision that it was made from, 0 for none.
+        sha256: Of the model's bytes; empty without a demonstration.
+        demonstrations: File names, in the order in which they were learned.
+        made: When, in wall time, for people.
+    """
+
+    number: int
+    parent: int
+    sha256: str
+    demonstrations: tuple[str, ...]
+    made: str
+
+
+class _Index(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    schema: int = _SCHEMA
+    current: int = 0
+    last: int = 0
+    revisions: tuple[Revision, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.schema != _SCHEMA:
+            raise ValueError(f"schema {self.schema}")
+        if any(name != Path(name).name for revision in self.revisions for name in revision.demonstrations):
+            raise ValueError("a demonstration outside the folder")
+
+
+class Revisions:
+    """The newest revisions, and the file that lists them.
+
+    Args:
+        path: Of the file.
+    """
+
+    def __init__(self, path: Path):
+        self._path = path
+        self._index = self._load()
+
+    @property
+    def kept(self) -> tuple[Revision, ...]:
+        """The newest last."""
+        return self._index.revisions
+
+    @property
+    def current(self) -> Revision | None:
+        """The one that counts; None before the first."""
+        return self.get(self._index.current)
+
+    @property
+    def names(self) -> set[str]:
+        """The demonstrations of them all."""
+        return {name for revision in self.kept for name in revision.demonstrations}
+
+    def get(self, number: int) -> Revision | None:
+        """The revision with this number, if it is kept."""
+        return next((revision for revision in self.kept if revision.number == number), None)
+
+    def settle(self, demonstrations: tuple[str, ...], sha256: str) -> None:
+        """Have the revision with these demonstrations count; a new one, where none has just them.
+
+        The oldest is given up when there are too many.
+        """
+        for revision in self.kept:
+            if (revision.demonstrations, revision.sha256) == (demonstrations, sha256):
+                self._index = msgspec.structs.replace(self._index, current=revision.number)
+                return
+        number = self._index.last + 1
+        made = datetime.now(UTC).isoformat(timespec="seconds")
+        new = Revision(number, self._index.current, sha256, demonstrations, made)
+        self._index = _Index(_SCHEMA, number, number, (*self.kept, new)[-KEPT:])
+
+    def forget(self, number: int) -> None:
+        """Give a revision up."""
+        rest = tuple(revision for revision in self.kept if revision.number != number)
+        self._index = msgspec.structs.replace(self._index, revisions=rest)
+
+    def save(self) -> None:
+        """Write the list, whole or not at all.
+
+        Raises:
+            OSError: When that cannot be done.
+        """
+        write_whole(self._path, msgspec.json.format(msgspec.json.encode(self._index), indent=1))
+
+    def _load(self) -> _Index:
+        try:
+            return msgspec.json.decode(self._path.read_bytes(), type=_Index)
+        except (FileNotFoundError, NotADirectoryError):
+            return _Index()
+        except (OSError, msgspec.DecodeError) as error:
+            aside = self._path.with_suffix(".unreadable")
+            _log.error("%s is not understood (%s): kept as %s", self._path, error, aside.name)
+            self._path.replace(aside)
+            return _Index()

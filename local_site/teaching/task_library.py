@@ -1,0 +1,240 @@
+"""Teaching one task: demonstrations as they are made, one after the other, and back again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.errors import InvalidDemonstration
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.common.task import AnyTask
+from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.goal_view import seen_from_goal
+from farhand.local_site.teaching.recording import Recording
+from farhand.local_site.teaching.revisions import Revision
+from farhand.local_site.teaching.task_archive import Kept
+from farhand.local_site.teaching.taught import LearnedModel, NotNow, Taught
+
+Array = NDArray[np.float64]
+
+_MIN_SAMPLES = 5
+
+
+class TaskLibrary:
+    """Record, end, undo, go back, start anew. It begins with what was taught before.
+
+    Args:
+        task: The task.
+        data_dir: Where demonstrations and models are kept.
+    """
+
+    def __init__(self, task: AnyTask, data_dir: Path):
+        folder = data_dir / task.name
+        self._recording = Recording(folder, task.space, task.frame_names)
+        self._taught = Taught(task, folder)
+        self._forming: tuple[int, TPHSMM] | None = None
+
+    # What there is ------------------------------------------------------------------------------
+
+    @property
+    def recording(self) -> bool:
+        """Whether a demonstration is being made."""
+        return self._taught.learner.demonstrating
+
+    @property
+    def current(self) -> list[Array]:
+        """The points of the demonstration under way. Each of shape (C,)."""
+        return self._recording.points
+
+    @property
+    def left_over(self) -> Demonstration | None:
+        """A demonstration that was rolled back, or whose process ended; None when there is none."""
+        return self._recording.left_over
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is something to forget."""
+        return self.recording or bool(self._taught.demonstrations)
+
+    @property
+    def demonstrations(self) -> tuple[Demonstration, ...]:
+        """Those that count."""
+        return tuple(each.demonstration for each in self._taught.demonstrations)
+
+    @property
+    def strokes(self) -> tuple[Array, ...]:
+        """Those that count, and the one under way. Each of shape (T, C)."""
+        ended = tuple(seen_from_goal(each) for each in self.demonstrations)
+        return (*ended, np.array(self.current)) if self.recording and self.current else ended
+
+    @property
+    def stroke_frames(self) -> tuple[tuple[TaskFrame, ...], ...]:
+        """The task frames at the end of each of the strokes. Each of length P."""
+        ended = tuple(tuple(each.frames_at(-1)) for each in self.demonstrations)
+        return (*ended, self._recording.frames) if self.recording and self.current else ended
+
+    @property
+    def learned(self) -> LearnedModel | None:
+        """The model of them all; None without any."""
+        return self._taught.learned
+
+    @property
+    def revisions(self) -> tuple[Revision, ...]:
+        """The newest ones, the newest last."""
+        return self._taught.revisions
+
+    @property
+    def revision(self) -> int:
+        """The one that counts, 0 before the first."""
+        return self._taught.revision
+
+    def forming(self) -> TPHSMM | None:
+        """The model as it is in the middle of a demonstration; None without one, or before its first point."""
+        n = len(self.current)
+        if n == 0:
+            return None
+        if self._forming is None or self._forming[0] != n:
+            self._forming = (n, self._taught.learner.model())
+        return self._forming[1]
+
+    # One demonstration --------------------------------------------------------------------------
+
+    def record(self, frames: Sequence[TaskFrame]) -> None:
+        """Begin a demonstration.
+
+        Args:
+            frames: The task frames where it is made; they stand still meanwhile. Length P.
+
+        Raises:
+            NotNow: When one is being made already.
+        """
+        self._not_while_recording()
+        self._recording.begin(frames)
+        self._forming = None
+        self._taught.learner.start()
+
+    def hand(self, point: Array, time_s: float) -> None:
+        """Learn from where the hand, or its arm, is now, at the learning rate, see `Recording.hand`.
+
+        Raises:
+            InvalidDemonstration: When none is being made, or this is no motion; nothing is learned.
+        """
+        if not self.recording:
+            raise InvalidDemonstration("demonstration", "", "start the demonstration first")
+        points, times_s = self._recording.hand(point, time_s)
+        if len(points):
+            self._taught.learner.observe_many(points, self._recording.frames, times_s)
+
+    def end(self) -> LearnedModel:
+        """Keep the demonstration and make the model.
+
+        Raises:
+            NotNow: When none is being made, or it is too short to learn from; then it is forgotten.
+            NotSaved: When it was learned, but could not be written to disk.
+        """
+        if not self.recording:
+            raise NotNow("no demonstration is being recorded: press Record first")
+        if len(self.current) < _MIN_SAMPLES:
+            self.undo()
+            raise NotNow("the demonstration was too short and was not kept: draw the whole motion")
+        self._taught.learner.end()
+        made = Kept.made_now(self._recording.demonstration())
+        self._recording.forget()
+        self._taught.add(made)
+        assert self.learned is not None
+        return self.learned
+
+    def recover(self) -> None:
+        """Learn what was left over.
+
+        Raises:
+            NotNow: When there is nothing, or a demonstration is being recorded.
+        """
+        if self.left_over is None:
+            raise NotNow("there is no demonstration to recover")
+        self.learn([self.left_over])
+
+    def learn(self, demonstrations: Sequence[Demonstration]) -> None:
+        """Learn whole demonstrations, one after the other.
+
+        Those whose task frames move are learned as they are, others at the learning rate.
+
+        Raises:
+            NotNow: When one is being recorded.
+            InvalidDemonstration: When one is no motion, see `hand`; it is forgotten.
+        """
+        for shown in demonstrations:
+            if shown.frames_move:
+                self._not_while_recording()
+                self._taught.learn(Kept.made_now(shown))
+                continue
+            self.record(shown.frames_at(0))
+            recording = self._recording
+            try:
+                for point, time_s in zip(shown.points, shown.time_s, strict=True):
+                    recording.hand(point, float(time_s))
+                # At once, which is the same and holds nobody up.
+                self._taught.learner.observe_many(recording.points, recording.frames, recording.times_s)
+            except InvalidDemonstration:
+                self.undo()
+                raise
+            self.end()
+
+    def set_aside(self) -> None:
+        """Put everything back to before the demonstration under way, and offer its samples again."""
+        self._recording.set_aside()
+        self._discard()
+
+    # Back and forth -----------------------------------------------------------------------------
+
+    def undo(self) -> None:
+        """Put everything back to before the last demonstration, bit for bit.
+
+        Raises:
+            NotNow: When there is none.
+            NotSaved: When it was undone, but not on disk.
+        """
+        if self.recording:
+            self._recording.forget()
+            self._discard()
+        elif self.can_undo:
+            self._taught.become(self._taught.demonstrations[:-1])
+        else:
+            raise NotNow("there is no demonstration to undo")
+
+    def go_to(self, number: int) -> None:
+        """Have another revision count, see `Taught.go_to`.
+
+        Raises:
+            NotNow: When there is no such revision, or a demonstration is being recorded.
+        """
+        self._not_while_recording()
+        self._taught.go_to(number)
+
+    def start_anew(self) -> None:
+        """Begin without a demonstration; what was taught can be gone back to.
+
+        Raises:
+            NotNow: When a demonstration is being recorded.
+            NotSaved: When it was done, but not on disk.
+        """
+        self._not_while_recording()
+        self._taught.become(())
+
+    def delete(self, number: int) -> None:
+        """Give up a revision that does not count, see `Taught.delete`."""
+        self._taught.delete(number)
+
+    # How it is done -----------------------------------------------------------------------------
+
+    def _not_while_recording(self) -> None:
+        if self.recording:
+            raise NotNow("a demonstration is being recorded already: end or undo it first")
+
+    def _discard(self) -> None:
+        self._taught.learner.discard()
+        self._forming = None

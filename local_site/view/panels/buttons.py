@@ -1,0 +1,172 @@
+"""The operator's buttons: each an intent; enabled only where the table of modes and the console allow it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import viser
+
+from farhand.common.control_mode import Action, ControlMode, allowed_actions
+from farhand.common.wire.messages import Wish
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+
+_PENDING_ICON = viser.Icon.HOURGLASS
+OnPress = Callable[[int, "ButtonSpec"], None]
+Colour = Literal["blue", "gray", "green", "orange", "red", "yellow"]
+
+
+@dataclass(frozen=True)
+class ButtonSpec:
+    """One button.
+
+    Args:
+        label: What it says; a verb.
+        make: The intent that it asks for, given the mode that the page shows.
+        enabled: Whether it may be pressed.
+        pending: Whether what it asked for is under way.
+    """
+
+    label: str
+    make: Callable[[ControlMode | None], intents.Intent]
+    enabled: Callable[[Picture], bool]
+    pending: Callable[[Picture], bool] = lambda picture: False
+    colour: Colour = "blue"
+
+
+def _command(action: Action, label: str, colour: Colour = "blue") -> ButtonSpec:
+    return ButtonSpec(
+        label,
+        lambda shown: intents.Command(action, shown),
+        lambda picture: _command_enabled(action, picture),
+        lambda picture: action in picture.pending,
+        colour,
+    )
+
+
+def _command_enabled(action: Action, picture: Picture) -> bool:
+    """What the console would refuse is not offered; the console judges again when it is pressed."""
+    if action is Action.STOP:
+        return True
+    mode = picture.mode
+    if mode is None or not picture.in_control or action in picture.pending:
+        return False
+    if action not in allowed_actions(mode, picture.phase):
+        return False
+    match action:
+        case Action.PREVIEW:
+            return bool(picture.confirmed_sha256)
+        case Action.EXECUTE:
+            return bool(picture.confirmed_sha256) and bool(
+                picture.plan_id or not picture.task.require_preview
+            )
+        case Action.COUPLE:
+            return not picture.recording
+        case Action.RETRACT:
+            return picture.task.retract_m is not None
+        case Action.RESET:
+            return picture.stop is None or picture.stop.standing
+    return True
+
+
+def _wish(wish: Wish, label: str, enabled: Callable[[Picture], bool], colour: Colour = "gray") -> ButtonSpec:
+    """A button about who is in control; it stays marked until the robot has answered."""
+    return ButtonSpec(
+        label,
+        lambda _shown: intents.Control(wish),
+        lambda picture: picture.robot is not None and enabled(picture),
+        lambda picture: picture.wish is wish and wish in (Wish.ASK, Wish.GIVE),
+        colour,
+    )
+
+
+def _can_send(picture: Picture) -> bool:
+    return picture.standing.differs and not picture.sending_model
+
+
+def _can_send_library(picture: Picture) -> bool:
+    return any(task.differs for task in picture.tasks) and not picture.sending_library
+
+
+def _can_record(picture: Picture) -> bool:
+    """While coupled it is the robot that records."""
+    if picture.coupled:
+        return _command_enabled(Action.RECORD, picture) and not picture.robot_records
+    return not picture.recording
+
+
+STOP = _command(Action.STOP, "STOP", "red")
+TEACH = (
+    ButtonSpec("Record", lambda _: intents.Record(), _can_record, lambda p: Action.RECORD in p.pending),
+    ButtonSpec("End", lambda _: intents.End(), lambda p: p.recording or p.robot_records),
+    ButtonSpec("Undo", lambda _: intents.Undo(), lambda p: p.can_undo or p.robot_records, colour="gray"),
+    ButtonSpec("Load samples", lambda _: intents.LoadSamples(), lambda p: not p.recording, colour="gray"),
+    ButtonSpec("Send model", lambda _: intents.SendModel(), _can_send, lambda p: p.sending_model),
+)
+TEACH_ARM = (
+    *TEACH,
+    ButtonSpec("Align", lambda _: intents.Align(), lambda p: not p.coupled, colour="gray"),
+    ButtonSpec("New place", lambda _: intents.Renew(), lambda p: not p.recording, colour="gray"),
+)
+SEND_LIBRARY = ButtonSpec(
+    "Send library", lambda _: intents.SendLibrary(), _can_send_library, lambda p: p.sending_library
+)
+LIBRARY = (
+    ButtonSpec("Start anew", lambda _: intents.StartAnew(), lambda p: p.can_undo and not p.recording),
+    ButtonSpec("Recover", lambda _: intents.Recover(), lambda p: p.can_recover),
+)
+ROBOT = (
+    _command(Action.ARM, "Arm"),
+    _command(Action.DISARM, "Disarm", "gray"),
+    _command(Action.COUPLE, "Couple"),
+    _command(Action.CLUTCH, "Clutch"),
+    _command(Action.PREVIEW, "Preview", "gray"),
+    _command(Action.EXECUTE, "Execute", "green"),
+    _command(Action.ABORT, "Abort", "orange"),
+    _command(Action.PAUSE, "Pause", "orange"),
+    _command(Action.RESUME, "Resume", "green"),
+    _command(Action.RETRACT, "Retract", "gray"),
+    _command(Action.GO_TO_READY, "Go to ready", "gray"),
+    _command(Action.RESET, "Reset", "gray"),
+)
+CONTROL = (
+    _wish(Wish.ASK, "Ask for control", lambda p: not p.in_control and p.wish is not Wish.ASK),
+    _wish(Wish.GIVE, "Hand over", lambda p: p.in_control and bool(p.asked_by), "yellow"),
+    _wish(Wish.WATCH, "Only watch", lambda p: p.in_control),
+)
+
+
+class Buttons:
+    """Some buttons on the page, where they are made.
+
+    Args:
+        gui: Of the server.
+        specs: Which.
+        on_press: Called with the tab and the button, from the server's thread; must only enqueue.
+    """
+
+    def __init__(self, gui: viser.GuiApi, specs: tuple[ButtonSpec, ...], on_press: OnPress):
+        self._handles = [(spec, self._add(gui, spec, on_press)) for spec in specs]
+
+    def draw(self, picture: Picture) -> None:
+        """Enable what may be pressed, mark what is under way."""
+        for spec, handle in self._handles:
+            disabled, pending = not spec.enabled(picture), spec.pending(picture)
+            if handle.disabled != disabled:
+                handle.disabled = disabled
+            icon = _PENDING_ICON if pending else None
+            if handle.icon != icon:
+                handle.icon, handle.color = icon, "yellow" if pending else spec.colour
+
+    @staticmethod
+    def _add(gui: viser.GuiApi, spec: ButtonSpec, on_press: OnPress) -> viser.GuiButtonHandle:
+        handle = gui.add_button(spec.label, color=spec.colour)
+
+        async def pressed(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            if event.client_id is not None:
+                on_press(event.client_id, spec)
+
+        handle.on_click(pressed)
+        return handle

@@ -1,0 +1,86 @@
+"""What to do next."""
+
+from __future__ import annotations
+
+import viser
+
+from farhand.common.control_mode import ControlMode, Phase
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.panels.words import Words, words_of
+
+
+class Guidance:
+    """The advice. Used by the page's thread.
+
+    Args:
+        gui: Of the server.
+    """
+
+    def __init__(self, gui: viser.GuiApi):
+        self._html = Html(gui)
+
+    def draw(self, picture: Picture) -> None:
+        """Show it."""
+        self._html.show(
+            f'<div class="fh-advice"><i>next</i>{element("advice", advice(picture), tag="div")}</div>'
+        )
+
+
+def advice(picture: Picture) -> str:
+    """The next step of the job, for someone who sees the page for the first time."""
+    stop, words = picture.stop, words_of(picture.task)
+    if stop is not None and not stop.standing:
+        return "The stop is being resent until the robot confirms it."
+    if picture.mode is None:
+        return "Wait for the robot's first report."
+    if picture.asked_by:
+        return f"{picture.asked_by} asks for the control of the robot: press Hand over, or go on."
+    if picture.mode is ControlMode.STOPPED:
+        return "Stopped. Press Reset when it is safe to go on."
+    if picture.recording:
+        return f"{words.teach}, then press End."
+    return _moving_advice(picture, words) or _teaching_advice(picture, words) or _executing_advice(picture)
+
+
+def _moving_advice(picture: Picture, words: Words) -> str:
+    """While something moves the robot, or would."""
+    match picture.mode:
+        case ControlMode.DIRECT if picture.robot_records:
+            return f"{words.drive}: the robot follows and records. Press End at the end of the motion."
+        case ControlMode.DIRECT:
+            return f"{words.drive}: the robot follows; press Record first to teach by it. Let go to decouple."
+        case ControlMode.PAUSED:
+            return "Paused, and kept. Press Resume to go on, or Abort."
+        case ControlMode.AUTONOMOUS if picture.phase.at_end:
+            return f"{str(picture.phase).capitalize()}: it tracks {words.target}. {words.arrived}"
+        case ControlMode.AUTONOMOUS if picture.phase is not Phase.APPROACHING:
+            return f"The robot is {picture.phase}. Abort ends it where it is."
+        case ControlMode.AUTONOMOUS:
+            return "The robot executes the model by itself, whatever the link does. Abort ends it."
+    return ""
+
+
+def _teaching_advice(picture: Picture, words: Words) -> str:
+    learned = picture.learned
+    if not picture.standing.robot_does:
+        return f"This robot does not do {picture.task.name}: choose another task under Library."
+    if learned is None and picture.can_recover:
+        return "A demonstration was under way when this site ended: press Recover to learn it."
+    if learned is None:
+        return f"Teach: press Record and {words.recording} on the LOCAL side, or press Load samples."
+    if picture.sending_model:
+        return "The model is on its way: wait until the robot confirms it."
+    if learned.sha256 != picture.confirmed_sha256:
+        return "Press Send model, or Record another demonstration first."
+    return ""
+
+
+def _executing_advice(picture: Picture) -> str:
+    if picture.mode is ControlMode.DISARMED:
+        return "The robot has the model. Press Arm."
+    if not picture.plan_id and picture.task.require_preview:
+        return "Press Preview: the robot executes only what was previewed. Or Couple to drive by hand."
+    if not picture.plan_id:
+        return "Press Preview to see the plan, Execute to run it, or Couple to drive by hand."
+    return "Press Execute to run the model, or Couple to drive by hand."

@@ -1,0 +1,76 @@
+"""What was taught before: the revisions of the task, and the way back to one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+
+import viser
+
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.teaching.revisions import Revision
+
+Submit = Callable[[intents.Intent], None]
+Act = Callable[[int, Callable[[], None]], None]
+
+_NONE: str = "nothing was taught yet"
+
+
+class LibraryPanel:
+    """A choice of revisions, and what to do with the chosen one. Its callbacks only enqueue.
+
+    Args:
+        gui: Of the server.
+        submit: Hands an intent to the console.
+        act: Has something done for a tab, from the server's thread.
+    """
+
+    def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act):
+        self._submit, self._act = submit, act
+        self._labels: tuple[str, ...] = (_NONE,)
+        self._numbers: tuple[int, ...] = (0,)
+        self._present = 0
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Revision", self._labels)
+        self._buttons = {
+            "Go to": gui.add_button("Go to", color="blue", disabled=True),
+            "Delete": gui.add_button("Delete", color="gray", disabled=True),
+        }
+        self._on("Go to", lambda: intents.GoTo(self._chosen()))
+        self._on("Delete", lambda: intents.Delete(self._chosen()))
+
+    def draw(self, picture: Picture) -> None:
+        """Show what is kept; the choice stays on the revision that counts until another one is chosen."""
+        labels = tuple(map(_label, picture.revisions)) or (_NONE,)
+        numbers = tuple(revision.number for revision in picture.revisions) or (0,)
+        if (labels, picture.revision) != (self._labels, self._present):
+            chosen = self._chosen()
+            followed = chosen == self._present or chosen not in numbers
+            self._labels, self._numbers, self._present = labels, numbers, picture.revision
+            shown = picture.revision if followed and picture.revision in numbers else chosen
+            if self._choice.options != labels:
+                self._choice.options = labels
+            self._choice.value = labels[numbers.index(shown)] if shown in numbers else labels[-1]
+        another = self._chosen() not in (0, picture.revision) and not picture.recording
+        self._enable("Go to", another)
+        self._enable("Delete", another)
+
+    def _chosen(self) -> int:
+        value = self._choice.value
+        return self._numbers[self._labels.index(value)] if value in self._labels else 0
+
+    def _enable(self, label: str, enabled: bool) -> None:
+        if self._buttons[label].disabled == enabled:
+            self._buttons[label].disabled = not enabled
+
+    def _on(self, label: str, make: Callable[[], intents.Intent]) -> None:
+        @self._buttons[label].on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            if event.client_id is not None:
+                self._act(event.client_id, lambda: self._submit(make()))
+
+
+def _label(revision: Revision) -> str:
+    n = len(revision.demonstrations)
+    made = datetime.fromisoformat(revision.made).astimezone().strftime("%H:%M:%S")
+    return f"{revision.number}: {n} demonstration{'' if n == 1 else 's'}, {made}"

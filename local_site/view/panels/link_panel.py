@@ -1,0 +1,114 @@
+"""The simulated link: profiles, delay, jitter, and cutting it. Shown only while a link process answers."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import viser
+
+from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.panels.link_worker import LinkWorker
+
+DELAY_MS, JITTER_MS, CUT_S = (0.0, 3000.0), (0.0, 500.0), (1.0, 60.0)
+_PROFILES = ("lan", "geo", "leo", "acoustic")
+_CUSTOM = "custom"
+_SETTLE_S = 1.5
+"""So long after a change the page shows what the operator chose, then what the link process says."""
+
+Act = Callable[[int, Callable[[], None]], None]
+"""Has something done on the page's thread, if the tab may act."""
+
+
+class LinkPanel:
+    """The panel. Its callbacks only enqueue; the rest is done by the page's thread.
+
+    Args:
+        gui: Of the server.
+        worker: Talks to the link process.
+        act: Enqueues what a tab does.
+    """
+
+    def __init__(self, gui: viser.GuiApi, worker: LinkWorker, act: Act):
+        self._worker, self._act = worker, act
+        self._changed_s = float("-inf")
+        self._folder = gui.add_folder("Link (simulated)", visible=False)
+        with self._folder:
+            self._profile = gui.add_dropdown("Profile", (*_PROFILES, _CUSTOM), initial_value=_CUSTOM)
+            self._delay = gui.add_slider("One-way delay [ms]", *DELAY_MS, step=10.0, initial_value=0.0)
+            self._jitter = gui.add_slider("Jitter [ms]", *JITTER_MS, step=5.0, initial_value=0.0)
+            self._cut_s = gui.add_slider("Cut for [s]", *CUT_S, step=1.0, initial_value=5.0)
+            self._cut = gui.add_button("Cut", color="orange")
+            self._state = Html(gui)
+        self._hear(self._profile.on_update, self._take_profile)
+        self._hear(self._delay.on_update, self._take_delay)
+        self._hear(self._jitter.on_update, self._take_delay)
+        self._hear(self._cut.on_click, self._cut_link)
+
+    @property
+    def link_name(self) -> str:
+        """What the link is, for people."""
+        status = self._worker.status
+        if status is None:
+            return "link"
+        return f"{status.get('profile') or _CUSTOM} link"
+
+    def draw(self, now_s: float) -> None:
+        """Show what the link process says it does."""
+        status = self._worker.status
+        if self._folder.visible != (status is not None):
+            self._folder.visible = status is not None
+        if status is None:
+            return
+        outage = status["outage"]
+        cut = "" if outage["kind"] == "none" else f"cut: {math.ceil(outage['remaining_s'])} s left"
+        self._state.show(element("cut", self._worker.problem or cut, "fh-cut", tag="div"))
+        if now_s - self._changed_s > _SETTLE_S:
+            settings = status["settings"]["uplink"]
+            _set(self._profile, status.get("profile") or _CUSTOM)
+            _set(self._delay, clamp(settings["delay_ms"], DELAY_MS))
+            _set(self._jitter, clamp(settings["jitter_ms"], JITTER_MS))
+
+    def _hear(self, register: Callable[[Callable[..., Any]], Any], handle: Callable[[], None]) -> None:
+        async def heard(event: viser.GuiEvent[Any]) -> None:
+            if event.client_id is not None:
+                self._act(event.client_id, handle)
+
+        register(heard)
+
+    def _take_profile(self) -> None:
+        self._changed_s = time.monotonic()
+        name = self._profile.value
+        if name in _PROFILES:
+            self._worker.submit(lambda control: control.profile(name))
+
+    def _take_delay(self) -> None:
+        """The page's limits are cosmetic: whatever a tab sends is clamped here."""
+        self._changed_s = time.monotonic()
+        delay_ms = clamp(self._delay.value, DELAY_MS)
+        jitter_ms = min(clamp(self._jitter.value, JITTER_MS), delay_ms)
+        _set(self._delay, delay_ms)
+        _set(self._jitter, jitter_ms)
+        change: dict[str, Any] = {"delay_ms": delay_ms, "jitter_ms": jitter_ms}
+        if jitter_ms:
+            change["distribution"] = "uniform"
+        self._worker.submit(lambda control: control.set(uplink=change, downlink=change))
+
+    def _cut_link(self) -> None:
+        duration_s = clamp(self._cut_s.value, CUT_S)
+        _set(self._cut_s, duration_s)
+        self._worker.submit(lambda control: control.outage("stall", duration_s))
+
+
+def clamp(value: float, limits: tuple[float, float]) -> float:
+    """The value within the limits; the lower limit for what is no number."""
+    value = float(value)
+    return min(max(value, limits[0]), limits[1]) if math.isfinite(value) else limits[0]
+
+
+def _set(handle: Any, value: Any) -> None:
+    """Show a value, unless it is shown already."""
+    if handle.value != value:
+        handle.value = value

@@ -1,0 +1,187 @@
+"""The status strip along the top: what the robot reported, how old it is, what is under way.
+
+The attributes `data-tp` are a contract: tests, and nobody's eyes alone, read the page by them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import viser
+from msgspec import UNSET
+
+from farhand.common.control_mode import ControlMode
+from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.wire.messages import Telemetry
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.view.panels.html import Html, element, text
+from farhand.local_site.view.panels.local_words import local_words
+from farhand.local_site.view.panels.words import Words, words_of
+from farhand.local_site.view.scene.ghost import Ghost
+from farhand.local_site.view.scene.reported_pose import reported_tip
+
+_LINK_WORDS = {
+    LinkHealth.NEVER: "LOST",
+    LinkHealth.OK: "OK",
+    LinkHealth.LATE: "DEGRADED",
+    LinkHealth.LOST: "LOST",
+}
+_HOLDERS = {ControlMode.DIRECT: "OPERATOR", ControlMode.AUTONOMOUS: "REMOTE MPC"}
+_LOST_LINK = {"continue": "goes on", "hold": "pauses", "retract": "retracts"}
+_AGE_STEP_S, _AGE_PERIOD_S = 0.03, 0.5
+"""An age that changed by less, or was shown so shortly ago, is not shown anew."""
+
+
+class StatusStrip:
+    """The strip and the titles of the boards below it. Used by the page's thread.
+
+    Args:
+        gui: Of the server.
+    """
+
+    def __init__(self, gui: viser.GuiApi):
+        self._strip, self._alarm, self._titles = Html(gui), Html(gui), Html(gui)
+        self._age_s, self._age_shown_s = 0.0, float("-inf")
+
+    def draw(self, picture: Picture, ghost: Ghost | None, now_s: float) -> None:
+        """Show the newest state."""
+        age, words = self._age(picture, now_s), words_of(picture.task)
+        self._strip.show(f'<div class="fh-strip">{_cells(picture, age, now_s)}</div>')
+        self._alarm.show(_alarm(picture, ghost, now_s))
+        self._titles.show(
+            '<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> '
+            + element("recording", "RECORDING" if picture.recording else "", "fh-recording")
+            + f" {local_words(picture, words)}</div>"
+            f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(picture, age, ghost, words)}</div></div>'
+        )
+
+    def _age(self, picture: Picture, now_s: float) -> str:
+        """Age of the newest report: steady while reports arrive, counting when they do not."""
+        if picture.link.age_s is None:
+            return "unknown"
+        age_s = picture.link.age_s + (now_s - picture.now_s)
+        if abs(age_s - self._age_s) >= _AGE_STEP_S and now_s - self._age_shown_s >= _AGE_PERIOD_S:
+            self._age_s, self._age_shown_s = age_s, now_s
+        return f"{self._age_s:.2f} s" if picture.link.health is LinkHealth.OK else f"{self._age_s:.1f} s"
+
+
+def _cells(picture: Picture, age: str, now_s: float) -> str:
+    mode = picture.mode
+    link = _LINK_WORDS[picture.link.health]
+    holder = _HOLDERS.get(mode, "NOBODY") if mode is not None else "NOBODY"
+    pending = ", ".join(_pending_words(picture, now_s))
+    plan = f"plan {math.floor(now_s - picture.plan_received_s)} s old" if picture.plan_id else ""
+    learned = picture.learned
+    model = picture.forming or (learned.model if learned else None)
+    n_components = model.n_components if model else 0
+    return "".join(
+        (
+            _cell("mode", element("mode", mode.name if mode else "UNKNOWN", f"fh-mode fh-{mode or 'unknown'}"),
+                  f'<span class="fh-note">{element("phase", picture.phase.upper())} {element("pace", _pace(picture))}</span>'),
+            _cell("in control", element("holder", holder), element("lease", _lease_words(picture), "fh-note")),
+            _cell("age of data", element("age", age)),
+            _cell("link", element("link", link, f"fh-link fh-{link.lower()}"),
+                  element("silence", _silence_words(picture, now_s), "fh-note")),
+            _cell(_model_title(picture), f"{element('components', n_components)} components",
+                  f'<span class="fh-note">{element("demos", picture.n_demonstrations)} demos'
+                  f"{element('model', _model_words(picture))}</span>"),
+            _tool_cell(picture.robot),
+            _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet"),
+                  element("plan", plan, "fh-note")),
+        )
+    )  # fmt: skip
+
+
+def _cell(title: str, content: str, note: str = "") -> str:
+    return f'<div class="fh-cell"><i>{title}</i><div>{content}</div>{note}</div>'
+
+
+def _alarm(picture: Picture, ghost: Ghost | None, now_s: float) -> str:
+    """What must not be overlooked: a stop that the robot has not confirmed."""
+    stop = picture.stop
+    if stop is None or stop.standing:
+        return element("stop", "", "fh-no-alarm", tag="div")
+    waited_s = math.floor(now_s - stop.pressed_s)
+    if stop.received:
+        return element("stop", f"STOP RECEIVED, the robot is braking ({waited_s} s)", "fh-alarm", tag="div")
+    end = "" if ghost is None or ghost.done else f", expected done in {math.ceil(ghost.left_s)} s"
+    continues = f", robot continues ({picture.mode.name}{end})" if picture.mode is not None else ""
+    words = f"STOP NOT DELIVERED {waited_s} s{continues}"
+    return element("stop", words, "fh-alarm", tag="div")
+
+
+def _pace(picture: Picture) -> str:
+    """How fast the robot goes by itself, where that is not as usual."""
+    pace = picture.robot.pace if picture.robot is not None else 1.0
+    return f"at {pace:.0%}" if pace < 0.995 else ""
+
+
+def _pending_words(picture: Picture, now_s: float) -> list[str]:
+    words = [
+        f"{action} {math.floor(now_s - pending.since_s)} s" for action, pending in picture.pending.items()
+    ]
+    return [*words, "send model"] if picture.sending_model else words
+
+
+def _lease_words(picture: Picture) -> str:
+    if picture.in_control:
+        return f"{picture.asked_by} asks for it" if picture.asked_by else "yours to command"
+    return picture.why_not_in_control or "asking for the robot"
+
+
+def _silence_words(picture: Picture, now_s: float) -> str:
+    link = picture.link
+    if link.health is LinkHealth.OK or math.isinf(link.silent_s):
+        return f"if lost: {_LOST_LINK[picture.task.lost_link]}"
+    return f"silent for {math.floor(link.silent_s + now_s - picture.now_s)} s"
+
+
+def _model_title(picture: Picture) -> str:
+    """Which task is chosen, where there is a choice."""
+    return element("task", picture.task.name) if len(picture.tasks) > 1 else "model"
+
+
+def _model_words(picture: Picture) -> str:
+    if picture.learned is None:
+        return ""
+    if picture.confirmed_sha256 == picture.learned.sha256:
+        return ", robot has it"
+    return ", on its way" if picture.sending_model else ", robot lacks it"
+
+
+def _remote_words(picture: Picture, age: str, ghost: Ghost | None, words: Words) -> str:
+    robot = picture.robot
+    if robot is None:
+        return "no report yet"
+    if picture.scene_fetching is not None:
+        return f"fetching what the robot looks like, {picture.scene_fetching:.0%}"
+    old = picture.link.health is not LinkHealth.OK
+    seen = element("seen", f"OLD: seen {age} ago" if old else f"seen {age} ago", "fh-old" if old else "")
+    taught = element("robot-recording", _recording_words(picture), "fh-recording")
+    return seen + text(_motion_words(robot, ghost, words)) + taught
+
+
+def _recording_words(picture: Picture) -> str:
+    """How far a demonstration is that the robot records."""
+    if picture.recorded_s is not None:
+        return f" · recording on the robot {math.floor(picture.recorded_s)} s"
+    return "" if picture.fetching is None else f" · fetching {picture.fetching:.0%}"
+
+
+def _motion_words(robot: Telemetry, ghost: Ghost | None, words: Words) -> str:
+    if robot.waiting:
+        return " · waiting for input"
+    if robot.phase.at_end:
+        return f" · {robot.phase}, tracking {words.target}"
+    if ghost is None:
+        return ""
+    return " · expected done" if ghost.done else f" · {math.ceil(ghost.left_s)} s to go"
+
+
+def _tool_cell(robot: Telemetry | None) -> str:
+    """Force on the tool and where it is in the receptacle, where the robot has an arm."""
+    if robot is None or robot.arm is UNSET:
+        return ""
+    depth_mm = 1e3 * float(reported_tip(robot)[2])
+    where = f"{depth_mm:.0f} mm deep" if depth_mm > 0.0 else f"{-depth_mm:.0f} mm away"
+    return _cell("force", element("force", f"{robot.arm.force_n:.0f} N"), element("depth", where, "fh-note"))

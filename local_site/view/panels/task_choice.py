@@ -1,0 +1,60 @@
+"""The choice of the task that is taught, previewed and executed, and how it stands with each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import viser
+
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture, TaskStanding
+from farhand.local_site.view.panels.html import Html, element, text
+
+Submit = Callable[[intents.Intent], None]
+Act = Callable[[int, Callable[[], None]], None]
+
+
+class TaskChoice:
+    """It shows what the console has chosen, not what was clicked; hidden where there is nothing to choose.
+
+    Args:
+        gui: Of the server.
+        picture: What the console shows at first.
+        submit: Hands an intent to the console.
+        act: Has something done for a tab, from the server's thread; only enqueues.
+    """
+
+    def __init__(self, gui: viser.GuiApi, picture: Picture, submit: Submit, act: Act):
+        names = tuple(task.name for task in picture.tasks)
+        self._several = len(names) > 1
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Task", names, visible=self._several)
+        self._standings = Html(gui)
+
+        @self._choice.on_update
+        async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
+            if event.client_id is not None:
+                act(event.client_id, partial(submit, intents.Choose(event.target.value)))
+
+    def draw(self, picture: Picture) -> None:
+        """Show what is so."""
+        if self._choice.value != picture.task.name:
+            self._choice.value = picture.task.name
+        if self._several:
+            lines = "".join(map(_line, picture.tasks))
+            self._standings.show(f'<div class="fh-tasks">{lines}</div>')
+
+
+def _line(task: TaskStanding) -> str:
+    return f"<div><b>{text(task.name)}</b> {element(f'standing-{task.name}', standing_words(task))}</div>"
+
+
+def standing_words(task: TaskStanding) -> str:
+    """How often a task was demonstrated, and whether the robot has what was learned."""
+    n = task.n_demonstrations
+    if not task.robot_does:
+        return "not done by this robot"
+    if not n:
+        return "not taught"
+    robot = "on its way" if task.sending else "robot lacks it" if task.differs else "robot has it"
+    return f"{n} demo{'' if n == 1 else 's'}, {robot}"

@@ -1,0 +1,89 @@
+"""The arm task's scene: the operator's arm on the left, the robot on the right, seen alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import viser
+
+from farhand.common.wire.scene_description import SceneDescription
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.view.scene.arm.arm_bodies import LOCAL, REMOTE, ArmBodies
+from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, arm_camera, base_m
+from farhand.local_site.view.scene.arm.arm_remote import RemoteArm
+from farhand.local_site.view.scene.arm.ellipsoids import Ellipsoids
+from farhand.local_site.view.scene.arm.hand_gizmo import Act, HandGizmo
+from farhand.local_site.view.scene.arm.pose_curves import Demonstrations
+from farhand.local_site.view.scene.arm.receptacle_drawing import ReceptacleDrawing, add_platform
+from farhand.local_site.view.scene.arm.water import add_water
+from farhand.local_site.view.scene.ghost import Ghost
+
+_LOCAL, _REMOTE, _ARMS, _ROBOT = "/local", "/remote", "/arms", "/robot"
+
+
+class ArmScene:
+    """What the canvas shows, and what the mouse does on it. Used by the page's thread.
+
+    Args:
+        scene: Of the server.
+        own: What the operator's arm looks like; the robot is drawn once it is known what it looks like.
+        submit: To the console.
+        act: Enqueues what a tab does.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        own: SceneDescription,
+        submit: Callable[[intents.Intent], None],
+        act: Act,
+    ):
+        scene.set_up_direction("+z")
+        add_water(scene)
+        self._scene, self._own = scene, own
+        scene.add_frame(_LOCAL, show_axes=False, position=base_m(remote=False))
+        self._bodies = ArmBodies(scene, _ARMS, own, (LOCAL,))
+        self._remote: RemoteArm | None = None
+        self._robots_own: ArmBodies | None = None
+        add_platform(scene, _LOCAL, own)
+        self._receptacle = ReceptacleDrawing(scene, _LOCAL, own)
+        self._model = Ellipsoids(scene, self._receptacle.name)
+        self._demonstrations = Demonstrations(scene, self._receptacle.name)
+        self._gizmo = HandGizmo(scene, _LOCAL, submit, act)
+
+    def draw(self, picture: Picture, now_s: float) -> Ghost | None:
+        """Show the newest picture; returns where the robot is expected to be by now."""
+        robot = picture.robot_scene
+        if robot is not None and (self._remote is None or self._remote.description is not robot):
+            self._meet(robot)
+        arm = picture.own_arm
+        if arm is not None:
+            self._bodies.draw(LOCAL, arm.joints_rad)
+            self._receptacle.draw(arm.receptacle)
+            self._gizmo.draw(arm.tip)
+        self._model.show(picture.forming or (picture.learned.model if picture.learned else None))
+        self._demonstrations.draw(picture)
+        return self._remote.draw(picture, now_s) if self._remote is not None else None
+
+    def _meet(self, robot: SceneDescription) -> None:
+        """Draw the robot that is there; where both arms look alike, they are drawn in one."""
+        for drawn in (self._remote, self._robots_own, self._bodies):
+            if drawn is not None:
+                drawn.remove()
+        alike = robot.sha256 == self._own.sha256
+        self._bodies = ArmBodies(self._scene, _ARMS, self._own, (LOCAL, REMOTE) if alike else (LOCAL,))
+        self._robots_own = None if alike else ArmBodies(self._scene, _ROBOT, robot, (REMOTE,))
+        self._remote = RemoteArm(self._scene, _REMOTE, robot, self._robots_own or self._bodies)
+
+    def let_go(self) -> None:
+        """The tab that held the hand is gone."""
+        self._gizmo.let_go()
+
+    def fit(self, camera: viser.CameraHandle) -> None:
+        """Have both arms fill a tab's canvas."""
+        view = arm_camera((camera.image_width, camera.image_height))
+        camera.fov = FOV_RAD
+        camera.up_direction = (0.0, 0.0, 1.0)
+        camera.position = tuple(view.position_m)
+        camera.look_at = tuple(view.centre_m)

@@ -1,0 +1,69 @@
+"""The operator's hand: arrows and rings at the tip of the operator's arm. It teaches, or drives while coupled."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from farhand.local_site.console import intents
+from farhand.local_site.view.scene.solids import put
+
+Array = NDArray[np.float64]
+Act = Callable[[int, Callable[[], None]], None]
+
+SIZE_M = 0.24
+"""Length of the arrows. Their arcs, of two thirds of it, are taken within a few pixels: in a smaller gizmo they lie over
+the ends of arrows that point away from the camera [m]."""
+_REACH_M = 2.0
+"""No hand is further away from the arm's base than this [m]."""
+
+
+class HandGizmo:
+    """Turns drags into intents. Its callback only enqueues; the rest is done by the page's thread.
+
+    Args:
+        scene: Of the server.
+        parent: Name of the node of the operator's arm's base.
+        submit: To the console.
+        act: Has something done for a tab.
+    """
+
+    def __init__(
+        self, scene: viser.SceneApi, parent: str, submit: Callable[[intents.Intent], None], act: Act
+    ):
+        self._submit, self._held = submit, False
+        self._hand = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+        self._node = scene.add_transform_controls(
+            f"{parent}/hand", SIZE_M, line_width=3.0, depth_test=False, opacity=0.9
+        )
+
+        @self._node.on_update
+        async def _(event: viser.TransformControlsEvent) -> None:
+            pose = np.concatenate([event.target.position, event.target.wxyz])
+            if event.client_id is not None:
+                act(event.client_id, partial(self._drag, event.phase, pose))
+
+    def draw(self, tip: Array) -> None:
+        """Be where the arm's tip is, unless somebody holds it. Shape (7,)."""
+        if not self._held:
+            put(self._node, tip)
+
+    def let_go(self) -> None:
+        """The tab that held it is gone: an open drag ends."""
+        if self._held:
+            self._drag("end", self._hand)
+
+    def _drag(self, phase: str, pose: Array) -> None:
+        """What a tab sends is checked; a bad pose changes nothing, but the hand still lets go."""
+        good = np.isfinite(pose).all() and np.abs(pose[:3]).max() <= _REACH_M and pose[3:].any()
+        if not good and phase != "end":
+            return
+        if good:
+            self._hand = np.concatenate([pose[:3], pose[3:] / np.linalg.norm(pose[3:])])
+        self._held = phase != "end"
+        self._submit(intents.Hand(tuple(self._hand.tolist()), time.monotonic(), released=not self._held))

@@ -1,0 +1,98 @@
+"""The two boards side by side, as in the paper's Fig. 2: local on the left, remote on the right."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import viser
+
+from farhand.common.task import PointTask
+from farhand.local_site.view.scene import palette, shapes
+from farhand.local_site.view.scene.board.camera import board_origin_m
+from farhand.local_site.view.scene.flat import ASIDE_Z_M, GRID_Z_M, HIDDEN_Z_M, MAT_Z_M, add_flat, add_lines
+
+OnDrag = Callable[[int, str, tuple[float, float]], None]
+"""Tab, phase (start, update, end) and where the pointer is on the board [m]."""
+
+_LINES = 10
+_GRIP_M = 0.02
+"""How far a board takes drags beyond its edge [m]."""
+
+
+class Board:
+    """One board; what is drawn below its `name` is in the board's own coordinates.
+
+    Args:
+        scene: Of the server.
+        task: Its workspace is the board.
+        remote: Whether it is the robot's.
+    """
+
+    def __init__(self, scene: viser.SceneApi, task: PointTask, remote: bool):
+        self.size_m = (task.workspace_m[0], task.workspace_m[1])
+        self.name = "/remote" if remote else "/local"
+        self._origin = board_origin_m(remote, self.size_m[0])
+        x, y = self._origin
+        scene.add_frame(self.name, show_axes=False, position=(x, y, 0.0))
+        colour = palette.REMOTE_BOARD if remote else palette.LOCAL_BOARD
+        add_flat(scene, f"{self.name}/board", shapes.rectangle(0, 0, *self.size_m), colour, z_m=0.0)
+        width, height = (side + 2.0 * _GRIP_M for side in self.size_m)
+        grip = shapes.rectangle(-_GRIP_M, -_GRIP_M, width, height)
+        self.grip = add_flat(scene, f"{self.name}/grip", grip, colour, HIDDEN_Z_M)
+        grid, edge = (palette.REMOTE_GRID, palette.REMOTE) if remote else (palette.LOCAL_GRID, palette.LOCAL)
+        add_lines(scene, f"{self.name}/grid", _grid(*self.size_m), grid, 1.0)
+        add_lines(scene, f"{self.name}/edge", _edge(*self.size_m), edge, 2.0)
+
+    def listen(self, node: Any, on_drag: OnDrag) -> None:
+        """Hear drags that begin on a node of this board."""
+
+        async def hear(event: viser.SceneNodeDragEvent[Any]) -> None:
+            on_drag(event.client_id, event.phase, self._under(event))
+
+        node.on_drag("left")(hear)
+
+    def _under(self, event: viser.SceneNodeDragEvent[Any]) -> tuple[float, float]:
+        """Where the pointer's ray meets the board, whatever the camera; kept on the board [m]."""
+        eye, towards = np.array(event.client.camera.position), np.array(event.end_position)
+        ray = towards - eye
+        at = towards if abs(ray[2]) < 1e-9 else eye - ray * (eye[2] / ray[2])
+        on_board = np.clip(at[:2] - self._origin, 0.0, self.size_m)
+        if not np.isfinite(on_board).all():
+            return (0.0, 0.0)
+        return float(on_board[0]), float(on_board[1])
+
+
+def add_mat(scene: viser.SceneApi, board_m: tuple[float, float]) -> None:
+    """A mat with two windows, one for each board; below, what takes drags that would turn the camera."""
+    (width, height), far = board_m, 20.0 * max(board_m)
+    left, right = (board_origin_m(remote, width)[0] for remote in (False, True))
+    mat = shapes.joined(
+        shapes.rectangle(-far, height, 2.0 * far, far),
+        shapes.rectangle(-far, -far, 2.0 * far, far),
+        shapes.rectangle(-far, 0.0, far + left, height),
+        shapes.rectangle(left + width, 0.0, right - left - width, height),
+        shapes.rectangle(right + width, 0.0, far, height),
+    )
+    add_flat(scene, "/mat", mat, palette.BACKDROP, MAT_Z_M)
+    aside = shapes.rectangle(-far, -far, 2.0 * far, 2.0 * far)
+    node = add_flat(scene, "/aside", aside, palette.BACKDROP, ASIDE_Z_M)
+
+    async def ignore(_event: object) -> None:
+        """A drag beside the boards means nothing."""
+
+    node.on_drag("left")(ignore)
+
+
+def _grid(width: float, height: float) -> np.ndarray:
+    part = np.linspace(0.0, 1.0, _LINES + 1)[1:-1]
+    z = GRID_Z_M
+    upright = [[[x, 0.0, z], [x, height, z]] for x in part * width]
+    level = [[[0.0, y, z], [width, y, z]] for y in part * height]
+    return np.array(upright + level)
+
+
+def _edge(width: float, height: float) -> np.ndarray:
+    corners = np.array([[0, 0], [width, 0], [width, height], [0, height], [0, 0]], float)
+    return shapes.segments(corners, MAT_Z_M + 1e-3)

@@ -1,0 +1,58 @@
+"""Flat things of a scene seen from above: in layers, without shadows, sent only when they have changed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import viser
+
+from farhand.local_site.view.scene import shapes
+from farhand.local_site.view.scene.palette import Rgb
+
+GRID_Z_M, MODEL_Z_M, LINE_Z_M, TARGET_Z_M, MARK_Z_M, MAT_Z_M = 0.001, 0.002, 0.005, 0.006, 0.008, 0.01
+"""What lies over what; the mat over all of it, so that nothing hangs over the edge of a board [m]."""
+HIDDEN_Z_M, ASIDE_Z_M = -0.05, -0.06
+"""What takes drags lies under the boards: viser would draw an arrow and an outline on it [m]."""
+_UNCHANGED_M = 5e-4
+"""What moved less than this has not moved: sending it would make the browser draw for nothing."""
+
+
+def add_flat(
+    scene: viser.SceneApi, name: str, mesh: shapes.Mesh, colour: Rgb, z_m: float, **more: Any
+) -> viser.MeshHandle:
+    """A flat mesh without shadows."""
+    return scene.add_mesh_simple(
+        name, *mesh, color=colour, flat_shading=True, side="double", cast_shadow=False,
+        receive_shadow=False, position=(0.0, 0.0, z_m), **more,
+    )  # fmt: skip
+
+
+def add_lines(
+    scene: viser.SceneApi, name: str, points: np.ndarray, colour: Rgb | np.ndarray, width_px: float
+) -> viser.LineSegmentsHandle:
+    """Lines of a fixed thickness on the screen; the same name again replaces them.
+
+    Args:
+        scene: Of the server.
+        name: Of the node.
+        points: Shape (N, 2, 3) [m].
+        colour: One, or one per end of each line, shape (N, 2, 3).
+        width_px: Thickness.
+    """
+    return scene.add_line_segments(
+        name, points.astype(np.float32), colour, thickness=width_px, thickness_units="screen"
+    )  # fmt: skip
+
+
+def place(node: viser.SceneNodeHandle, x: float, y: float, z: float) -> None:
+    """Move a node, unless it is there already."""
+    now = node.position
+    if abs(now[0] - x) + abs(now[1] - y) > _UNCHANGED_M:
+        node.position = (x, y, z)
+
+
+def show(node: viser.SceneNodeHandle, visible: bool) -> None:
+    """Show or hide a node, unless it is so already."""
+    if node.visible != visible:
+        node.visible = visible

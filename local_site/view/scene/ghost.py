@@ -1,0 +1,65 @@
+"""Where the robot is by now: the committed path at (stamp + time since receipt + half the round trip)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.control_mode import ControlMode
+from farhand.common.model.manifold import POSE, Manifold
+from farhand.common.wire.messages import PlannedPath
+from farhand.common.wire.path_points import points_of
+from farhand.local_site.console.picture import Picture
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """The prediction at one moment.
+
+    Args:
+        point: In the task frame, a position (D,) [m] or a pose (7,).
+        left_s: Time to the end of the path [s]; not positive beyond it.
+        done: The path is at its end: the motion is expected to be done.
+    """
+
+    point: Array
+    left_s: float
+    done: bool
+
+
+def shown_path(picture: Picture) -> PlannedPath | None:
+    """The path to draw: the committed one during an execution, a preview that still counts in HOLD."""
+    path, robot = picture.path, picture.robot
+    if path is None or robot is None or path.stamp.boot != robot.stamp.boot:
+        return None
+    if picture.mode is ControlMode.AUTONOMOUS:
+        return path
+    previewed = path.plan_id and path.plan_id == picture.plan_id
+    return path if picture.mode is ControlMode.HOLD and previewed else None
+
+
+def predict(picture: Picture, now_s: float) -> Ghost | None:
+    """The robot now, by the path that it has committed to; None without an execution.
+
+    Args:
+        picture: What the console knows.
+        now_s: Now, on the console's clock [s].
+    """
+    path, robot = shown_path(picture), picture.robot
+    if path is None or robot is None or picture.mode is not ControlMode.AUTONOMOUS or path.plan_id:
+        return None
+    since_receipt_s = picture.link.silent_s + now_s - picture.now_s
+    robot_now_s = robot.stamp.t_ns * 1e-9 + since_receipt_s + 0.5 * (picture.link.round_trip_s or 0.0)
+    points = points_of(path)
+    at = (robot_now_s - path.stamp.t_ns * 1e-9) / path.step_s
+    last = len(points) - 1
+    low = int(np.clip(np.floor(at), 0, last))
+    high = min(low + 1, last)
+    part = float(np.clip(at - low, 0.0, 1.0))
+    space = POSE if points.shape[1] == POSE.n_coordinates else Manifold(points.shape[1])
+    point = space.exp(points[low], part * space.log(points[low], points[high]))
+    return Ghost(point, (last - at) * path.step_s, done=at >= last)

@@ -1,0 +1,160 @@
+"""The operator's arm and the hand that holds it, one control period after the other, in the arm's own time."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.simulation.placement import ACCEPTANCE, Placement
+from farhand.common.arm.simulation.simulation import TICK_S
+from farhand.common.errors import InvalidDemonstration, InvalidInput
+from farhand.common.model.manifold import POSE
+from farhand.local_site.workcell.arm_view import ArmView
+from farhand.local_site.workcell.operator_arm import OperatorArm
+
+Array = NDArray[np.float64]
+SkillName = Literal["insert", "extract"]
+
+_REST_S = 1.0
+_STILL_M_S, _AWAY_M, _STUCK_S = 0.01, 0.025, 0.3
+_ALIGNED_S = 0.3
+"""A plug that turns by itself and has stood for so long is where it was to be [s]."""
+_RADIAN_M = 0.2
+"""What a radian is worth beside metres [m/rad]."""
+_FAR_M = 10.0
+
+
+class Moved(NamedTuple):
+    """Where the arm was while a hand held it.
+
+    Args:
+        points: Poses of the plug's tip. Shape (n, 7).
+        times_s: In the arm's own time. Shape (n,) [s].
+    """
+
+    points: Array
+    times_s: Array
+
+
+class HeldArm:
+    """An arm that follows the hand which holds it, and stays where it is without one.
+
+    Args:
+        skill: Whether the plug is to go into the receptacle, or sits in it at first and is to come out.
+        seed: Of where arm and receptacle are at first.
+    """
+
+    def __init__(self, skill: SkillName, seed: int):
+        self._dimensions = Dimensions()
+        self._arm = OperatorArm(self._placement(skill, seed), self._dimensions, presses=skill == "insert")
+        self._target: Array | None = None
+        self._aligns = False
+        self._n_ticks = self._n_still = self._n_stuck = 0
+        self._tip, self._seed = self._arm.tip, seed
+        self._points: list[Array] = []
+        self._times_s: list[float] = []
+
+    @property
+    def seed(self) -> int:
+        """Of where arm and receptacle were put."""
+        return self._seed
+
+    @property
+    def asleep(self) -> bool:
+        """Nothing moves and no hand holds it: time need not pass."""
+        return self._target is None and self._n_still * TICK_S >= _REST_S
+
+    @property
+    def held(self) -> bool:
+        """Whether a hand holds it, or it turns by itself."""
+        return self._target is not None
+
+    def hold(self, target: Array) -> None:
+        """The hand is there from now on. A pose from the arm's base. Shape (7,)."""
+        self._target, self._n_still, self._aligns = target, 0, False
+
+    def align(self) -> None:
+        """Turn on the spot until the plug points along the bore, as if a hand did it, and let go there."""
+        self.hold(np.concatenate([self._arm.tip[:3], self._arm.receptacle[3:]]))
+        self._aligns = True
+
+    def let_go(self) -> None:
+        """No hand holds it any more."""
+        self._target, self._n_still, self._n_stuck, self._aligns = None, 0, 0, False
+
+    def tick(self) -> None:
+        """Let one control period pass."""
+        self._n_ticks += 1
+        if self._target is None:
+            self._arm.brake()
+        else:
+            self._arm.follow(self._target)
+            self._points.append(self._arm.tip)
+            self._times_s.append(self._n_ticks * TICK_S)
+        self._notice()
+        if self._aligns and self._n_still * TICK_S >= _ALIGNED_S:
+            self.let_go()
+
+    def take(self) -> Moved:
+        """What was not taken before."""
+        moved = Moved(np.array(self._points).reshape(-1, POSE.n_coordinates), np.array(self._times_s))
+        self._points, self._times_s = [], []
+        return moved
+
+    def renew(self, skill: SkillName, seed: int) -> None:
+        """Put arm and receptacle elsewhere, where a motion of this skill begins; the hand lets go."""
+        self._arm.put(self._placement(skill, seed), presses=skill == "insert")
+        self._seed, self._tip = seed, self._arm.tip
+        self.let_go()
+        self.take()
+
+    def view(self) -> ArmView:
+        """As it is now."""
+        arm, insertion = self._arm, self._arm.insertion
+        return ArmView(
+            joints_rad=arm.joints_rad,
+            tip=arm.tip,
+            receptacle=arm.receptacle,
+            depth_m=insertion.depth_m,
+            lateral_m=insertion.lateral_m,
+            tilt_rad=insertion.tilt_rad,
+            held=self.held,
+            saturated=self._n_stuck * TICK_S >= _STUCK_S,
+            seed=self._seed,
+        )
+
+    def _placement(self, skill: SkillName, seed: int) -> Placement:
+        place = Placement.sample if skill == "insert" else Placement.seated
+        return place(np.random.default_rng(seed), ACCEPTANCE, self._dimensions)
+
+    def _notice(self) -> None:
+        """Whether it stands still, and whether it comes no nearer to where the hand wants it."""
+        before, self._tip = self._tip, self._arm.tip
+        least_m = _STILL_M_S * TICK_S
+        still = POSE.distance(before, self._tip, _RADIAN_M) < least_m
+        self._n_still = self._n_still + 1 if still else 0
+        stuck = self._target is not None and self._away_m(self._tip) > max(
+            _AWAY_M, self._away_m(before) - least_m
+        )
+        self._n_stuck = self._n_stuck + 1 if stuck else 0
+
+    def _away_m(self, tip: Array) -> float:
+        assert self._target is not None
+        return float(POSE.distance(tip, self._target, _RADIAN_M))
+
+
+def hand_pose(point: ArrayLike) -> Array:
+    """Where a hand wants the arm, brought within a distance that can be computed with. Shape (7,).
+
+    Raises:
+        InvalidDemonstration: When it is no pose.
+    """
+    try:
+        pose = POSE.checked(point, "hand", "point")
+    except InvalidInput as error:
+        raise InvalidDemonstration("hand", error.field, error.expected) from None
+    pose[:3] = np.clip(pose[:3], -_FAR_M, _FAR_M)
+    return pose

@@ -1,0 +1,110 @@
+"""The operator's arm in real time, in a thread of its own that never holds the console up."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+
+from farhand.common.arm.simulation.simulation import TICK_S, PhysicsFailed
+from farhand.common.log import loop_logger
+from farhand.common.owner import Job
+from farhand.common.task import ArmTask
+from farhand.local_site.workcell.arm_place import ArmPlace
+from farhand.local_site.workcell.arm_view import ArmView
+from farhand.local_site.workcell.held_arm import Moved, hand_pose
+from farhand.local_site.workcell.own_place import OnMoved, SampleFiles, no_files
+
+_log = loop_logger(__name__)
+
+_TICKS_TOLD = 3
+"""The console is told every so many control periods."""
+
+
+class LiveArm(ArmPlace):
+    """Steps its arm a hundred times a second while something moves, and not at all otherwise.
+
+    A period that comes too late makes everything later: there is never a burst to catch up, and what is
+    recorded is in the arm's own time.
+    """
+
+    def __init__(self, task: ArmTask, sample_files: SampleFiles = no_files, seed: int = 0):
+        super().__init__(task, sample_files, seed)
+        self._jobs: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="operator's arm", daemon=True)
+        self._n_untold = self._n_renewed = 0
+
+    def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
+        """See `OwnPlace.start`."""
+        self._put, self._moved = put, moved
+        self._thread.start()
+
+    def hand(self, point: tuple[float, ...], time_s: float, released: bool) -> None:
+        """See `OwnPlace.hand`. Its time is now, whatever it says."""
+        target = hand_pose(point)
+        self._jobs.put(self._arm.let_go if released else partial(self._arm.hold, target))
+
+    def renew(self, seed: int | None) -> None:
+        """See `OwnPlace.renew`. Done when it returns."""
+        done = threading.Event()
+        self._jobs.put(partial(self._renew, seed, done))
+        done.wait(timeout=5.0)
+
+    def align(self) -> None:
+        """See `OwnPlace.align`."""
+        self._jobs.put(self._arm.align)
+
+    @property
+    def asleep(self) -> bool:
+        """Nothing moves, and nothing is computed."""
+        return self._arm.asleep
+
+    def close(self) -> None:
+        """See `OwnPlace.close`."""
+        if self._thread.is_alive():
+            self._jobs.put(None)
+            self._thread.join(timeout=5.0)
+
+    # The thread ---------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        due_s = time.monotonic()
+        while True:
+            asleep = self.asleep
+            try:
+                job = self._jobs.get(timeout=None if asleep else max(due_s - time.monotonic(), 0.0))
+            except queue.Empty:
+                self._tick()
+                due_s = max(due_s + TICK_S, time.monotonic() - TICK_S)
+                continue
+            if job is None:
+                return
+            job()
+            due_s = time.monotonic() if asleep else due_s
+
+    def _tick(self) -> None:
+        try:
+            self._arm.tick()
+        except PhysicsFailed:
+            _log.exception("the operator's arm is put back to ready")
+            self._arm.renew(self._task.skill, self._arm.seed)
+        self._n_untold += 1
+        if self._n_untold >= _TICKS_TOLD or self._arm.asleep:
+            self._tell()
+
+    def _renew(self, seed: int | None, done: threading.Event) -> None:
+        self._arm.renew(self._task.skill, self._arm.seed + 1 if seed is None else seed)
+        self.view, self._n_renewed = self._arm.view(), self._n_renewed + 1
+        done.set()
+
+    def _tell(self) -> None:
+        self._n_untold = 0
+        self._put(partial(self._told, self._n_renewed, self._arm.view(), self._arm.take()))
+
+    def _told(self, n_renewed: int, view: ArmView, moved: Moved) -> None:
+        """In the console's thread; what is told of before a renewal counts no more."""
+        if n_renewed == self._n_renewed:
+            self.view = view
+            self._moved(*moved)

@@ -1,0 +1,143 @@
+"""The operator's own arm: simulated, with its own receptacle and contact, it follows the operator's hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.arm.compliance import SeenReceptacle
+from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.servo import Servo, ServoSettings
+from farhand.common.arm.simulation.placement import ACCEPTANCE, Placement
+from farhand.common.arm.simulation.simulation import TICK_S, Insertion, Simulation
+from farhand.common.arm.simulation.surroundings import Surroundings
+from farhand.common.errors import FarhandError
+from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.workcell.scripted_hand import ScriptedHand
+from farhand.local_site.workcell.scripted_ways import STANDOFF_M, Way, WayIn, WayOut
+
+Array = NDArray[np.float64]
+
+FRAME_NAME = "receptacle"
+_SPEED_M_S = 0.25
+_SEATED_M, _LATERAL_M = 0.075, 0.004
+_STANDOFF_M = 0.015  # so near it a plug is out
+
+
+class OperatorArm:
+    """An arm in calm water before a receptacle that stands still and is known exactly.
+
+    Args:
+        placement: Where both are at first.
+        dimensions: Of both.
+        presses: Whether a plug in the bore is to be pressed in, and not to come out.
+    """
+
+    def __init__(self, placement: Placement, dimensions: Dimensions | None = None, presses: bool = True):
+        self._simulation = Simulation(dimensions)
+        self.put(placement, presses)
+
+    def put(self, placement: Placement, presses: bool = True) -> None:
+        """Put both somewhere, at rest."""
+        receptacle, joints_rad = placement
+        self._around = Surroundings.still(self._simulation.dimensions).with_receptacle(receptacle)
+        self._simulation.reset(joints_rad, self._around)
+        self._servo = Servo(self._simulation.dimensions, ServoSettings(), self._simulation.joints_rad)
+        self._servo.see(SeenReceptacle(receptacle, np.zeros(6)), presses)
+        self.receptacle, self.frame = receptacle, TaskFrame.at(receptacle)
+
+    def follow(self, pose: Array) -> None:
+        """Follow the hand for one control period. A pose from the arm's base. Shape (7,)."""
+        self._step(self._servo.follow(pose, _SPEED_M_S, TICK_S))
+
+    def brake(self) -> None:
+        """Come to rest and stay there, for one control period."""
+        self._step(self._servo.brake(TICK_S))
+
+    def _step(self, joint_velocities: Array) -> None:
+        self._simulation.step(joint_velocities, self._around)
+        self._servo.measure(self._simulation.joints_rad, self._simulation.wrench)
+
+    @property
+    def joints_rad(self) -> Array:
+        """Angles of the arm. Shape (6,) [rad]."""
+        return self._simulation.joints_rad
+
+    @property
+    def tip(self) -> Array:
+        """Pose of the plug's tip from the arm's base. Shape (7,)."""
+        return self._servo.tip
+
+    @property
+    def insertion(self) -> Insertion:
+        """Where the plug is in the receptacle."""
+        return self._simulation.insertion
+
+
+class NotDemonstrated(FarhandError):
+    """The scripted operator did not do what was to be shown."""
+
+
+def hot_stab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
+    """One insertion by the scripted operator, recorded at 100 Hz.
+
+    Args:
+        seed: Of where it begins and of the hand.
+        dimensions: Of arm and receptacle.
+
+    Raises:
+        NotDemonstrated: When the plug is not seated at the end.
+    """
+    random, dimensions = np.random.default_rng(seed), dimensions or Dimensions()
+    arm = OperatorArm(Placement.sample(random, ACCEPTANCE, dimensions), dimensions)
+    way = WayIn(arm.frame.to_local(arm.tip), dimensions.receptacle.depth_m, random)
+    shown = _demonstrate(arm, way, random, seed)
+    end = arm.insertion
+    if end.depth_m < _SEATED_M or end.lateral_m > _LATERAL_M:
+        raise NotDemonstrated(f"seed {seed}: the plug ends {end.depth_m * 1e3:.0f} mm deep: try another seed")
+    return shown
+
+
+def hot_unstab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
+    """The seated plug taken out by the scripted operator and held before the mouth, recorded at 100 Hz.
+
+    Args:
+        seed: Of where it begins and of the hand.
+        dimensions: Of arm and receptacle.
+
+    Raises:
+        NotDemonstrated: When the plug is not held before the mouth at the end.
+    """
+    random, dimensions = np.random.default_rng(seed), dimensions or Dimensions()
+    arm = OperatorArm(Placement.seated(random, ACCEPTANCE, dimensions), dimensions, presses=False)
+    shown = _demonstrate(arm, WayOut(arm.frame.to_local(arm.tip), random), random, seed)
+    away_m = float(np.linalg.norm(shown.in_frame()[-1] + np.array([0.0, 0.0, STANDOFF_M])))
+    if away_m > _STANDOFF_M:
+        raise NotDemonstrated(f"seed {seed}: the plug ends {away_m * 1e3:.0f} mm off: try another seed")
+    return shown
+
+
+DEMONSTRATIONS: dict[str, Callable[[int], Demonstration]] = {"hot-stab": hot_stab, "hot-unstab": hot_unstab}
+"""How the scripted operator shows each task: one demonstration for each seed."""
+
+
+def _demonstrate(arm: OperatorArm, way: Way, random: np.random.Generator, seed: int) -> Demonstration:
+    hand = ScriptedHand(way, random)
+    time_s = TICK_S * np.arange(round(hand.duration_s / TICK_S) + 1, dtype=np.float64)
+    poses = [arm.tip]
+    for t in time_s[:-1]:
+        arm.follow(arm.frame.to_world(hand.target(float(t))))
+        poses.append(arm.tip)
+    points = np.stack(poses)
+    return Demonstration(
+        time_s=time_s,
+        position_m=points[:, :3],
+        quat_wxyz=points[:, 3:],
+        frame_origin_m=arm.frame.b[None],
+        frame_rotation=arm.frame.A[None],
+        frame_names=(FRAME_NAME,),
+        source=f"scripted operator, seed {seed}",
+    )

@@ -1,0 +1,156 @@
+"""The machine that moves: a protocol of four methods, and the paper's point of unit mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.model.manifold import Manifold
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class EffectorState:
+    """Where the end effector is: a position in the plane or in space, or a pose (see `farhand.common.model.manifold`).
+
+    Args:
+        point: In the world. Shape (C,).
+        velocity: A tangent at the point [m/s, rad/s]. Shape (T,).
+        load: Force, and with a pose torque about it, on the tool, mean over the last 10 ms [N, Nm]. Shape
+            (T,); None where it is not measured.
+        setpoint: Point and velocity that accelerations change, where the plant makes its effector follow a
+            virtual one; None where they change the effector itself.
+        carried: Velocity of what it moves with, while it touches something that moves; a tangent at the
+            setpoint [m/s, rad/s]. Shape (T,). None in free space.
+    """
+
+    point: Array
+    velocity: Array
+    load: Array | None = None
+    setpoint: tuple[Array, Array] | None = None
+    carried: Array | None = None
+
+    @property
+    def n_dims(self) -> int:
+        """Dimension D of positions."""
+        return Manifold.of(self.point.size, self.velocity.size).n_dims
+
+    @property
+    def position_m(self) -> Array:
+        """Shape (D,) [m]."""
+        return self.point[: self.n_dims]
+
+    @property
+    def velocity_m_s(self) -> Array:
+        """Shape (D,) [m/s]."""
+        return self.velocity[: self.n_dims]
+
+    @property
+    def force_n(self) -> Array | None:
+        """Shape (D,) [N]; None where it is not measured."""
+        return None if self.load is None else self.load[: self.n_dims]
+
+    @property
+    def controlled(self) -> tuple[Array, Array]:
+        """Point and velocity to plan accelerations from. Shapes (C,) and (T,)."""
+        return (self.point, self.velocity) if self.setpoint is None else self.setpoint
+
+    @property
+    def own_speed_m_s(self) -> float:
+        """Speed of what it does by itself, not of what carries it [m/s]."""
+        if self.carried is None:
+            return float(np.linalg.norm(self.velocity_m_s))
+        return float(np.linalg.norm((self.controlled[1] - self.carried)[: self.n_dims]))
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether every number is one."""
+        measured = (self.point, self.velocity, self.load)
+        return all(np.isfinite(vector).all() for vector in measured if vector is not None)
+
+
+class Plant(Protocol):
+    """A robot: one class with these four methods puts an engineer's own arm under Farhand.
+
+    What moves is a position or a pose: the plant's points have C coordinates and its tangents T numbers.
+    """
+
+    def read(self) -> EffectorState:
+        """The effector's state as measured now."""
+        ...
+
+    def accelerate(self, acceleration: Array, dt_s: float) -> None:
+        """Move under an acceleration (T,) [m/s^2, rad/s^2] for one control period (AUTONOMOUS)."""
+        ...
+
+    def follow(self, point: Array, max_speed_m_s: float, dt_s: float) -> None:
+        """Move towards a point (C,) for one control period, never faster than said (DIRECT)."""
+        ...
+
+    def brake(self, dt_s: float) -> None:
+        """Come to rest within the limits and hold that position (all other modes)."""
+        ...
+
+
+class PointPlant:
+    """A point of unit mass in a box, driven by force: the double integrator of Eq. 2, exact.
+
+    Args:
+        start_m: First position. Shape (D,) [m].
+        workspace_m: Edges of the box, which begins at the origin. Shape (D,) [m].
+        max_speed_m_s: Limit in every mode [m/s].
+        max_acceleration_m_s2: Limit in every mode [m/s^2].
+    """
+
+    _FOLLOW_GAIN_1_S = 12.0
+
+    def __init__(
+        self, start_m: Array, workspace_m: Array, max_speed_m_s: float, max_acceleration_m_s2: float
+    ):
+        self._position = np.array(start_m, dtype=float)
+        self._velocity = np.zeros_like(self._position)
+        self._workspace = np.array(workspace_m, dtype=float)
+        self._max_speed = max_speed_m_s
+        self._max_acceleration = max_acceleration_m_s2
+
+    def read(self) -> EffectorState:
+        """See `Plant.read`."""
+        return EffectorState(self._position.copy(), self._velocity.copy())
+
+    def accelerate(self, acceleration: Array, dt_s: float) -> None:
+        """See `Plant.accelerate`."""
+        self._move_with(self._velocity + _clipped(acceleration, self._max_acceleration) * dt_s, dt_s)
+
+    def follow(self, point: Array, max_speed_m_s: float, dt_s: float) -> None:
+        """See `Plant.follow`."""
+        error = np.asarray(point, dtype=float) - self._position
+        distance = float(np.linalg.norm(error))
+        # Not faster than what still allows to stop at the goal.
+        speed = min(self._FOLLOW_GAIN_1_S * distance, np.sqrt(1.6 * self._max_acceleration * distance))
+        wanted = error / max(distance, 1e-12) * min(speed, max_speed_m_s, self._max_speed)
+        self._approach_velocity(wanted, dt_s)
+
+    def brake(self, dt_s: float) -> None:
+        """See `Plant.brake`."""
+        self._approach_velocity(np.zeros_like(self._velocity), dt_s)
+
+    def _approach_velocity(self, wanted: Array, dt_s: float) -> None:
+        change = _clipped(wanted - self._velocity, self._max_acceleration * dt_s)
+        self._move_with(self._velocity + change, dt_s)
+
+    def _move_with(self, velocity: Array, dt_s: float) -> None:
+        """Go from the present velocity to another one at constant acceleration, inside the box."""
+        velocity = _clipped(velocity, self._max_speed)
+        reached = self._position + 0.5 * (self._velocity + velocity) * dt_s
+        self._position = np.clip(reached, 0.0, self._workspace)
+        self._velocity = np.where(self._position == reached, velocity, 0.0)
+
+
+def _clipped(vector: Array, max_norm: float) -> Array:
+    """A vector shortened to a norm, direction kept."""
+    norm = float(np.linalg.norm(vector))
+    return vector if norm <= max_norm else vector * (max_norm / norm)

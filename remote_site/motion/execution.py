@@ -1,0 +1,113 @@
+"""One execution of a learned model: from Execute to its end, with the record of how it went."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.control_mode import Phase
+from farhand.common.errors import InvalidInput
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.wire.messages import Command, ExecutionReport, Stamp
+from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.interface.plant import EffectorState
+from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
+
+Array = NDArray[np.float64]
+
+
+def start_refusal(stored: StoredModel, effector: EffectorState, frames: list[TaskFrame]) -> str:
+    """Why the model cannot be executed from where the robot is; empty when it can."""
+    try:
+        Executor(stored.model, ExecutorSettings()).begin(*effector.controlled, frames)
+    except InvalidInput as error:
+        return error.expected
+    return ""
+
+
+class Execution:
+    """Runs a model on the robot's own sensing.
+
+    Args:
+        command: The Execute that began it.
+        stored: The model.
+        settings: Of the controller.
+        embodiment: The robot.
+        sensing: Where it is, and the task frames now.
+        began: Now.
+    """
+
+    def __init__(
+        self,
+        command: Command,
+        stored: StoredModel,
+        settings: ExecutorSettings,
+        embodiment: Embodiment,
+        sensing: Sensing,
+        began: Stamp,
+    ):
+        self.command, self.stored, self.settings, self.began = command, stored, settings, began
+        self._embodiment, self._sensing = embodiment, sensing
+        self.executor = Executor(stored.model, settings)
+        self._begun = False
+        self.phase = Phase.APPROACHING
+        self.component = -1
+        self.elapsed_s = 0.0
+        self.arrived_after_s: float | None = None
+        self.record = embodiment.new_record()
+
+    def step(self, dt_s: float) -> Array:
+        """One control period.
+
+        Returns:
+            The acceleration to apply. Shape (T,) [m/s^2, rad/s^2].
+        """
+        at, frames = self._sensing.effector.controlled, self._sensing.frames
+        if not self._begun:
+            self._begun = True
+            self.executor.begin(*at, frames)
+        control = self.executor.step(*at, frames)
+        self.component = int(control.component)
+        self.elapsed_s += dt_s
+        self._look_whether_it_has_arrived(control.arrived)
+        return control.acceleration
+
+    def _look_whether_it_has_arrived(self, at_end_of_model: bool) -> None:
+        must_seat, phase = self._embodiment.must_seat, self._embodiment.end_phase(self._sensing)
+        seated = must_seat and phase is Phase.SEATED  # whatever the model has still to show
+        at_end = at_end_of_model or seated or self.arrived_after_s is not None
+        self.phase = phase if at_end else Phase.APPROACHING
+        if self.arrived_after_s is None and (seated or (at_end and not must_seat)):
+            self.arrived_after_s = self.elapsed_s
+
+    def go_back(self, dt_s: float) -> None:
+        """The robot goes back a little instead, in this control period."""
+        self.phase = Phase.RECOVERING
+        self.elapsed_s += dt_s
+
+    def go_on_with(self, settings: ExecutorSettings) -> None:
+        """Other settings from now on; the progress is kept."""
+        self.settings = self.executor.settings = settings
+
+    def resume(self) -> None:
+        """Go on after the robot stood still for a while; where it is in the motion is found anew."""
+        if self._begun:
+            self.executor.resume(self._sensing.frames)
+
+    def measure(self, now_s: float, dt_s: float) -> None:
+        """Record how it goes."""
+        self.record.measure(self._sensing.effector, self.arrived_after_s is not None, now_s, dt_s)
+
+    def report(self, now: Stamp, overruns: int) -> ExecutionReport:
+        """How it went so far."""
+        return ExecutionReport(
+            began=self.began,
+            task=self.stored.task.name,
+            model_sha256=self.stored.sha256,
+            arrived_after_s=self.arrived_after_s,
+            overruns=overruns,
+            stamp=now,
+            **self.record.fields(),
+        )

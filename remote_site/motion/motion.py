@@ -1,0 +1,154 @@
+"""What moves the plant in one control period: the hand, a learned model, a manoeuvre, or nothing."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+import numpy as np
+
+from farhand.common.errors import FarhandError
+from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.motion.coupling import Coupling
+from farhand.remote_site.motion.execution import Execution
+from farhand.remote_site.motion.manoeuvre import Manoeuvre
+from farhand.remote_site.perception.sensing import Sensing
+
+_STANDING_M_S = 2e-3
+
+Mover = Coupling | Execution | Manoeuvre
+
+
+class Outcome(Enum):
+    """What one control period came to."""
+
+    MOVING = auto()
+    STANDING = auto()
+    """Nothing moves the robot, and it stands still."""
+    UNDER_WAY = auto()
+    """A model is executed and has not arrived."""
+    ARRIVED = auto()
+    """It arrived in this very period."""
+    ENDED = auto()
+    """A manoeuvre came to its end in this very period."""
+    FAILED = auto()
+    """A measured or computed number is not finite, or the plant itself failed: see `Motion.failure`."""
+
+
+class Motion:
+    """Moves the plant by at most one cause at a time.
+
+    Args:
+        embodiment: The robot.
+        sensing: The newest measurements.
+    """
+
+    def __init__(self, embodiment: Embodiment, sensing: Sensing):
+        self.embodiment, self._plant, self._sensing = embodiment, embodiment.plant, sensing
+        self.mover: Mover | None = None
+        """What moves the robot, or would if it were not paused."""
+        self.paused = False
+        self.failure = ""
+        """Why the last period failed that did."""
+        self._interrupted = False
+
+    @property
+    def coupling(self) -> Coupling | None:
+        """The operator's hand, if that moves the robot."""
+        return self.mover if isinstance(self.mover, Coupling) else None
+
+    @property
+    def execution(self) -> Execution | None:
+        """The execution of a model, also while it is paused."""
+        return self.mover if isinstance(self.mover, Execution) else None
+
+    @property
+    def executing(self) -> bool:
+        """Whether a model moves the robot now."""
+        return self.execution is not None and not self.paused
+
+    @property
+    def manoeuvre(self) -> Manoeuvre | None:
+        """The manoeuvre under way, also while it is paused."""
+        return self.mover if isinstance(self.mover, Manoeuvre) else None
+
+    def begin(self, mover: Mover) -> None:
+        """Let this move the robot from now on, and nothing else."""
+        self.mover, self.paused, self._interrupted = mover, False, False
+
+    def end(self) -> None:
+        """Let nothing move the robot any more; it brakes from the next period on."""
+        self.mover, self.paused = None, False
+
+    def step(self, now_s: float, dt_s: float, wait: bool = False) -> Outcome:
+        """Move for one control period.
+
+        Args:
+            now_s: Now [s].
+            dt_s: The period [s].
+            wait: An execution must not go on now, for want of sight.
+        """
+        try:
+            return self._step(now_s, dt_s, wait)
+        except FarhandError as error:
+            return self._failed(f"the robot cannot be moved: {error}")
+
+    def _step(self, now_s: float, dt_s: float, wait: bool) -> Outcome:
+        mover, effector = self.mover, self._sensing.effector
+        if not effector.is_finite:
+            self._plant.brake(dt_s)
+            return self._failed("a measured number is not finite")
+        if mover is None or self.paused or (wait and isinstance(mover, Execution)):
+            return self.brake(dt_s)
+        if isinstance(mover, Execution):
+            return self._execute(mover, now_s, dt_s)
+        if isinstance(mover, Manoeuvre):
+            ended = mover.step(self._plant, effector, dt_s)
+            return Outcome.ENDED if ended else Outcome.MOVING
+        return Outcome.MOVING if self._follow(mover, now_s, dt_s) else self.brake(dt_s)
+
+    def brake(self, dt_s: float) -> Outcome:
+        """Come to rest, whatever moves the robot; an execution that goes on later is localised anew."""
+        self._interrupted = True
+        self._plant.brake(dt_s)
+        standing = self._plant.read().own_speed_m_s <= _STANDING_M_S
+        return Outcome.STANDING if standing else Outcome.MOVING
+
+    def _failed(self, why: str) -> Outcome:
+        self.failure = why
+        return Outcome.FAILED
+
+    def _follow(self, coupling: Coupling, now_s: float, dt_s: float) -> bool:
+        """Follow the hand. False while there is no input to follow."""
+        reference = coupling.reference(now_s)
+        if reference is None:
+            coupling.stop_here(self._sensing.effector.controlled[0])
+            return False
+        allowed = self.embodiment.confined(reference, self._sensing)
+        if allowed is not reference:
+            coupling.confine(allowed)
+        self._plant.follow(allowed, self.embodiment.max_speed_m_s * coupling.speed_scale(now_s), dt_s)
+        return True
+
+    def _execute(self, execution: Execution, now_s: float, dt_s: float) -> Outcome:
+        guidance, under_way = self.embodiment.guidance, execution.arrived_after_s is None
+        if guidance.waits:
+            self.brake(dt_s)
+            return Outcome.MOVING
+        if guidance.back is not None:
+            self._interrupted = True
+            execution.go_back(dt_s)
+            self._plant.follow(guidance.back, guidance.back_m_s, dt_s)
+            execution.measure(now_s, dt_s)
+            return Outcome.MOVING
+        if self._interrupted:
+            execution.resume()
+            self._interrupted = False
+        acceleration = execution.step(dt_s)
+        if not np.isfinite(acceleration).all():
+            self._plant.brake(dt_s)
+            return self._failed("a computed number is not finite")
+        self._plant.accelerate(acceleration, dt_s)
+        execution.measure(now_s, dt_s)
+        if execution.arrived_after_s is None:
+            return Outcome.UNDER_WAY
+        return Outcome.ARRIVED if under_way else Outcome.MOVING

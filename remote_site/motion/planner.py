@@ -1,0 +1,121 @@
+"""Rollouts of the whole remaining task, in a worker: the control tick never waits for one."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from farhand.common.log import loop_logger
+from farhand.common.mailbox import Mailbox
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.wire.messages import PlannedPath, Stamp
+from farhand.common.wire.path_points import packed
+from farhand.remote_site.interface.embodiment import Check
+from farhand.remote_site.interface.plant import EffectorState
+from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings, ExecutorState
+
+_log = loop_logger(__name__)
+
+STEP_S = 0.1
+MAX_POINTS = 200
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """What to roll out, copied from the control loop at one instant.
+
+    Args:
+        path_id: Name of the result.
+        plan_id: Set when an operator asked for it.
+        stamp: The instant.
+        stored: The model.
+        settings: Of the execution.
+        state: Progress so far; None plans from the beginning.
+        effector: Where the robot is.
+        frames: The task frames at the instant.
+        check: Examines the motion too; None for nothing.
+    """
+
+    path_id: int
+    plan_id: int
+    stamp: Stamp
+    stored: StoredModel
+    settings: ExecutorSettings
+    state: ExecutorState | None
+    effector: EffectorState
+    frames: tuple[TaskFrame, ...]
+    check: Callable[[], Check] | None = None
+
+
+def plan(request: PlanRequest) -> PlannedPath:
+    """Roll the model out from the request's instant to its end."""
+    (at, moving), frames = request.effector.controlled, request.frames
+    if request.state is None:
+        executor = Executor(request.stored.model, request.settings)
+        executor.begin(at, moving, frames)
+    else:
+        executor = Executor.from_state(request.stored.model, request.settings, request.state)
+    path = executor.predict(at, moving, frames, step_s=STEP_S, max_points=MAX_POINTS)
+    return PlannedPath(
+        path_id=request.path_id,
+        plan_id=request.plan_id,
+        stamp=request.stamp,
+        model_sha256=request.stored.sha256,
+        n_coordinates=at.size,
+        step_s=path.step_s,
+        points=packed(path.points_local),
+        reaches_end=path.done,
+    )
+
+
+def answer(request: PlanRequest) -> tuple[PlannedPath | None, str]:
+    """The path and what the operator should know of it, or None and why there is none."""
+    found = Check() if request.check is None else request.check()
+    return (None, f"refused: {found.refusal}") if found.refusal else (plan(request), found.warning)
+
+
+class Planner:
+    """The worker. Of several requests that wait only the newest preview and the newest commit are done.
+
+    Args:
+        deliver: Called from the worker with each request and what `answer` gives.
+    """
+
+    def __init__(self, deliver: Callable[[PlanRequest, PlannedPath | None, str], None]):
+        self._deliver = deliver
+        self._previews: Mailbox[PlanRequest] = Mailbox()
+        self._commits: Mailbox[PlanRequest] = Mailbox()
+        self._wanted = threading.Semaphore(0)
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="planner", daemon=True)
+        self._thread.start()
+
+    def request(self, request: PlanRequest) -> None:
+        """Ask for a rollout. Never blocks."""
+        (self._previews if request.plan_id else self._commits).put(request)
+        self._wanted.release()
+
+    def close(self) -> None:
+        """End the worker."""
+        self._closed = True
+        self._wanted.release()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while True:
+            self._wanted.acquire()
+            if self._closed:
+                return
+            for request in self._previews.take_all() + self._commits.take_all():
+                self._do(request)
+
+    def _do(self, request: PlanRequest) -> None:
+        try:
+            path, words = answer(request)
+        except Exception as error:  # a plan that fails must not end the worker
+            _log.exception("path %d could not be planned", request.path_id)
+            self._deliver(request, None, f"the plan failed: {error}")
+        else:
+            self._deliver(request, path, words)

@@ -1,0 +1,138 @@
+"""Previews and committed paths: asking for them, and whether a preview still describes what would happen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.wire.messages import Stamp
+from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.motion.execution import Execution
+from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.motion.planner import PlanRequest
+from farhand.remote_site.perception.sensing import Sensing, apart
+
+Array = NDArray[np.float64]
+
+_MAX_EFFECTOR_MOVE_M, _MAX_EFFECTOR_TURN_RAD = 0.010, math.radians(3.0)
+_MAX_FRAME_MOVE_M, _MAX_FRAME_TURN_RAD = 0.050, math.radians(5.0)
+_MAX_AGE_S = 60.0
+_KEPT = 16
+_REPLAN_S = 1.0
+_REPLAN_FRAME_M = 0.005
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What a plan depends on.
+
+    Args:
+        effector: Its frame.
+        mean_frame: The first task frame, averaged over its movement.
+        model_sha256: The model.
+        time_s: When, on the robot's clock [s].
+    """
+
+    effector: TaskFrame
+    mean_frame: TaskFrame
+    model_sha256: str
+    time_s: float
+
+
+class Plans:
+    """The last previews by their id, and the committed path of the execution.
+
+    Args:
+        sensing: Where the robot and its frames are.
+        embodiment: How it executes, and what it examines before.
+        submit: Hands a request to the worker; never blocks.
+    """
+
+    def __init__(self, sensing: Sensing, embodiment: Embodiment, submit: Callable[[PlanRequest], None]):
+        self._sensing, self._embodiment, self._submit = sensing, embodiment, submit
+        self.settings = embodiment.settings
+        """Of the next execution, and of the previews of it."""
+        self._previews: dict[int, Situation] = {}
+        self._plan_count = 0
+        self._path_count = 0
+        self._committed_s = -np.inf
+        self._committed_frame_m: Array | None = None
+
+    def preview(self, stored: StoredModel, now: Stamp) -> int:
+        """Have the whole task rolled out from here. Returns the plan's id."""
+        self._plan_count += 1
+        self._request(stored, None, self._plan_count, now)
+        return self._plan_count
+
+    def commit(self, execution: Execution, now: Stamp) -> None:
+        """Have the rest of an execution rolled out: once a second at most, and when the frame moved."""
+        now_s, origin = now.t_ns * 1e-9, self._sensing.frames[0].b
+        moved = self._committed_frame_m is None or (
+            float(np.linalg.norm(origin - self._committed_frame_m)) > _REPLAN_FRAME_M
+        )
+        if moved and now_s - self._committed_s >= _REPLAN_S:
+            self._committed_s, self._committed_frame_m = now_s, origin
+            self._request(execution.stored, execution, 0, now)
+
+    def forget_commit(self) -> None:
+        """A new execution begins: its first path is due at once."""
+        self._committed_s, self._committed_frame_m = -np.inf, None
+
+    def situation(self, model_sha256: str, now: Stamp) -> Situation:
+        """What a plan made now would depend on."""
+        effector = TaskFrame.at(self._sensing.effector.point)
+        return Situation(effector, self._sensing.mean_frame(), model_sha256, now.t_ns * 1e-9)
+
+    def shown(self, request: PlanRequest) -> None:
+        """A preview is on its way to the operator: it can be executed from now on."""
+        effector = TaskFrame.at(request.effector.point)
+        self._previews[request.plan_id] = Situation(
+            effector, self._sensing.mean_frame(), request.stored.sha256, request.stamp.t_ns * 1e-9
+        )
+        if len(self._previews) > _KEPT:
+            del self._previews[min(self._previews)]
+
+    def refusal(self, plan_id: int, now: Situation, round_trip_s: float) -> tuple[str, float | None]:
+        """Why a plan no longer holds, with the measured difference; an empty reason when it does."""
+        plan = self._previews.get(plan_id)
+        if plan is None:
+            return f"there is no plan {plan_id}: preview again", None
+        if plan.model_sha256 != now.model_sha256:
+            return "the model is not the one that was previewed: preview again", None
+        for what, before, at, most_m, most_rad in (
+            ("robot", plan.effector, now.effector, _MAX_EFFECTOR_MOVE_M, _MAX_EFFECTOR_TURN_RAD),
+            ("target", plan.mean_frame, now.mean_frame, _MAX_FRAME_MOVE_M, _MAX_FRAME_TURN_RAD),
+        ):
+            moved_m, turned_rad = apart(before, at)
+            if moved_m > most_m:
+                return f"the {what} moved {moved_m * 1e3:.0f} mm since the preview: preview again", moved_m
+            if turned_rad > most_rad:
+                degrees = math.degrees(turned_rad)
+                return f"the {what} turned {degrees:.0f} degrees since the preview: preview again", turned_rad
+        age_s = now.time_s - plan.time_s
+        if age_s > _MAX_AGE_S + round_trip_s:
+            return f"the preview is {age_s:.0f} s old: preview again", age_s
+        return "", None
+
+    def _request(self, stored: StoredModel, execution: Execution | None, plan_id: int, now: Stamp) -> None:
+        self._path_count += 1
+        state = execution.executor.state() if execution is not None else None
+        settings = execution.settings if execution is not None else self.settings
+        self._submit(
+            PlanRequest(
+                path_id=self._path_count,
+                plan_id=plan_id,
+                stamp=now,
+                stored=stored,
+                settings=settings,
+                state=state,
+                effector=self._sensing.effector,
+                frames=tuple(self._sensing.frames),
+                check=self._embodiment.check(stored.task, self._sensing) if plan_id else None,
+            )
+        )

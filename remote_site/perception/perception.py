@@ -1,0 +1,117 @@
+"""How the remote site sees its task frames: a protocol, and what simulated trackers see."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.task import Target
+from farhand.remote_site.perception.adaptive_filter import AdaptiveFilter
+from farhand.remote_site.perception.marker_tracker import MarkerTracker, TrackerNoise
+from farhand.remote_site.perception.target_filter import Estimate, TargetFilter, TargetMotion
+
+Array = NDArray[np.float64]
+
+# Of the planar task's target: it oscillates all the time.
+_OSCILLATION = TargetMotion((2e-3,), (1.0,))
+# A target is unseen when its newest measurement is older than usual by this: four at 30 Hz are missing.
+_MISSING_S = 0.13
+
+
+class Perception(Protocol):
+    """What the remote site needs to know about its surroundings, local to it and without delay."""
+
+    def observe(self, now_s: float) -> list[TaskFrame] | None:
+        """The task frames as estimated now, in the order of the task's `frame_names`; None while unseen."""
+        ...
+
+    def true_origin_m(self, now_s: float) -> Array | None:
+        """Where the first frame really is. Shape (D,) [m]. None where nobody can know."""
+        ...
+
+
+class OscillatingTarget:
+    """The paper's moving U: a plain oscillation about a mean, which can be moved.
+
+    Args:
+        settings: Mean, amplitude and period.
+        phase_rad: Phase at time zero [rad].
+        slide_m_s: Speed at which a moved mean travels [m/s].
+    """
+
+    def __init__(self, settings: Target, phase_rad: float = 0.0, slide_m_s: float = 0.3):
+        self._settings, self._phase_rad, self._slide_m_s = settings, phase_rad, slide_m_s
+        self._mean = self._goal = np.array(settings.origin_m)
+        self._moved_s = 0.0
+
+    def move_to(self, mean_m: Array, now_s: float) -> None:
+        """Have the mean slide to another place from now on. Shape (D,) [m]."""
+        self._mean, self._goal, self._moved_s = self._mean_m(now_s), np.array(mean_m), now_s
+
+    def origin_m(self, now_s: float) -> Array:
+        """Its centre. Shape (D,) [m]."""
+        settings = self._settings
+        angle = 2.0 * math.pi * now_s / settings.period_s + self._phase_rad
+        return self._mean_m(now_s) + np.array(settings.amplitude_m) * math.sin(angle)
+
+    def _mean_m(self, now_s: float) -> Array:
+        way = self._goal - self._mean
+        length = float(np.linalg.norm(way))
+        travelled = self._slide_m_s * max(now_s - self._moved_s, 0.0)
+        return self._goal if travelled >= length else self._mean + way * (travelled / length)
+
+
+class SimulatedPerception:
+    """A target that a simulated tracker measures, filtered.
+
+    Args:
+        truth: Where the target really is at a time: position or pose in the world.
+        tracker: Measures it.
+        target_filter: Makes the best of the measurements.
+    """
+
+    def __init__(
+        self,
+        truth: Callable[[float], Array],
+        tracker: MarkerTracker,
+        target_filter: TargetFilter | AdaptiveFilter,
+    ):
+        self._truth, self._tracker, self._filter = truth, tracker, target_filter
+        self.in_sight = True
+        """Whether the tracker sees the target at all."""
+        self.newest: Estimate | None = None
+        """Where the target was at the last look, how it moved and how well that is known; None while unseen."""
+
+    @classmethod
+    def of_oscillating(cls, target: OscillatingTarget, noise_std_m: float, seed: int) -> SimulatedPerception:
+        """The planar task's: a noisy measurement at every look, at once.
+
+        Args:
+            target: The target.
+            noise_std_m: Measurement noise per axis [m].
+            seed: Of the noise.
+        """
+        space = Manifold(target.origin_m(0.0).size)
+        tracker = MarkerTracker(space, TrackerNoise(jitter_m=noise_std_m, rate_hz=math.inf), seed)
+        return cls(target.origin_m, tracker, TargetFilter(space, (noise_std_m,), _OSCILLATION))
+
+    def observe(self, now_s: float) -> list[TaskFrame] | None:
+        """See `Perception.observe`."""
+        for measurement in self._tracker.look(self._truth(now_s) if self.in_sight else None, now_s):
+            self._filter.update(*measurement)
+        newest_s = self._filter.time_s
+        if newest_s is None or now_s - newest_s > self._tracker.usual_age_s + _MISSING_S:
+            self.newest = None
+            return None
+        self.newest = self._filter.estimate(now_s)
+        return [TaskFrame.at(self.newest.point)]
+
+    def true_origin_m(self, now_s: float) -> Array:
+        """See `Perception.true_origin_m`."""
+        return TaskFrame.at(self._truth(now_s)).b

@@ -1,0 +1,118 @@
+"""What the robot senses each tick: its effector and its task frames, also for a moment unseen."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from farhand.common.model.task_frame import TaskFrame
+from farhand.remote_site.interface.plant import Plant
+from farhand.remote_site.perception.perception import Perception
+
+Array = NDArray[np.float64]
+
+PREDICTED_S = 0.3
+"""For so long a frame that is not seen is predicted to go on as it went."""
+_MEAN_FRAME_S = 10.0
+_VELOCITY_S = 0.2
+
+
+@dataclass(frozen=True)
+class SeenAgain:
+    """The task frames were seen again in this very tick.
+
+    Args:
+        gap_s: How long they were not [s].
+        moved_m: How far the first one is from where it was predicted [m].
+        turned_rad: How far it is turned from that [rad].
+    """
+
+    gap_s: float
+    moved_m: float
+    turned_rad: float
+
+
+class Sensing:
+    """The newest measurements.
+
+    Args:
+        plant: The machine.
+        perception: Its surroundings.
+        n_frames: How many task frames there are.
+        control_hz: How often `update` is called [Hz].
+        now_s: Now [s].
+    """
+
+    def __init__(self, plant: Plant, perception: Perception, n_frames: int, control_hz: float, now_s: float):
+        self._plant, self._perception = plant, perception
+        self._seen: deque[TaskFrame] = deque(maxlen=max(1, round(_MEAN_FRAME_S * control_hz)))
+        self._recent: deque[tuple[float, list[TaskFrame]]] = deque()
+        self._seen_s = -np.inf
+        self.effector = plant.read()
+        self.seen = [TaskFrame.identity(self.effector.position_m.size)] * n_frames
+        """The task frames as seen, or as predicted while they are not."""
+        self.frames = self.seen
+        """Where they are believed to be: what is felt may say more than what is seen."""
+        self.seen_again: SeenAgain | None = None
+        self.unseen_s = np.inf
+        """For how long the frames have not been seen [s]; zero while they are, infinite before."""
+        self.update(now_s)
+
+    def update(self, now_s: float) -> None:
+        """Measure."""
+        self.effector = self._plant.read()
+        observed = self._perception.observe(now_s)
+        self.seen_again = None
+        if observed is None:
+            self.unseen_s = now_s - self._seen_s
+            self.seen = self.frames = self._predicted()
+            return
+        if 0.0 < self.unseen_s < np.inf:
+            self.seen_again = SeenAgain(now_s - self._seen_s, *apart(self.seen[0], observed[0]))
+        self.seen = self.frames = observed
+        self._seen_s, self.unseen_s = now_s, 0.0
+        self._seen.append(observed[0])
+        self._recent.append((now_s, observed))
+        while self._recent[0][0] < now_s - _VELOCITY_S - 1e-9:
+            self._recent.popleft()
+
+    def believe(self, frames: list[TaskFrame]) -> None:
+        """The task frames are here, whatever is seen; holds until the next `update`."""
+        self.frames = frames
+
+    def mean_frame(self) -> TaskFrame:
+        """The first frame averaged over its movement."""
+        if not self._seen:
+            return self.seen[0]
+        U, _, Vt = np.linalg.svd(np.mean([frame.A for frame in self._seen], axis=0))
+        return TaskFrame(U @ Vt, np.mean([frame.b for frame in self._seen], axis=0))
+
+    def _predicted(self) -> list[TaskFrame]:
+        """The frames as they go on as they went, for a moment; after that they stand still."""
+        if not self._recent:
+            return self.seen
+        (before_s, before), (last_s, last) = self._recent[0], self._recent[-1]
+        ratio = min(self.unseen_s, PREDICTED_S) / max(last_s - before_s, 1e-9)
+        return [_gone_on(*pair, ratio) for pair in zip(before, last, strict=True)]
+
+
+def _gone_on(before: TaskFrame, last: TaskFrame, ratio: float) -> TaskFrame:
+    """A frame that moves and turns on from the last by a multiple of its way from before to the last."""
+    turn = np.eye(3)  # of the plane it is one of space about the third axis
+    turn[: last.n_dims, : last.n_dims] = before.A.T @ last.A
+    further = Rotation.from_rotvec(ratio * Rotation.from_matrix(turn).as_rotvec()).as_matrix()
+    A = last.A @ further[: last.n_dims, : last.n_dims]
+    return TaskFrame(A, last.b + ratio * (last.b - before.b))
+
+
+def apart(one: TaskFrame, other: TaskFrame) -> tuple[float, float]:
+    """Distance of the origins [m], and the angle between the axes [rad]."""
+    turn = one.A.T @ other.A
+    # The angle of a rotation from its distance to the identity, in the plane and in space.
+    angle = 2.0 * math.asin(min(1.0, float(np.linalg.norm(turn - np.eye(len(turn)))) / math.sqrt(8.0)))
+    return float(np.linalg.norm(other.b - one.b)), angle

@@ -1,0 +1,104 @@
+"""ArmPlant: the simulated arm behind the `Plant` protocol; its points are poses of the plug's tip."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.arm.compliance import SeenReceptacle
+from farhand.common.arm.kinematics import Kinematics
+from farhand.common.arm.preflight import Preflight, Preflights
+from farhand.common.arm.servo import Servo, ServoSettings
+from farhand.common.arm.simulation.simulation import TICK_S, Simulation
+from farhand.common.arm.simulation.surroundings import Surroundings
+from farhand.common.errors import InvalidInput
+from farhand.remote_site.interface.plant import EffectorState
+
+Array = NDArray[np.float64]
+
+
+class ArmPlant:
+    """An arm in water before a receptacle.
+
+    Args:
+        simulation: The physics; it is reset.
+        surroundings: What disturbs the arm at a time of the simulation [s].
+        settings: How the arm moves.
+        joints_rad: Where it starts. Shape (6,) [rad]; at home when not given.
+
+    Raises:
+        InvalidInput: When the angles are impossible.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        surroundings: Callable[[float], Surroundings],
+        settings: ServoSettings | None = None,
+        joints_rad: Array | None = None,
+    ):
+        joints = np.array(simulation.dimensions.home_rad) if joints_rad is None else joints_rad
+        simulation.reset(joints, surroundings(0.0))
+        self.simulation = simulation
+        """The truth."""
+        self.servo = Servo(simulation.dimensions, settings or ServoSettings(), joints)
+        """With what it reports: `servo.solution` and `servo.governor`."""
+        self._surroundings = surroundings
+        self._ticks = 0
+
+    @property
+    def time_s(self) -> float:
+        """Of the simulation [s]."""
+        return self._ticks * TICK_S
+
+    def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
+        """Say where the receptacle is believed to be, None when it is not known; valid until said anew.
+
+        Near it the arm moves relative to it, presses no harder than it may, and keeps its links off the panel.
+        A plug that is to come out is not to be pressed in: see `Servo.see`.
+        """
+        self.servo.see(receptacle, presses)
+
+    def preflight(self, receptacle: Array) -> Preflight:
+        """Go from where the arm is into a receptacle, in thought.
+
+        Args:
+            receptacle: Its pose. Shape (7,).
+        """
+        return self._preflights.examine(self.simulation.joints_rad, receptacle)
+
+    @cached_property
+    def _preflights(self) -> Preflights:
+        return Preflights(Kinematics(self.simulation.dimensions))
+
+    def read(self) -> EffectorState:
+        """See `Plant.read`."""
+        servo = self.servo
+        velocity = servo.kinematics.jacobian() @ self.simulation.joint_velocities
+        load = np.concatenate([servo.wrist.force, servo.wrist.torque])
+        setpoint = (servo.setpoint.pose.copy(), servo.setpoint.velocity.copy())
+        return EffectorState(servo.tip, velocity, load, setpoint, servo.carried)
+
+    def accelerate(self, acceleration: Array, dt_s: float) -> None:
+        """See `Plant.accelerate`."""
+        self._move(self.servo.accelerate(acceleration, dt_s), dt_s)
+
+    def follow(self, point: Array, max_speed_m_s: float, dt_s: float) -> None:
+        """See `Plant.follow`."""
+        self._move(self.servo.follow(point, max_speed_m_s, dt_s), dt_s)
+
+    def brake(self, dt_s: float) -> None:
+        """See `Plant.brake`."""
+        self._move(self.servo.brake(dt_s), dt_s)
+
+    def _move(self, joint_velocities: Array, dt_s: float) -> None:
+        if abs(dt_s - TICK_S) > 1e-9:
+            raise InvalidInput(
+                "arm plant", "dt_s", f"the simulation's control period, {TICK_S} s, got {dt_s}"
+            )
+        self._ticks += 1
+        self.simulation.step(joint_velocities, self._surroundings(self.time_s))
+        self.servo.measure(self.simulation.joints_rad, self.simulation.wrench)

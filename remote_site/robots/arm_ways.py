@@ -1,0 +1,85 @@
+"""The ways of an arm before its receptacle: back out of the bore, along its axis; to rest; and none sideways in it.
+
+In the frame of the receptacle the mouth is the origin, and z points into the bore.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.arm.servo import Servo
+from farhand.remote_site.motion.manoeuvre import SPEED, patience_s
+from farhand.remote_site.perception.sensing import Sensing
+
+Array = NDArray[np.float64]
+
+IN_BORE_M_S = 0.03
+"""How fast manoeuvres go where the plug touches, or may."""
+_LEAD_M = 0.020
+"""How far the hand may lead a plug in the bore [m]."""
+_BESIDE_M = 0.040
+"""Further from the axis than this no plug is in the bore, however wrong the sight [m]."""
+
+
+class AlongAxis:
+    """The way to a pose that goes with the receptacle.
+
+    Args:
+        local: Where it ends, in the frame of the receptacle. Shape (7,).
+        sensing: Where the receptacle is.
+        servo: Whether the plug is near it.
+        speed_m_s: In free water [m/s].
+        distance_m: How long the way is [m].
+        time_limit_s: See `Way`; as long as its distance takes when not given.
+    """
+
+    def __init__(
+        self,
+        local: Array,
+        sensing: Sensing,
+        servo: Servo,
+        speed_m_s: float,
+        distance_m: float,
+        time_limit_s: float | None = None,
+    ):
+        self._local, self._sensing, self._servo, self._speed = local, sensing, servo, speed_m_s
+        self.time_limit_s = patience_s(distance_m, IN_BORE_M_S) if time_limit_s is None else time_limit_s
+
+    def goal(self) -> Array:
+        """See `Way`."""
+        return self._sensing.frames[0].to_world(self._local)
+
+    def speed_m_s(self) -> float:
+        """See `Way`."""
+        return min(self._speed, IN_BORE_M_S) if self._servo.governor.active else self._speed
+
+
+def shifted(sensing: Sensing, by_m: Array) -> Array:
+    """Where the tip is, moved by a way in the axes of the receptacle, all in its frame. Shapes (3,), (7,)."""
+    local = sensing.frames[0].to_local(sensing.effector.controlled[0])
+    local[:3] += by_m
+    return local
+
+
+def in_bore(sensing: Sensing) -> bool:
+    """Whether the tip is behind the mouth, as far as that is known."""
+    if not np.isfinite(sensing.unseen_s):
+        return False
+    x, y, z = sensing.frames[0].to_local(sensing.effector.point)[:3]
+    return bool(z > 0.0 and np.hypot(x, y) < _BESIDE_M)
+
+
+def confined(reference: Array, sensing: Sensing) -> Array:
+    """Where a plug may go of where the hand leads it: in the bore along its axis alone. Shapes (7,)."""
+    if not in_bore(sensing):
+        return reference
+    axis, at = sensing.frames[0].A[:, 2], sensing.effector.controlled[0].copy()
+    along_m = float((reference[:3] - at[:3]) @ axis)
+    at[:3] += min(max(along_m, -_LEAD_M), _LEAD_M) * axis
+    return at
+
+
+def free_speed_m_s(fastest_m_s: float) -> float:
+    """How fast manoeuvres go in free water [m/s]."""
+    return SPEED * fastest_m_s

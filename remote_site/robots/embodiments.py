@@ -1,0 +1,31 @@
+"""The robot that does a task."""
+
+from __future__ import annotations
+
+from farhand.common.clock import BootClock
+from farhand.common.task import AnyTask, PointTask
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.robots.plant_memory import PlantState
+from farhand.remote_site.robots.point_embodiment import SimulatedPoint
+
+
+def embodiment_of(
+    task: AnyTask, config: RemoteConfig, clock: BootClock, remembered: PlantState | None
+) -> Embodiment:
+    """The simulated robot that a task is for.
+
+    Args:
+        task: What it is at first.
+        config: Its rate and seed.
+        clock: Its time.
+        remembered: Where it was in its last boot, None for its first.
+
+    Raises:
+        InvalidConfiguration: When it does not run at the configured rate.
+    """
+    if isinstance(task, PointTask):
+        return SimulatedPoint(task, config, clock, remembered)
+    from farhand.remote_site.robots.arm_embodiment import ArmEmbodiment  # a point needs no physics
+
+    return ArmEmbodiment(task, config, remembered)

@@ -1,0 +1,122 @@
+"""Where the simulated robot was, so that a restarted remote site finds it there: it does not jump home.
+
+Written 20 times a second by a thread of its own, each time as a whole new file, so that a crash in the
+middle of it leaves the one before.
+"""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from msgspec import Struct
+
+from farhand.common.log import loop_logger
+from farhand.common.mailbox import Mailbox
+from farhand.remote_site.motion.motion import Motion
+from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.robots.arm_memory import ArmMemory
+
+_log = loop_logger(__name__)
+
+PERIOD_S = 0.05
+_STILL = 2e-5
+"""What changes by less than this has not changed [m, rad, s, N]."""
+
+
+class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
+    """What is remembered of a robot.
+
+    Args:
+        position_m: Of the effector. Length D [m].
+        executing: Hash of the model that was executed and had not arrived, empty for none.
+        arm: What an arm needs beyond that.
+    """
+
+    position_m: tuple[float, ...]
+    executing: str = ""
+    arm: ArmMemory | None = None
+
+    @classmethod
+    def of(cls, sensing: Sensing, motion: Motion) -> PlantState:
+        """The state now."""
+        execution = motion.execution
+        under_way = execution is not None and execution.arrived_after_s is None
+        return cls(
+            tuple(sensing.effector.position_m.tolist()),
+            execution.stored.sha256 if execution is not None and under_way else "",
+            motion.embodiment.memory(),
+        )
+
+    def is_like(self, other: PlantState | None) -> bool:
+        """Whether another state is the same but for what a robot that stands still does."""
+        if other is None or (self.executing, self.arm is None) != (other.executing, other.arm is None):
+            return False
+        return np.allclose(self._numbers(), other._numbers(), rtol=0.0, atol=_STILL)
+
+    def _numbers(self) -> list[float]:
+        arm = () if self.arm is None else msgspec.structs.astuple(self.arm)
+        return np.hstack([self.position_m, *arm]).tolist()
+
+
+class PlantMemory:
+    """The file.
+
+    Args:
+        path: Where it is; its folder is made.
+    """
+
+    def __init__(self, path: Path):
+        self._path = path
+        self._box: Mailbox[PlantState] = Mailbox()
+        self._wanted = threading.Event()
+        self._closed = False
+        self._newest: PlantState | None = None
+        self._thread = threading.Thread(target=self._run, name="plant memory", daemon=True)
+        self._thread.start()
+
+    def load(self, n_dims: int) -> PlantState | None:
+        """What was remembered, or None when there is nothing that fits."""
+        try:
+            state = msgspec.json.decode(self._path.read_bytes(), type=PlantState)
+        except FileNotFoundError:
+            return None
+        except (OSError, msgspec.DecodeError) as error:
+            _log.warning("%s is not understood, the robot starts anew: %s", self._path, error)
+            return None
+        return state if len(state.position_m) == n_dims else None
+
+    def remember(self, state: PlantState) -> None:
+        """Have a state written soon; what has not changed is not written. Never blocks."""
+        if not state.is_like(self._newest):
+            self._newest = state
+            self._box.put(state)
+            self._wanted.set()
+
+    def close(self) -> None:
+        """Write what waits and end."""
+        self._closed = True
+        self._wanted.set()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        closed = False
+        while not closed:
+            self._wanted.wait()
+            self._wanted.clear()
+            closed = self._closed  # before the box is emptied: what was put before the end is written
+            for state in self._box.take_all():
+                try:
+                    self._write(state)
+                except OSError as error:
+                    _log.warning(
+                        "the robot's state could not be written to %s: %s", self._path, error.strerror
+                    )
+
+    def _write(self, state: PlantState) -> None:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        new = self._path.with_suffix(".new")
+        new.write_bytes(msgspec.json.encode(state))
+        new.replace(self._path)

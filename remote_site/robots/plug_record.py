@@ -1,0 +1,54 @@
+"""The record of a task with the plug, by the simulation's truth: where the plug is, and what force it took."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from farhand.common.arm.poses import compose, inverse
+from farhand.common.arm.simulation.goals import Goal
+from farhand.common.arm.simulation.simulation import Simulation
+from farhand.remote_site.interface.plant import EffectorState
+from farhand.remote_site.supervision.guards import force_of
+
+_HELD_S = 1.0
+"""The goal is reached when it was held for so long until now."""
+
+
+class PlugRecord:
+    """What happened to the plug.
+
+    Args:
+        simulation: The truth.
+        goal: What is to be reached.
+    """
+
+    def __init__(self, simulation: Simulation, goal: Goal):
+        self._simulation, self._goal = simulation, goal
+        self._peak_n = self._sum_n = self._held_s = 0.0
+        self._n = 0
+        self._depth_m = self._lateral_m = math.nan
+
+    def measure(self, effector: EffectorState, arrived: bool, now_s: float, dt_s: float) -> None:
+        """See `embodiment.Record.measure`."""
+        force_n = force_of(effector) or 0.0
+        local = compose(inverse(self._simulation.mouth), self._simulation.tip)
+        self._depth_m, self._lateral_m = float(local[2]), math.hypot(local[0], local[1])
+        self._peak_n = max(self._peak_n, force_n)
+        if arrived:
+            self._sum_n += force_n
+            self._n += 1
+        reached = self._goal.reached(local, force_n, self._simulation)
+        self._held_s = self._held_s + dt_s if reached else 0.0
+
+    def fields(self) -> dict[str, Any]:
+        """See `embodiment.Record.fields`."""
+        if math.isnan(self._depth_m):
+            return {}
+        return {
+            "depth_m": self._depth_m,
+            "lateral_m": self._lateral_m,
+            "peak_force_n": self._peak_n,
+            "holding_force_n": self._sum_n / self._n if self._n else None,
+            "succeeded": self._held_s >= _HELD_S - 1e-9,
+        }

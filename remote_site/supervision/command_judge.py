@@ -1,0 +1,87 @@
+"""May a command run now? By lease, age, the table of modes, the model and the plan that it names."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from farhand.common.control_mode import Action, ControlMode, Phase, mode_after, modes_allowing
+from farhand.common.repertoire import Repertoire
+from farhand.common.wire.messages import Command, Stamp
+from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.motion.execution import start_refusal
+from farhand.remote_site.motion.model_store import ModelStore
+from farhand.remote_site.motion.plans import Plans
+from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.supervision.contact import OperatorContact
+
+
+class CommandJudge:
+    """Finds the reason against a command.
+
+    Args:
+        tasks: What the robot does.
+        contact: The operator's lease and the age of its messages.
+        models: What was received.
+        plans: What was previewed.
+        sensing: Whether the target is seen, and where the robot is.
+        embodiment: What it can do from there.
+    """
+
+    def __init__(
+        self,
+        tasks: Repertoire,
+        contact: OperatorContact,
+        models: ModelStore,
+        plans: Plans,
+        sensing: Sensing,
+        embodiment: Embodiment,
+    ):
+        self._tasks, self._contact, self._models = tasks, contact, models
+        self._plans, self._sensing, self._embodiment = plans, sensing, embodiment
+
+    def refusal(
+        self, command: Command, mode: ControlMode, phase: Phase, now: Stamp
+    ) -> tuple[str, float | None]:  # fmt: skip
+        """Why a command may not run, with the measured value; an empty reason when it may."""
+        reason, measured = self._contact.command_refusal(command)
+        if reason:
+            return reason, measured
+        if command.action is Action.STOP:
+            return "a stop travels on its own key", None
+        if mode_after(mode, phase, command.action) is None:
+            return (
+                f"{command.action} is not allowed in {mode.name}, only in {modes_allowing(command.action)}",
+                None,
+            )
+        if command.action in (Action.EXECUTE, Action.PREVIEW):
+            return self._motion_refusal(command, mode, now)
+        if command.action is Action.RETRACT and self._embodiment.task.retract_m is None:
+            return "this task says nowhere to retract to (`retract_m`)", None
+        return self._embodiment.refusal(command.action, self._sensing), None
+
+    def _motion_refusal(
+        self, command: Command, mode: ControlMode, now: Stamp
+    ) -> tuple[str, float | None]:  # fmt: skip
+        if reason := self._tasks.refusal(command.task):
+            return reason, None
+        stored = self._models.get(command.model_sha256)
+        if stored is None:
+            return f"the robot has no model {command.model_sha256[:8] or '(none named)'}: send it first", None
+        if stored.task.name != command.task:
+            return f"model {stored.sha256[:8]} is one of {stored.task.name!r}, not of {command.task!r}", None
+        if self._sensing.unseen_s > 0.0:
+            unseen_s = self._sensing.unseen_s
+            since = (
+                f"has not seen the target for {unseen_s:.1f} s"
+                if np.isfinite(unseen_s)
+                else "sees no target yet"
+            )
+            return f"the robot {since}", min(unseen_s, 1e6)
+        if reason := start_refusal(stored, self._sensing.effector, self._sensing.frames):
+            return reason, None
+        if command.action is Action.EXECUTE and stored.task.require_preview:
+            if mode is ControlMode.DIRECT:
+                return "this task is previewed before it is executed: clutch and preview first", None
+            situation = self._plans.situation(command.model_sha256, now)
+            return self._plans.refusal(command.plan_id, situation, self._contact.usual_age_s)
+        return "", None

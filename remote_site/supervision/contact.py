@@ -1,0 +1,149 @@
+"""What the robot knows of its operator: the lease, how fresh the messages are, when it last heard."""
+
+from __future__ import annotations
+
+from farhand.common.clock import BootClock
+from farhand.common.link.budget import period_s
+from farhand.common.repertoire import Repertoire
+from farhand.common.wire import keys
+from farhand.common.wire.messages import (
+    MAX_TELEMETRY_BYTES,
+    Command,
+    Heartbeat,
+    LeaseReply,
+    LeaseRequest,
+    OperatorInput,
+    Stamp,
+)
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.supervision.freshness import Freshness
+from farhand.remote_site.supervision.lease import Lease
+
+_INPUT_TTL_MAX_S = 1.0
+_DELAY_CHANGED = "link delay changed"
+_SILENCE_S = 0.5
+"""The watchdog of DIRECT: nothing newer than this beyond the link's usual delay."""
+
+
+class OperatorContact:
+    """Judges the operator's messages and watches for silence.
+
+    Args:
+        config: Limits.
+        clock: The robot's time.
+    """
+
+    def __init__(self, config: RemoteConfig, clock: BootClock):
+        self._clock, self._max_age_s = clock, config.max_age_s
+        self.lease = Lease(config.lease_s)
+        telemetry_s = period_s(
+            keys.TELEMETRY, config.telemetry_hz, MAX_TELEMETRY_BYTES, config.link.rate_bps
+        )  # fmt: skip
+        self._freshness = Freshness(clock, config.max_age_s, telemetry_s)
+        # On a link so narrow that reports are rare, what is newest is older.
+        self._silence_s = max(_SILENCE_S, 2.0 * telemetry_s + 0.1)
+        self._usual_for = ""
+        self._newest_echo_ns = 0
+        self._heartbeat_session = ""
+        self.heartbeat_seq = 0
+        self.heartbeat_received_ns = 0
+        self.stale_refused = 0
+        self.delay_changed = False
+        """Set when another delay became usual; who drives must be decoupled for it, then it is cleared."""
+
+    def answer(self, request: LeaseRequest, tasks: Repertoire, now: Stamp) -> LeaseReply:
+        """Grant, renew or refuse the lease, and say what the robot is."""
+        reason, age_s = self._refusal(request)
+        holds = not reason
+        theirs = self.lease.session == request.session
+        return LeaseReply(
+            granted=holds,
+            lease_id=self.lease.lease_id if theirs else "",  # one late renewal does not end it
+            holder=self.lease.holder,
+            reason=reason,
+            asked_by=self.lease.asked_by if holds else "",
+            stamp=now,
+            tasks=tasks.names,
+            n_dims=tasks.first.space.n_dims,
+            newest_age_s=age_s,
+        )
+
+    def _refusal(self, request: LeaseRequest) -> tuple[str, float | None]:
+        """Take or renew the lease: why not (empty when granted), and the age of the request's echo [s]."""
+        now_s = self._clock.now_s()
+        self.lease.expire(now_s)
+        is_renewal = self.lease.is_held_by(request.session, self.lease.lease_id)
+        # What is usual is learned from the holder alone: another site may be nearer or further away.
+        verdict = (self._freshness.renew if is_renewal else self._freshness.judge)(request.echo)
+        self.delay_changed = self.delay_changed or verdict.delay_changed
+        if is_renewal and verdict.reason and not verdict.delay_changed and not self._awaits_report(request):
+            self.stale_refused += 1
+            return f"this renewal came too late: {verdict.reason}", verdict.age_s
+        fresh = not verdict.reason
+        reason = self.lease.request(request.session, request.site_name, now_s, request.wish, fresh)
+        if self.lease.session and self.lease.session != self._usual_for:
+            self._usual_for = self.lease.session
+            self._freshness.forget()
+        if not reason:
+            if not is_renewal:
+                self._freshness.renew(request.echo)
+            self._heard(request.echo)
+        return reason, verdict.age_s
+
+    def _awaits_report(self, request: LeaseRequest) -> bool:
+        """Whether the holder may still wait for its first report: it cannot echo one before."""
+        unheard = request.echo is None and self._freshness.reference_s is None
+        return unheard and self._clock.now_s() - self.lease.since_s <= self._max_age_s
+
+    def command_refusal(self, command: Command) -> tuple[str, float | None]:
+        """Why a command may not count, with the measured value; an empty reason when it may."""
+        if not self.lease.is_held_by(command.session, command.lease_id):
+            holder = self.lease.holder
+            return (f"{holder} is in control" if holder else "you are not in control: the lease ended"), None
+        verdict = self._freshness.judge(command.echo)
+        if verdict.reason:
+            self.stale_refused += 1
+            return f"this command came too late: {verdict.reason}", verdict.age_s
+        self._heard(command.echo)
+        return "", verdict.age_s
+
+    def input_is_fresh(self, message: OperatorInput) -> bool:
+        """Whether an input of the operator's hand is fresh enough to move the robot."""
+        if self._freshness.judge(message.echo, _INPUT_TTL_MAX_S).reason:
+            self.stale_refused += 1
+            return False
+        self._heard(message.echo)
+        return True
+
+    def heartbeat(self, heartbeat: Heartbeat) -> None:
+        """Take a sign of life of the holder."""
+        if not self.lease.is_held_by(heartbeat.session, self.lease.lease_id):
+            return
+        if heartbeat.seq > self.heartbeat_seq or heartbeat.session != self._heartbeat_session:
+            self._heartbeat_session, self.heartbeat_seq = heartbeat.session, heartbeat.seq
+            self.heartbeat_received_ns = self._clock.now_ns()
+        self._heard(heartbeat.echo)
+
+    @property
+    def usual_age_s(self) -> float:
+        """How old a message usually is when it arrives [s]; zero before that is known."""
+        return self._freshness.reference_s or 0.0
+
+    def silent_s(self, now_s: float) -> float:
+        """How much older than usual the newest thing heard from the operator is [s]."""
+        return now_s - self._newest_echo_ns * 1e-9 - self.usual_age_s
+
+    def lost_reason(self, lease_id: str, now_s: float) -> str:
+        """Why who had this lease is not there to drive any more; empty while they are."""
+        if lease_id != self.lease.lease_id:
+            return _DELAY_CHANGED if self._freshness.rising else "the lease was lost"
+        if self.delay_changed:
+            return _DELAY_CHANGED
+        if self.silent_s(now_s) > self._silence_s:
+            return f"nothing new was heard from the operator for {self._silence_s:.2g} s longer than usual"
+        return ""
+
+    def _heard(self, echo: Stamp | None) -> None:
+        # A stamp that was never given out must not quieten the watchdog.
+        if echo is not None and echo.boot == self._clock.boot and echo.t_ns <= self._clock.now_ns():
+            self._newest_echo_ns = max(self._newest_echo_ns, echo.t_ns)

@@ -1,0 +1,130 @@
+"""Is a message fresh? Decided on the robot's clock alone, from the stamp that the message echoes.
+
+A message carries the newest stamp of the robot that its sender had seen and shown. The age of that
+stamp is one round trip when all is well, and grows by whatever held the message up.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from farhand.common.clock import BootClock
+from farhand.common.wire.messages import Stamp
+
+_WINDOW = 10
+_RISING = 2
+"""Late renewals in a row that tell a risen delay from one that was held up."""
+_LEAST_GAP_S = 0.3
+"""Renewals come at 1 Hz; closer together they come from a backlog."""
+_TTL_MIN_S, _TTL_MAX_S = 0.25, 1.0
+"""What a message may be older than usual, at least and at most."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a message may count.
+
+    Args:
+        reason: Empty when it may, else why not.
+        age_s: The measured age [s], where it could be measured.
+    """
+
+    reason: str
+    age_s: float | None
+    delay_changed: bool = False
+    """Another age is usual from now on: the delay of the link has risen for good."""
+
+
+class Freshness:
+    """Judges ages against what is usual on this link now.
+
+    Args:
+        clock: The robot's clock.
+        max_age_s: Nothing older is ever accepted [s].
+        telemetry_period_s: Time between two reports: the echo may be that much older [s].
+    """
+
+    def __init__(self, clock: BootClock, max_age_s: float, telemetry_period_s: float):
+        self._clock = clock
+        self._max_age_s = max_age_s
+        # The echo may be two reports old; where reports are rare, that is more than the least patience.
+        two_reports_s = 2.0 * telemetry_period_s + 0.1
+        self._ttl_min_s = max(_TTL_MIN_S, two_reports_s)
+        self._command_ttl_max_s = max(_TTL_MAX_S, two_reports_s)
+        self._accepted: deque[float] = deque(maxlen=_WINDOW)
+        self._late: deque[float] = deque(maxlen=_WINDOW)
+        self._last_renewal_s = -np.inf
+        self._last_echo_ns = -1
+
+    @property
+    def reference_s(self) -> float | None:
+        """The smallest age of the last accepted renewals [s]; None before the first."""
+        return min(self._accepted) if self._accepted else None
+
+    @property
+    def rising(self) -> bool:
+        """Whether the last renewals came in order, one by one, and all of them too late."""
+        return len(self._late) >= _RISING
+
+    def forget(self) -> None:
+        """Somebody else is heard from now on: nothing is usual yet."""
+        self._accepted.clear()
+        self._late.clear()
+        self._last_echo_ns, self._last_renewal_s = -1, -np.inf
+
+    def judge(self, echo: Stamp | None, ttl_max_s: float | None = None) -> Verdict:
+        """Whether a message with this echo is fresh.
+
+        Args:
+            echo: The robot's stamp in the message.
+            ttl_max_s: Upper bound of what it may exceed the reference by [s]; None: a command's.
+        """
+        if echo is None:
+            return Verdict("it echoes no report of the robot", None)
+        if echo.boot != self._clock.boot:
+            return Verdict("it echoes another boot of the robot", None)
+        age_s = (self._clock.now_ns() - echo.t_ns) * 1e-9
+        if age_s < 0.0:
+            return Verdict("it echoes a report that was never sent", age_s)
+        limit_s = self._max_age_s
+        if (reference_s := self.reference_s) is not None:
+            limit_s = min(limit_s, reference_s + self._ttl_s(ttl_max_s or self._command_ttl_max_s))
+        if age_s > limit_s:
+            return Verdict(f"it is {age_s:.2f} s old, at most {limit_s:.2f} s is allowed", age_s)
+        return Verdict("", age_s)
+
+    def renew(self, echo: Stamp | None) -> Verdict:
+        """Judge a lease renewal and learn from it what is usual."""
+        verdict = self.judge(echo)
+        if verdict.age_s is None or verdict.age_s < 0.0 or echo is None:
+            return verdict  # nothing was measured: the next one is the first of its kind, not part of a burst
+        now_s = self._clock.now_s()
+        in_burst = now_s - self._last_renewal_s < _LEAST_GAP_S
+        self._last_renewal_s = now_s
+        in_order = echo.t_ns > self._last_echo_ns
+        self._last_echo_ns = max(self._last_echo_ns, echo.t_ns)
+        if in_burst or not in_order:
+            self._late.clear()
+            return verdict
+        if not verdict.reason:
+            self._accepted.append(verdict.age_s)
+            self._late.clear()
+            return verdict
+        self._late.append(verdict.age_s)
+        spread_s = max(self._late) - min(self._late)
+        if (
+            len(self._late) < _WINDOW
+            or max(self._late) > self._max_age_s
+            or spread_s > self._command_ttl_max_s
+        ):
+            return verdict
+        self._accepted, self._late = self._late, deque(maxlen=_WINDOW)
+        return replace(verdict, delay_changed=True)
+
+    def _ttl_s(self, upper_s: float) -> float:
+        """How much more than the reference is still usual [s]."""
+        spread_s = float(np.quantile(np.array(self._accepted), 0.99)) - min(self._accepted)
+        return min(max(spread_s + 0.1, self._ttl_min_s), upper_s)

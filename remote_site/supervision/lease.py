@@ -1,0 +1,112 @@
+"""Who is in control of the robot: one holder, for as long as it keeps renewing."""
+
+from __future__ import annotations
+
+import secrets
+from collections import deque
+
+from farhand.common.wire.messages import Wish
+
+_REMEMBERED = 64
+
+
+class Lease:
+    """The control of the robot. First request wins; silence frees it; the holder may hand it over.
+
+    Args:
+        duration_s: Silence after which it is free [s].
+    """
+
+    def __init__(self, duration_s: float):
+        self._duration_s = duration_s
+        self.session = ""
+        """Of the process that holds it, empty when free."""
+        self._renewed_s = 0.0
+        self.since_s = 0.0
+        """When the holder took it [s]."""
+        self._asking: tuple[str, str, float] = ("", "", 0.0)  # session, name, when
+        self._replaced: deque[str] = deque(maxlen=_REMEMBERED)
+        self._sessions: deque[str] = deque(maxlen=_REMEMBERED)  # in the order in which they were heard of
+        self.holder = ""
+        """Name of the site that holds it, empty when free."""
+        self.lease_id = ""
+        """What every motion input must carry, empty when free."""
+        self.asked_by = ""
+        """Name of the site that asks the holder for it, empty for none."""
+        self.freed_because = ""
+        """Why the last holder has it no more."""
+
+    def request(
+        self, session: str, site_name: str, now_s: float, wish: Wish = Wish.CONTROL, fresh: bool = True
+    ) -> str:
+        """Take, renew, ask for, hand over or give up the lease.
+
+        Args:
+            session: Of the local site's process.
+            site_name: What it is called.
+            now_s: Now [s].
+            wish: What it wants.
+            fresh: Whether the request is known to be of now; only then a restarted site takes its own back.
+
+        Returns:
+            An empty string when it holds the lease after this, else why not.
+        """
+        self.expire(now_s)
+        if session not in self._sessions:
+            self._sessions.append(session)
+        if session in self._replaced or self._is_earlier(session, site_name):
+            return f"{site_name} was started again: this one only watches"
+        holds = bool(self.lease_id) and self.session == session
+        if wish is Wish.WATCH:
+            if holds:
+                self._free("it only watches")
+            return "watching"
+        if holds and wish is Wish.GIVE and self.asked_by:
+            asking, name, _ = self._asking
+            self._grant(asking, name, now_s)
+            return f"handed over to {name}"
+        if holds:
+            self._renewed_s = now_s
+            return ""
+        if self.lease_id and self.holder == site_name and fresh:
+            # The site was restarted: it reclaims its own. Its earlier process must not do the same.
+            self._replaced.append(self.session)
+        elif self.lease_id:
+            if wish is Wish.ASK:
+                self._asking, self.asked_by = (session, site_name, now_s), site_name
+            return f"held by {self.holder} for {now_s - self.since_s:.0f} s"
+        self._grant(session, site_name, now_s)
+        return ""
+
+    def expire(self, now_s: float) -> bool:
+        """Free the lease when its holder is silent for too long. True when it was freed just now."""
+        if self.asked_by and now_s - self._asking[2] > self._duration_s:
+            self._forget_asking()
+        if self.lease_id and now_s - self._renewed_s > self._duration_s:
+            self._free(f"nothing of it arrived in time for {self._duration_s:g} s")
+            return True
+        return False
+
+    def is_held_by(self, session: str, lease_id: str) -> bool:
+        """Whether a message comes from the holder."""
+        return bool(lease_id) and lease_id == self.lease_id and session == self.session
+
+    def _is_earlier(self, session: str, site_name: str) -> bool:
+        """Whether the holder is a later process of the same site: then this is an echo of the past."""
+        if not self.lease_id or self.holder != site_name or self.session not in self._sessions:
+            return False
+        return self._sessions.index(session) < self._sessions.index(self.session)
+
+    def _grant(self, session: str, site_name: str, now_s: float) -> None:
+        self.session, self.holder = session, site_name
+        self.since_s = self._renewed_s = now_s
+        self.lease_id = secrets.token_hex(8)
+        self._forget_asking()
+
+    def _free(self, because: str) -> None:
+        self.freed_because = because
+        self.session = self.holder = self.lease_id = ""
+        self._forget_asking()
+
+    def _forget_asking(self) -> None:
+        self._asking, self.asked_by = ("", "", 0.0), ""

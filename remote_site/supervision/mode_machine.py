@@ -1,0 +1,228 @@
+"""The mode of the robot, and all that changes it: allowed commands, stops, guards, ends of motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from farhand.common.control_mode import TABLE, Action, Cause, ControlMode, Guard, Phase, mode_after
+from farhand.common.wire import keys
+from farhand.common.wire.messages import Command, Stamp, Stop
+from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.motion.coupling import Coupling
+from farhand.remote_site.motion.execution import Execution
+from farhand.remote_site.motion.manoeuvre import Manoeuvre, Manoeuvres
+from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.motion.motion import Motion
+from farhand.remote_site.motion.plans import Plans
+from farhand.remote_site.motion.previews import Previews
+from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.supervision.events import Announce, Events
+from farhand.remote_site.supervision.recordings import Recordings
+from farhand.remote_site.supervision.stops import Stops
+from farhand.remote_site.supervision.watch import Trip
+
+# What the robot calls what a guard did.
+_KINDS = {
+    Guard.COUPLING_ENDED: "decoupled",
+    Guard.FORCE: "backing off",
+    Guard.JAMMED: "gave up",
+    Guard.PERCEPTION_LOST: "paused",
+    Guard.LINK_LOST_HOLD: "paused",
+    Guard.LINK_LOST_RETRACT: "retracting",
+    Guard.FAULT: "stopped",
+}
+
+
+class ModeMachine:
+    """Owner of the mode: where it goes is looked up in the one table, and here it is done.
+
+    Args:
+        embodiment: The robot.
+        sensing: The newest measurements.
+        motion: What moves the robot.
+        plans: Makes rollouts.
+        events: Takes what happened.
+        announce: Sends a message to the operators; never blocks.
+        now: The present stamp.
+        recordings: Of how the robot is driven.
+    """
+
+    def __init__(
+        self,
+        embodiment: Embodiment,
+        sensing: Sensing,
+        motion: Motion,
+        plans: Plans,
+        events: Events,
+        announce: Announce,
+        now: Callable[[], Stamp],
+        recordings: Recordings,
+    ):
+        self._recordings = recordings
+        self._embodiment, self._sensing, self._motion = embodiment, sensing, motion
+        self._plans, self._events, self._now = plans, events, now
+        self.previews = Previews(plans)
+        self._manoeuvres = Manoeuvres(embodiment, sensing)
+        self._stops = Stops(partial(announce, keys.STOP_ACK))
+        self._coupling_count = 0
+        self._until_standing: list[Command] = []
+        self.mode = ControlMode.DISARMED
+        self.last_execution: Execution | None = None
+        self.path_id = 0
+        """The committed path that is being executed, 0 for none."""
+
+    @property
+    def phase(self) -> Phase:
+        """What AUTONOMOUS is at."""
+        mover = self._motion.execution or self._motion.manoeuvre
+        return mover.phase if mover is not None and self.mode is ControlMode.AUTONOMOUS else Phase.NONE
+
+    @property
+    def pace(self) -> float:
+        """How fast executions and manoeuvres go, as a share of how they were meant."""
+        return self._plans.settings.pace
+
+    # Causes -------------------------------------------------------------------------------------
+
+    def stop(self, stop: Stop) -> None:
+        """Stop, whoever asks and in whatever mode; a stop that is said again is only acknowledged."""
+        if self._stops.receive(stop.stop_id, self._now()):
+            self._enter(Action.STOP, f"stopped by {stop.site_name}")
+            self.tell("stopped", f"stop by {stop.site_name}", who=stop.site_name)
+
+    def run(self, command: Command, stored: StoredModel | None) -> None:
+        """Do an allowed command; its second answer comes as an event.
+
+        Args:
+            command: What is asked.
+            stored: The model that it names, if it names one.
+        """
+        action = command.action
+        if action is Action.PREVIEW and stored is not None:
+            if (replaced := self.previews.begin(command, stored, self._now())) is not None:
+                self.fail(replaced, "replaced by a newer preview")
+            return
+        if action is Action.SET_PACE:
+            self._set_pace(command)
+            return
+        if action in (Action.RECORD, Action.END_RECORDING):
+            why_not = self._recordings.run(action, command.task)
+            self.fail(command, why_not) if why_not else self.complete(command, "done")
+            return
+        for overtaken in self._until_standing:
+            self.fail(overtaken, f"{action} came before the robot stood still")
+        self._until_standing.clear()
+        self._enter(action, f"ended by {action}")
+        match action:
+            case Action.EXECUTE if stored is not None:
+                self._execute(command, stored)
+            case Action.RETRACT | Action.GO_TO_READY:
+                self._motion.begin(self._manoeuvres.make(TABLE[action].phase, command, pace=self.pace))
+            case Action.COUPLE:
+                self._couple(command)
+            case Action.RESUME:
+                self.complete(command, "resumed")
+            case _:
+                self._until_standing.append(command)
+
+    def trip(self, trip: Trip) -> bool:
+        """Do what the table says that a guard leads to. False where it has no such row."""
+        if mode_after(self.mode, self.phase, trip.guard) is None:
+            return False
+        self._enter(trip.guard, trip.why)
+        if (phase := TABLE[trip.guard].phase) is not Phase.NONE:
+            self._motion.begin(self._manoeuvres.make(phase, why=trip.why))
+        self.tell(_KINDS[trip.guard], trip.why, succeeded=trip.wanted, measured=trip.measured)
+        return True
+
+    def arrived(self, execution: Execution) -> None:
+        """An execution has come to the end of its motion, and goes on tracking."""
+        self.complete(execution.command, f"{execution.phase} after {execution.arrived_after_s:.2f} s")
+
+    def end_manoeuvre(self, manoeuvre: Manoeuvre) -> None:
+        """A manoeuvre has come to its end."""
+        self._motion.end()
+        self._enter(Guard.MANOEUVRE_ENDED, "")
+        text = f"{manoeuvre.phase} ended" + ("" if manoeuvre.reached else " before its goal was reached")
+        if manoeuvre.command is None:
+            self.tell("holding", f"{text}, after: {manoeuvre.why}")
+        elif manoeuvre.reached:
+            self.complete(manoeuvre.command, text)
+        else:
+            self.fail(manoeuvre.command, text)
+
+    def settle(self) -> None:
+        """The robot stands still: answer what waited for that."""
+        for command in self._until_standing:
+            self.complete(command, "done")
+        self._until_standing.clear()
+        self._stops.stands(self._now())
+
+    # What happened ------------------------------------------------------------------------------
+
+    def complete(self, command: Command, text: str, **ids: int) -> None:
+        """A command has come to its good end."""
+        self.tell("completed", text, command_id=command.command_id, action=command.action, **ids)
+
+    def fail(self, command: Command, why: str) -> None:
+        """A command was begun and did not come to its good end."""
+        self.tell("failed", why, succeeded=False, command_id=command.command_id, action=command.action)
+
+    def tell(self, kind: str, text: str, **fields: Any) -> None:
+        """Say what happened, with the mode that it led to."""
+        self._events.tell(kind, text, self.mode, **fields)
+
+    # Doing it -----------------------------------------------------------------------------------
+
+    def _enter(self, cause: Cause, why: str) -> None:
+        """Go where the table says; what moved the robot is paused, goes on, or ends for this reason."""
+        target = mode_after(self.mode, self.phase, cause)
+        if target is None:
+            raise AssertionError(f"{cause} was not checked in {self.mode}")
+        self._recordings.leave(cause, why)
+        if target is not ControlMode.PAUSED and cause is not Action.RESUME:
+            self._leave_motion(why)
+        self._motion.paused = target is ControlMode.PAUSED
+        self.mode = target
+
+    def _couple(self, command: Command) -> None:
+        self._coupling_count += 1
+        now_ns = self._now().t_ns
+        round_trip_s = (now_ns - command.echo.t_ns) * 1e-9 if command.echo else 0.0
+        self._motion.begin(Coupling(self._coupling_count, command.lease_id, now_ns * 1e-9, round_trip_s))
+        self.complete(command, "coupled", coupling_id=self._coupling_count)
+
+    def _set_pace(self, command: Command) -> None:
+        """Go at another pace from now on, also in what is under way."""
+        self._plans.settings = replace(self._plans.settings, pace=command.pace)
+        if (execution := self._motion.execution) is not None:
+            execution.go_on_with(self._plans.settings)
+            self._plans.forget_commit()
+        manoeuvre = self._motion.manoeuvre
+        # What the robot began by itself, it does for safety: as fast as it may.
+        if manoeuvre is not None and manoeuvre.command is not None:
+            manoeuvre.pace = command.pace
+        self.complete(command, f"the pace is {command.pace:.0%}")
+
+    def _execute(self, command: Command, stored: StoredModel) -> None:
+        now = self._now()
+        self._embodiment.begin(stored.task, now.t_ns * 1e-9)
+        self.last_execution = Execution(
+            command, stored, self._plans.settings, self._embodiment, self._sensing, now
+        )
+        self._motion.begin(self.last_execution)
+        self.tell("executing", f"executing {stored.label}", command_id=command.command_id)
+        self._plans.forget_commit()
+
+    def _leave_motion(self, why: str) -> None:
+        """End whatever moves the robot; the plant brakes from the next tick on."""
+        execution, manoeuvre = self._motion.execution, self._motion.manoeuvre
+        if execution is not None and execution.arrived_after_s is None:
+            self.fail(execution.command, why)
+        if manoeuvre is not None and manoeuvre.command is not None:
+            self.fail(manoeuvre.command, why)
+        self._motion.end()
+        self.path_id = 0

@@ -1,0 +1,112 @@
+"""Records how the robot is driven: at most 100 samples in a second, each with the task frames as perceived then."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from farhand.common.task import AnyTask
+from farhand.common.wire.messages import Stamp
+from farhand.common.wire.recorded_motion import MAX_DURATION_S, MAX_GAP_S, RecordedMotion, packed_row
+from farhand.remote_site.motion.coupling import Coupling
+from farhand.remote_site.perception.sensing import PREDICTED_S, Sensing
+
+_SAMPLE_HZ = 100.0
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A motion that was recorded to its end.
+
+    Args:
+        motion: It.
+        site_name: Who drove.
+        duration_s: From the first to the last sample [s].
+        whole: Whether whoever drove ended it, and nothing else did.
+    """
+
+    motion: RecordedMotion
+    site_name: str
+    duration_s: float
+    whole: bool
+
+
+class MotionRecorder:
+    """At most one recording at a time; it begins with the first input of the hand that drives.
+
+    Args:
+        sensing: The newest measurements.
+        control_hz: How often `sample` is called [Hz].
+        now: The present stamp.
+    """
+
+    def __init__(self, sensing: Sensing, control_hz: float, now: Callable[[], Stamp]):
+        self._sensing, self._now = sensing, now
+        self._every = max(1, round(control_hz / _SAMPLE_HZ))
+        self.recording = False
+        self._clear()
+
+    def begin(self, site_name: str, task: AnyTask) -> None:
+        """Record from now on.
+
+        Args:
+            site_name: Who drives.
+            task: What for.
+        """
+        self._clear(site_name, task)
+        self.recording = True
+
+    @property
+    def recorded_s(self) -> float:
+        """For how long, up to the newest sample [s]; zero before the first."""
+        return self._last_s
+
+    def sample(self, coupling: Coupling) -> str:
+        """Take a sample, if one is due.
+
+        Args:
+            coupling: What moves the robot.
+
+        Returns:
+            Why the recording cannot go on; empty while it can.
+        """
+        now = self._now()
+        if self._began is None:
+            if coupling.waiting(now.t_ns * 1e-9):
+                return ""
+            self._began = now
+        time_s = (now.t_ns - self._began.t_ns) * 1e-9
+        if (gap_s := time_s - self.recorded_s) > MAX_GAP_S:
+            return f"{gap_s:.2f} s without a sample"
+        if time_s > MAX_DURATION_S:
+            return f"it is longer than {MAX_DURATION_S:g} s"
+        self._ticks += 1
+        # What was not seen for a moment is predicted; after that there is nothing to record.
+        if self._ticks % self._every == 0 and self._sensing.unseen_s <= PREDICTED_S:
+            self._rows += packed_row(time_s, self._sensing.effector.point, self._sensing.frames)
+            self._n, self._last_s = self._n + 1, time_s
+        return ""
+
+    def close(self, whole: bool) -> Recorded | None:
+        """End the recording. None when there is nothing in it.
+
+        Args:
+            whole: Whether whoever drove ended it.
+        """
+        began, task, rows, site_name = self._began, self._task, bytes(self._rows), self._site_name
+        duration_s, n = self.recorded_s, self._n
+        self._clear()
+        self.recording = False
+        if began is None or task is None or n < 2:
+            return None
+        motion = RecordedMotion(
+            task=task.name, frame_names=task.frame_names, n_dims=task.space.n_dims,
+            oriented=task.space.oriented, began=began, rows=rows,
+        )  # fmt: skip
+        return Recorded(motion, site_name, duration_s, whole)
+
+    def _clear(self, site_name: str = "", task: AnyTask | None = None) -> None:
+        self._site_name, self._task = site_name, task
+        self._rows, self._n, self._ticks = bytearray(), 0, -1
+        self._began: Stamp | None = None
+        self._last_s = 0.0

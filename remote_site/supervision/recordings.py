@@ -1,0 +1,109 @@
+"""Motions that are recorded while an operator drives: begun and ended by command, closed with DIRECT, kept to be fetched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+
+from farhand.common.control_mode import Action, Cause, ControlMode, Guard
+from farhand.common.repertoire import Repertoire
+from farhand.common.wire.messages import RECORDED, Stamp
+from farhand.remote_site.motion.motion import Motion
+from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.supervision.catalogue import Catalogue
+from farhand.remote_site.supervision.events import Events
+from farhand.remote_site.supervision.lease import Lease
+from farhand.remote_site.supervision.motion_recorder import MotionRecorder
+
+
+class Ending(StrEnum):
+    """How a recording ends."""
+
+    WHOLE = "recorded"
+    """Whoever drove ended it: it is a demonstration."""
+    INTERRUPTED = "interrupted"
+    """Something else did: it can be had, if it was good all the same."""
+    INCOMPLETE = "incomplete"
+    """A piece is missing: it is no motion."""
+
+
+_CONSEQUENCE = {
+    Ending.WHOLE: "",
+    Ending.INTERRUPTED: "; it can be recovered",
+    Ending.INCOMPLETE: "; it is not kept",
+}
+
+
+class Recordings:
+    """The recording under way, and the catalogue that keeps those which were ended.
+
+    Args:
+        tasks: What the robot does.
+        sensing: The newest measurements.
+        motion: What moves the robot.
+        lease: Who drives.
+        events: Takes what happened.
+        now: The present stamp.
+    """
+
+    def __init__(
+        self,
+        tasks: Repertoire,
+        sensing: Sensing,
+        motion: Motion,
+        lease: Lease,
+        events: Events,
+        now: Callable[[], Stamp],
+    ):
+        self._tasks, self._motion, self._lease, self._events = tasks, motion, lease, events
+        self._recorder = MotionRecorder(sensing, motion.embodiment.control_hz, now)
+        self._who = ""
+        self.catalogue = Catalogue()
+
+    @property
+    def recorded_s(self) -> float | None:
+        """For how long a motion is being recorded [s]; None while none is."""
+        return self._recorder.recorded_s if self._recorder.recording else None
+
+    def run(self, action: Action, task_name: str) -> str:
+        """Record from now on for a task, or to here. Returns why not, empty when it was done."""
+        recording = self._recorder.recording
+        if action is Action.RECORD and not recording:
+            task = self._tasks.get(task_name)
+            if task is None:
+                return self._tasks.refusal(task_name)
+            self._who = self._lease.holder
+            self._recorder.begin(self._who, task)
+        elif action is Action.END_RECORDING and recording:
+            self._end(Ending.WHOLE, f"ended by {action}")
+        else:
+            return "a motion is being recorded already" if recording else "nothing is being recorded"
+        return ""
+
+    def sample(self) -> None:
+        """Take a sample, if one is due; a recording that cannot go on ends."""
+        coupling = self._motion.coupling
+        if self._recorder.recording and coupling is not None and (why := self._recorder.sample(coupling)):
+            self._end(Ending.INCOMPLETE, why)
+
+    def leave(self, cause: Cause, why: str) -> None:
+        """DIRECT is about to end, and the recording with it, if there is one.
+
+        Args:
+            cause: What ends it.
+            why: In words.
+        """
+        if self._recorder.recording:
+            coupling = self._motion.coupling
+            let_go = cause is Guard.COUPLING_ENDED and coupling is not None and coupling.released
+            whole = let_go or cause in (Action.CLUTCH, Action.EXECUTE)
+            self._end(Ending.WHOLE if whole else Ending.INTERRUPTED, why)
+
+    def _end(self, ending: Ending, why: str) -> None:
+        recorded = self._recorder.close(ending is Ending.WHOLE)
+        if recorded is not None and ending is not Ending.INCOMPLETE:
+            self.catalogue.offer(recorded)
+        words = f"{ending} after {recorded.duration_s:.1f} s" if recorded else "nothing recorded"
+        good = recorded is not None and ending is Ending.WHOLE
+        text = f"{words}: {why}{_CONSEQUENCE[ending] if recorded else ''}"
+        self._events.tell(RECORDED, text, ControlMode.DIRECT, succeeded=good, who=self._who)

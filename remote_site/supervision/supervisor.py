@@ -1,0 +1,241 @@
+"""The robot's authority: judges every message, watches over every tick, and has the mode machine act.
+
+Pure but for what it is given: time comes from the clock, what it has to say goes to `announce`. All of
+its methods are called by one thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from farhand.common.clock import BootClock
+from farhand.common.control_mode import ControlMode, Guard, Phase
+from farhand.common.errors import InvalidInput
+from farhand.common.repertoire import Repertoire
+from farhand.common.wire import keys
+from farhand.common.wire.messages import (
+    Command,
+    CommandReply,
+    LeaseReply,
+    LeaseRequest,
+    ModelReply,
+    ModelTransfer,
+    OperatorInput,
+    PlannedPath,
+    Stamp,
+    Stop,
+)
+from farhand.common.wire.path_points import duration_s
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.motion.execution import Execution
+from farhand.remote_site.motion.model_store import ModelStore
+from farhand.remote_site.motion.motion import Motion, Outcome
+from farhand.remote_site.motion.planner import PlanRequest
+from farhand.remote_site.motion.plans import Plans
+from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.supervision.black_box import BlackBox
+from farhand.remote_site.supervision.command_judge import CommandJudge
+from farhand.remote_site.supervision.command_log import CommandLog
+from farhand.remote_site.supervision.contact import OperatorContact
+from farhand.remote_site.supervision.events import Announce, Events, Write
+from farhand.remote_site.supervision.mode_machine import ModeMachine
+from farhand.remote_site.supervision.recordings import Recordings
+from farhand.remote_site.supervision.watch import Trip, Watch
+
+
+class Supervisor:
+    """One robot.
+
+    Args:
+        tasks: What the robot does.
+        config: Rates and limits.
+        embodiment: The robot.
+        clock: Its time.
+        announce: Sends a message to the operators; never blocks.
+        request_plan: Hands a rollout to the worker; never blocks.
+        write: Writes down what happened; never blocks.
+    """
+
+    def __init__(
+        self,
+        tasks: Repertoire,
+        config: RemoteConfig,
+        embodiment: Embodiment,
+        clock: BootClock,
+        announce: Announce,
+        request_plan: Callable[[PlanRequest], None],
+        write: Write,
+    ):
+        self._tasks, self._clock, self._announce = tasks, clock, announce
+        self.embodiment, control_hz = embodiment, embodiment.control_hz
+        plant, perception = embodiment.plant, embodiment.perception
+        self.sensing = Sensing(plant, perception, len(tasks.first.frame_names), control_hz, clock.now_s())
+        self.contact = OperatorContact(config, clock)
+        self.models = ModelStore(tasks)
+        self.motion = Motion(embodiment, self.sensing)
+        self.events = Events(announce, self.stamp, write)
+        self._plans = Plans(self.sensing, embodiment, request_plan)
+        self.recordings = Recordings(
+            tasks, self.sensing, self.motion, self.contact.lease, self.events, self.stamp
+        )
+        self.machine = ModeMachine(
+            embodiment, self.sensing, self.motion, self._plans, self.events, announce, self.stamp, self.recordings
+        )  # fmt: skip
+        self._judge = CommandJudge(tasks, self.contact, self.models, self._plans, self.sensing, embodiment)
+        self._log = CommandLog()
+        self._watch = Watch(self.sensing, self.contact, self.motion, config.deadline_s)
+        self._black_box = BlackBox(self.sensing, self.motion, control_hz, write)
+        self._holder = ""
+
+    @property
+    def mode(self) -> ControlMode:
+        """The mode of the robot."""
+        return self.machine.mode
+
+    @property
+    def phase(self) -> Phase:
+        """What AUTONOMOUS is at."""
+        return self.machine.phase
+
+    @property
+    def path_id(self) -> int:
+        """The committed path that is being executed, 0 for none."""
+        return self.machine.path_id
+
+    @property
+    def last_execution(self) -> Execution | None:
+        """The newest execution of this boot, also when it has ended."""
+        return self.machine.last_execution
+
+    def stamp(self) -> Stamp:
+        """Now."""
+        return Stamp(self._clock.boot, self._clock.now_ns())
+
+    # What arrives -------------------------------------------------------------------------------
+
+    def on_lease(self, request: LeaseRequest) -> LeaseReply:
+        """Grant, renew, refuse or hand over the control of the robot."""
+        reply = self.contact.answer(request, self._tasks, self.stamp())
+        self._tell_holder()
+        return reply
+
+    def on_model(self, transfer: ModelTransfer) -> ModelReply:
+        """Verify and keep a model; it becomes active with the next Execute that names it."""
+        reply = self.models.answer(transfer, self.stamp())
+        if not reply.accepted:
+            self.events.refused("model", "", reply.reason, self.mode, None)
+        return reply
+
+    def on_stop(self, stop: Stop) -> None:
+        """Stop, whoever asks and in whatever mode."""
+        self.machine.stop(stop)
+
+    def on_input(self, message: OperatorInput) -> None:
+        """Follow the operator's hand, if coupled, by the holder, with this coupling, and fresh."""
+        coupling = self.motion.coupling
+        theirs = (message.lease_id, message.coupling_id)
+        if coupling is None or theirs != (coupling.lease_id, coupling.coupling_id):
+            self.contact.stale_refused += 1
+        elif self.contact.input_is_fresh(message):
+            coupling.feed(message, self.sensing.effector.controlled[0], self._clock.now_s())
+
+    def on_command(self, command: Command) -> CommandReply:
+        """Run a command once, or answer it again."""
+        if (known := self._log.reply_to(command.command_id)) is not None:
+            return known
+        reason, measured = self._judge.refusal(command, self.mode, self.phase, self.stamp())
+        if reason:
+            self.events.refused(command.action, self.contact.lease.holder, reason, self.mode, measured)
+        else:
+            self.machine.run(command, self.models.get(command.model_sha256))
+        reply = CommandReply(
+            command_id=command.command_id, accepted=not reason, reason=reason, measured=measured,
+            mode=self.mode, stamp=self.stamp(),
+        )  # fmt: skip
+        self._log.remember(reply)
+        return reply
+
+    def on_path(self, request: PlanRequest, path: PlannedPath | None, words: str) -> None:
+        """A rollout is ready, or could not be made.
+
+        Args:
+            request: What was asked.
+            path: The rollout, None when there is none.
+            words: Why there is none, or what the operator should know of it.
+        """
+        command = self.machine.previews.finish(request, path)
+        if request.plan_id and command is None:
+            return  # a newer preview has replaced it
+        if path is not None:
+            self._announce(keys.PATH, path)
+        if command is None:
+            if path is not None and self.motion.execution is not None:
+                self.machine.path_id = path.path_id
+        elif path is None:
+            self.machine.fail(command, words)
+        else:
+            motion = f"{duration_s(path):.1f} s of motion, {request.stored.label}"
+            text = f"previewed {motion}" + (f"; {words}" if words else "")
+            self.machine.complete(command, text, plan_id=request.plan_id)
+
+    # The tick -----------------------------------------------------------------------------------
+
+    def tick(self, dt_s: float, late_s: float = 0.0) -> None:
+        """One control period: sense, watch, move.
+
+        Args:
+            dt_s: The period [s].
+            late_s: How late it begins [s].
+        """
+        now_s = self._clock.now_s()
+        trip = self._sense(now_s, dt_s)
+        self.contact.lease.expire(now_s)
+        self._tell_holder()
+        trip = trip or self._watch.trip(self.mode, now_s, dt_s, late_s)
+        self._black_box.remember(now_s, self.mode)
+        fault = trip is not None and trip.guard is Guard.FAULT
+        if fault:
+            self.motion.brake(dt_s)  # before any word about it
+        if trip is not None:
+            self._trip(trip)
+        self.recordings.sample()
+        if not fault:
+            self._move(now_s, dt_s)
+
+    def _sense(self, now_s: float, dt_s: float) -> Trip | None:
+        try:
+            self.sensing.update(now_s)
+            self.embodiment.attend(self.sensing, self.motion.executing, now_s, dt_s)
+        except InvalidInput as error:
+            return Trip(Guard.FAULT, f"a measurement is wrong: {error}")
+
+    def _move(self, now_s: float, dt_s: float) -> None:
+        execution, manoeuvre = self.motion.execution, self.motion.manoeuvre
+        match self.motion.step(now_s, dt_s, wait=self._watch.must_wait):
+            case Outcome.UNDER_WAY if execution is not None:
+                self._plans.commit(execution, self.stamp())
+            case Outcome.ARRIVED if execution is not None:
+                self.machine.arrived(execution)
+            case Outcome.ENDED if manoeuvre is not None:
+                self.machine.end_manoeuvre(manoeuvre)
+            case Outcome.FAILED:
+                self._trip(Trip(Guard.FAULT, self.motion.failure))
+            case Outcome.STANDING:
+                self.machine.settle()
+
+    def _trip(self, trip: Trip) -> None:
+        fault = trip.guard is Guard.FAULT
+        if fault and self.mode is ControlMode.STOPPED:
+            return  # said once
+        if self.machine.trip(trip) and fault:
+            self._black_box.dump()
+
+    def _tell_holder(self) -> None:
+        """Announce that the control of the robot changed hands."""
+        holder, before = self.contact.lease.holder, self._holder
+        if holder != before:
+            self._holder = holder
+            freed = f"{before} is not in control any more: {self.contact.lease.freed_because}"
+            text = f"{holder} is in control" if holder else freed
+            self.machine.tell("control", text, who=holder or before)

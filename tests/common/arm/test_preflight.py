@@ -1,0 +1,62 @@
+"""The pre-flight lets through what the arm can do, and says why not otherwise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.kinematics import Kinematics
+from farhand.common.arm.poses import moved
+from farhand.common.arm.preflight import REFUSED_BELOW, WARNED_BELOW, Preflight, Preflights
+from farhand.common.arm.simulation.surroundings import Surroundings
+
+DIMENSIONS = Dimensions()
+HOME = np.array(DIMENSIONS.home_rad)
+FACING = Surroundings.still(DIMENSIONS).receptacle
+PREFLIGHTS = Preflights(Kinematics(DIMENSIONS))
+
+
+def receptacle(
+    position_m: tuple[float, float, float], turn_rad: tuple[float, float, float] = (0, 0, 0)
+) -> np.ndarray:
+    at = np.concatenate([position_m, FACING[3:]])
+    return moved(at, np.array([0.0, 0.0, 0.0, *turn_rad]))
+
+
+def test_the_receptacle_in_front_of_the_arm_is_let_through():
+    found = PREFLIGHTS.examine(HOME, FACING)
+    assert found.refusal == found.warning == ""
+    assert found.least_singular_value == pytest.approx(0.063, abs=0.002)
+    assert found.worst_m < 1e-6
+    assert PREFLIGHTS.examine(HOME, FACING) == found
+
+
+def test_a_receptacle_beyond_the_arms_reach_is_refused_with_the_distance():
+    found = PREFLIGHTS.examine(HOME, receptacle((1.20, 0.0, 0.38)))
+    assert "out of the arm's reach" in found.refusal
+    assert found.worst_m > 0.05
+    assert found.warning == ""
+
+
+def test_most_of_the_acceptance_box_is_let_through_and_bad_corners_are_not():
+    random = np.random.default_rng(5)
+    found = []
+    for _ in range(12):
+        axis = random.normal(size=3)
+        turn = np.radians(random.uniform(0.0, 15.0)) * axis / np.linalg.norm(axis)
+        position = random.uniform([0.74, -0.10, 0.30], [0.82, 0.10, 0.45])
+        found.append(PREFLIGHTS.examine(HOME, receptacle(tuple(position), tuple(turn))))
+    assert sum(not one.refusal for one in found) >= 11
+    assert all(one.worst_m < 1e-4 for one in found)
+
+
+@pytest.mark.parametrize(
+    ("least", "refused", "warned"),
+    [(REFUSED_BELOW - 1e-3, True, False), (WARNED_BELOW - 1e-3, False, True), (0.05, False, False)],
+)
+def test_a_nearly_straight_wrist_is_warned_of_and_a_straight_one_refused(
+    least: float, refused: bool, warned: bool
+):
+    found = Preflight(least, 0.0, 0.0)
+    assert (found.refusal != "", found.warning != "") == (refused, warned)

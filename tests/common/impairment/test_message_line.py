@@ -1,0 +1,109 @@
+"""The line of messages in virtual time."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from farhand.common.impairment.impairment import DirectionSettings
+from farhand.common.impairment.message_line import MessageLine
+
+N = 10_000
+properties = settings(deadline=None, derandomize=True, max_examples=150)
+directions = st.builds(
+    lambda delay_ms, share, **rest: DirectionSettings(delay_ms=delay_ms, jitter_ms=delay_ms * share, **rest),
+    delay_ms=st.floats(0, 5000),
+    share=st.floats(0, 1),
+    loss=st.sampled_from([0.0, 30.0, 100.0]),
+    duplicate=st.sampled_from([0.0, 30.0, 100.0]),
+    reorder=st.sampled_from([0.0, 30.0]),
+    gap=st.integers(1, 4),
+    rate_bps=st.sampled_from([0.0, 9600.0, 1e6]),
+    queue_bytes=st.integers(0, 5000),
+    seed=st.integers(0, 9),
+)
+steps = st.lists(st.tuples(st.floats(0, 0.5), st.integers(0, 5000)), min_size=1, max_size=30)
+
+
+def send(line: MessageLine, messages: list[tuple[float, int]]) -> list[tuple[float, list[float]]]:
+    """Each message's time of sending, after its pause, and of its arrivals."""
+    now_s, sent = 100.0, []
+    for pause_s, n_bytes in messages:
+        now_s += pause_s
+        sent.append((now_s, line.push(now_s, n_bytes)))
+    return sent
+
+
+def test_a_message_takes_its_time_to_send_and_the_delay():
+    line = MessageLine(DirectionSettings(delay_ms=1000, rate_bps=8000))
+    assert [line.push(0.0, 500) for _ in range(2)] == [pytest.approx([1.5]), pytest.approx([2.0])]
+
+
+def test_duplicates_come_at_their_rate_each_with_a_delay_of_its_own():
+    line = MessageLine(DirectionSettings(delay_ms=300, jitter_ms=20, duplicate=10))
+    arrivals = [line.push(float(t), 1) for t in range(N)]
+    doubled = [pair for pair in arrivals if len(pair) == 2]
+    assert len(doubled) / N == pytest.approx(0.1, abs=4 * math.sqrt(0.1 * 0.9 / N))
+    assert all(first != second for first, second in doubled)
+
+
+def test_reordered_messages_skip_the_delay_at_their_rate_and_not_before_their_gap():
+    line = MessageLine(DirectionSettings(delay_ms=300, reorder=25, gap=3))
+    skipped = [line.push(float(t), 1)[0] == t for t in range(N)]
+    indices = [t for t, is_skipped in enumerate(skipped) if is_skipped]
+    apart = [later - earlier for earlier, later in pairwise(indices)]
+    assert min(apart) == 3
+    # Two that cannot skip, then a geometric number of tries: 2 + 1 / 0.25 = 6 apart on average.
+    mean = sum(apart) / len(apart)
+    assert mean == pytest.approx(6, abs=4 * math.sqrt(0.75 / 0.25**2 / len(apart)))
+
+
+def test_a_change_of_one_impairment_leaves_the_chance_of_the_others_alone():
+    lossy = MessageLine(DirectionSettings(loss=30))
+    lossy_and_late = MessageLine(DirectionSettings(loss=30, delay_ms=300, jitter_ms=20))
+    lost = [[not line.push(float(t), 1) for t in range(200)] for line in (lossy, lossy_and_late)]
+    assert lost[0] == lost[1]
+
+
+@properties
+@given(directions, steps)
+def test_nothing_arrives_before_it_was_sent_and_everything_at_most_twice(direction, messages):
+    for (sent_s, arrivals), (_, n_bytes) in zip(
+        send(MessageLine(direction), messages), messages, strict=True
+    ):
+        sending_s = 8 * n_bytes / direction.rate_bps if direction.rate_bps else 0.0
+        assert len(arrivals) <= 2
+        assert all(arrival_s >= sent_s + sending_s - 1e-9 for arrival_s in arrivals)
+
+
+@properties
+@given(directions, steps)
+def test_the_same_seed_gives_the_same_arrivals(direction, messages):
+    assert send(MessageLine(direction, "up"), messages) == send(MessageLine(direction, "up"), messages)
+
+
+@properties
+@given(directions, steps)
+def test_the_room_comes_back_when_all_has_arrived(direction, messages):
+    line = MessageLine(direction)
+    sent = send(line, messages)
+    assert line.free_bytes(sent[-1][0]) <= direction.queue_limit_bytes
+    latest_s = max((arrival_s for _, arrivals in sent for arrival_s in arrivals), default=200.0)
+    assert line.free_bytes(max(latest_s, 200.0)) == direction.queue_limit_bytes
+    line.push(latest_s + 200.0, 10**6)
+    line.clear()
+    assert line.free_bytes(latest_s + 200.0) == direction.queue_limit_bytes
+
+
+@properties
+@given(directions, directions, steps, steps)
+def test_a_change_keeps_what_is_under_way(first, second, before, after):
+    line, unchanged = MessageLine(first), MessageLine(first)
+    assert send(line, before) == send(unchanged, before)
+    line.change(second)
+    assert line.settings == second
+    send(line, after)

@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from farhand.common.control_mode import ControlMode
+from farhand.common.link.link_monitor import LinkHealth, LinkMonitor
+from farhand.common.wire.messages import Stamp, Telemetry
+
+
+def report(seq: int, boot: str = "one", echo: int = 0, held_ms: float = 0.0) -> Telemetry:
+    return Telemetry(
+        seq=seq, stamp=Stamp(boot, seq), mode=ControlMode.HOLD, position_m=(0.0, 0.0), frame_origin_m=(0.0, 0.0),
+        heartbeat_echo=echo, heartbeat_held_ms=held_ms,
+    )  # fmt: skip
+
+
+def test_before_the_first_report_nothing_is_known():
+    view = LinkMonitor().view(5.0)
+    assert (view.health, view.round_trip_s, view.age_s, view.n_received) == (LinkHealth.NEVER, None, None, 0)
+
+
+@pytest.mark.parametrize(
+    ("silent_s", "health"),
+    [
+        (0.0, LinkHealth.OK),
+        (0.4, LinkHealth.OK),
+        (0.5, LinkHealth.LATE),
+        (1.9, LinkHealth.LATE),
+        (2.0, LinkHealth.LOST),
+    ],
+)
+def test_silence_makes_the_link_late_and_then_lost(silent_s, health):
+    monitor = LinkMonitor()
+    monitor.received(report(1), 10.0)
+    view = monitor.view(10.0 + silent_s)
+    assert view.health is health and view.silent_s == pytest.approx(silent_s)
+
+
+def test_the_round_trip_leaves_out_what_the_robot_held_back():
+    monitor = LinkMonitor()
+    monitor.heartbeat_sent(7, 1.0)
+    monitor.received(report(1, echo=7, held_ms=30.0), 1.65)
+    assert monitor.view(1.65).round_trip_s == pytest.approx(0.62)
+    assert monitor.view(1.75).age_s == pytest.approx(0.1 + 0.31)
+    assert monitor.median_round_trip_s() == pytest.approx(0.62)
+
+
+def test_a_heartbeat_is_measured_by_its_first_echo_alone():
+    monitor = LinkMonitor()
+    monitor.heartbeat_sent(7, 1.0)
+    monitor.received(report(1, echo=7), 1.5)
+    monitor.received(report(2, echo=7), 9.0)
+    assert monitor.view(9.0).round_trip_s == pytest.approx(0.5)
+
+
+def test_an_echo_of_what_was_never_sent_measures_nothing():
+    monitor = LinkMonitor()
+    monitor.received(report(1, echo=99), 1.5)
+    assert monitor.view(1.5).round_trip_s is None and monitor.median_round_trip_s() is None
+
+
+@settings(deadline=None, derandomize=True, max_examples=100)
+@given(seqs=st.lists(st.integers(1, 50), min_size=1, max_size=40))
+def test_only_newer_reports_are_shown_and_the_gaps_counted(seqs):
+    monitor, newest, received, missed = LinkMonitor(), None, 0, 0
+    for seq in seqs:
+        is_newer = newest is None or seq > newest
+        assert monitor.received(report(seq), 1.0) == is_newer
+        if is_newer:
+            received += 1
+            missed += 0 if newest is None else seq - newest - 1
+            newest = seq
+    view = monitor.view(1.0)
+    assert (view.n_received, view.n_missed) == (received, missed)
+
+
+def test_a_new_boot_of_the_robot_begins_to_count_anew():
+    monitor = LinkMonitor()
+    monitor.received(report(500), 1.0)
+    assert monitor.received(report(1, boot="two"), 2.0)
+    assert monitor.view(2.0).n_missed == 0
+
+
+def test_what_an_outage_held_up_is_late_by_the_time_it_waited():
+    monitor = LinkMonitor()
+    clocks_apart_s, way_s = 1000.0, 0.3
+
+    def arrives_s(sent_s: float, held_up_s: float = 0.0) -> float:
+        return sent_s + clocks_apart_s + way_s + held_up_s
+
+    def stamp(sent_s: float) -> Stamp:
+        return Stamp("one", round(sent_s * 1e9))
+
+    assert monitor.late_s(stamp(1.0), arrives_s(1.0)) == 0.0
+    for n in range(100):
+        monitor.received(replace(report(n + 1), stamp=stamp(0.04 * n)), arrives_s(0.04 * n))
+    # The first that comes through is a backlog: reports that are themselves old.
+    for n in range(100, 120):
+        monitor.received(
+            replace(report(n + 1), stamp=stamp(0.04 * n)), arrives_s(0.04 * n, 25.0 - 0.04 * (n - 100))
+        )
+    assert monitor.late_s(stamp(4.5), arrives_s(4.5, 24.0)) == pytest.approx(24.0)
+    assert monitor.late_s(stamp(30.0), arrives_s(30.0)) == pytest.approx(0.0, abs=1e-9)
+    assert monitor.late_s(Stamp("next boot", 0), 5.0) == 0.0

@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from scipy.spatial.transform import Rotation
+
+from farhand.common.errors import InvalidInput
+from farhand.common.model.manifold import POSE, Manifold
+from farhand.common.model.task_frame import TaskFrame
+from tests.strategies import random_covariances, random_frame, random_points, seeds, spaces
+
+
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(seed=seeds, space=spaces)
+def test_there_and_back_is_the_same_point(seed: int, space: Manifold):
+    rng = np.random.default_rng(seed)
+    frame, x = random_frame(rng, space.n_dims), random_points(rng, space, 4)
+    np.testing.assert_allclose(frame.to_local(frame.to_world(x)), x, atol=1e-12)
+
+
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(seed=seeds)
+def test_the_orientation_of_a_pose_is_turned_with_the_frame(seed: int):
+    rng = np.random.default_rng(seed)
+    frame, x = random_frame(rng, 3), random_points(rng, POSE)
+    turned = Rotation.from_quat(frame.to_world(x)[3:], scalar_first=True).as_matrix()
+    np.testing.assert_allclose(
+        turned, frame.A @ Rotation.from_quat(x[3:], scalar_first=True).as_matrix(), atol=1e-12
+    )
+
+
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(seed=seeds, space=spaces)
+def test_covariances_are_those_of_the_points_that_moved(seed: int, space: Manifold):
+    rng = np.random.default_rng(seed)
+    frame, mean = random_frame(rng, space.n_dims), random_points(rng, space)
+    tangents = rng.normal(size=(50, space.n_tangent)) @ random_covariances(rng, space.n_tangent) * 0.05
+    tangents *= 2.0 / np.linalg.norm(tangents, axis=1).max()  # within half a turn
+    seen = space.log(frame.to_world(mean), frame.to_world(space.exp(mean, tangents)))
+    np.testing.assert_allclose(
+        seen.T @ seen, frame.covariance_to_world(tangents.T @ tangents), rtol=1e-9, atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1.0, 3.0, np.pi - 1e-9, np.pi])
+def test_the_quaternion_of_a_frame_is_that_of_its_rotation(angle: float):
+    for axis in np.random.default_rng(0).normal(size=(20, 3)):
+        rotation = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+        quat = TaskFrame(rotation.as_matrix(), np.zeros(3)).quat_wxyz
+        assert abs(quat @ rotation.as_quat(scalar_first=True)) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_orientations_need_a_rotation_of_space():
+    mirror = TaskFrame(np.diag([1.0, 1.0, -1.0]), np.zeros(3))
+    for frame in (mirror, TaskFrame.identity(2)):
+        with pytest.raises(InvalidInput, match="rotation of space"):
+            _ = frame.quat_wxyz
+
+
+def test_malformed_frames_are_refused():
+    for A, b in ((np.eye(2), np.zeros(3)), (2 * np.eye(2), np.zeros(2)), (np.eye(2), np.array([0, np.nan]))):
+        with pytest.raises(InvalidInput, match="task frame"):
+            TaskFrame(A, b)
+
+
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(seed=seeds)
+def test_the_frame_of_a_body_has_its_pose_as_origin(seed: int):
+    pose = random_points(np.random.default_rng(seed), POSE)
+    frame = TaskFrame.at(pose)
+    np.testing.assert_allclose(frame.to_world(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))[:3], pose[:3])
+    np.testing.assert_allclose(
+        frame.A, Rotation.from_quat(pose[3:], scalar_first=True).as_matrix(), atol=1e-12
+    )
+
+
+def test_the_frame_of_a_body_without_orientation_has_the_axes_of_the_world():
+    frame = TaskFrame.at(np.array([0.3, -0.2]))
+    np.testing.assert_array_equal(frame.A, np.eye(2))
+    np.testing.assert_array_equal(frame.b, [0.3, -0.2])

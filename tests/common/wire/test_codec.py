@@ -1,0 +1,197 @@
+from __future__ import annotations
+
+import contextlib
+import math
+from typing import Any
+
+import msgpack
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from farhand.common.errors import InvalidMessage
+from farhand.common.wire.codec import MAX_BYTES, decode, encode
+from farhand.common.wire.messages import (
+    MOST_TASKS,
+    Command,
+    Heartbeat,
+    LeaseReply,
+    Message,
+    ModelTransfer,
+    OperatorInput,
+    Stamp,
+    Stop,
+    Telemetry,
+)
+from tests.messages import all_kinds, floats_in, instances, plain
+
+KINDS = all_kinds()
+by_kind = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+quick = settings(deadline=None, derandomize=True, max_examples=15)
+
+INPUT = OperatorInput(seq=3, echo=Stamp("a1b2", 7), lease_id="l", coupling_id=2, position_m=(0.1, 0.2))
+
+
+def packed(content: object) -> bytes:
+    return msgpack.Packer().pack(content)
+
+
+def fault(data: bytes, kind: type[Message]) -> InvalidMessage:
+    with pytest.raises(InvalidMessage) as caught:
+        decode(data, kind)
+    assert kind.__name__ in str(caught.value)
+    assert "\n" not in str(caught.value)
+    return caught.value
+
+
+@by_kind
+@quick
+@given(data=st.data())
+def test_every_message_comes_back_as_it_was_sent(kind, data):
+    message = data.draw(instances(kind))
+    assert decode(encode(message), kind) == message
+
+
+@by_kind
+@quick
+@given(data=st.data())
+def test_a_number_that_is_not_finite_is_refused_and_its_place_named(kind, data):
+    message = plain(data.draw(instances(kind)))
+    places = floats_in(message)
+    if not places:
+        return
+    path, keys = data.draw(st.sampled_from(places))
+    message = where = _lists(message)
+    for key in keys[:-1]:
+        where = where[key]
+    where[keys[-1]] = data.draw(st.sampled_from([math.nan, math.inf, -math.inf]))
+    assert fault(packed(message), kind).field == path
+
+
+@by_kind
+@quick
+@given(data=st.data())
+def test_an_unknown_field_is_refused_and_named(kind, data):
+    message = plain(data.draw(instances(kind)))
+    error = fault(packed(message | {"surprise": 1}), kind)
+    assert "surprise" in str(error)
+
+
+@by_kind
+@quick
+@given(data=st.data())
+def test_a_field_of_a_wrong_type_is_refused_and_named(kind, data):
+    message = plain(data.draw(instances(kind)))
+    schema = next(name for name in ("schema", "v") if name in message)
+    name = data.draw(st.sampled_from(sorted(message.keys() - {schema}) or [schema]))
+    error = fault(packed(message | {name: {"not": "this"}}), kind)
+    assert error.field.startswith(name if name != schema else "schema")
+
+
+@by_kind
+@quick
+@given(data=st.data())
+def test_a_truncated_message_is_refused(kind, data):
+    whole = encode(data.draw(instances(kind)))
+    fault(whole[: data.draw(st.integers(0, len(whole) - 1))], kind)
+
+
+@by_kind
+@pytest.mark.parametrize("theirs", [0, 2, 99, -1, "1", None, 1.5])
+def test_another_schema_is_refused_by_its_number_before_any_field_is_looked_at(kind, theirs):
+    field = "v" if kind is Telemetry else "schema"  # its short name
+    error = fault(packed({field: theirs, "surprise": 1}), kind)
+    assert error.field == "schema" and repr(theirs) in error.expected
+
+
+@by_kind
+@quick
+@given(data=st.binary(max_size=300))
+def test_random_bytes_never_raise_anything_else(kind, data):
+    with contextlib.suppress(InvalidMessage):
+        decode(data, kind)
+
+
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats() | st.text(max_size=5)
+    | st.binary(max_size=5) | st.builds(msgpack.Timestamp, st.integers(0, 2**32)) | st.just(msgpack.ExtType(3, b"x")),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=3) | st.binary(max_size=3), inner, max_size=3),
+    max_leaves=8,
+)  # fmt: skip
+
+
+@by_kind
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(data=st.data())
+def test_well_formed_maps_with_foreign_content_never_raise_anything_else(kind, data):
+    message = plain(data.draw(instances(kind)))
+    names = sorted(message)
+    foreign = data.draw(st.dictionaries(st.sampled_from(names) | st.binary(max_size=3), ANYTHING, max_size=3))
+    with contextlib.suppress(InvalidMessage):
+        decode(packed(message | foreign), kind)
+
+
+def test_something_that_is_not_a_map_is_refused():
+    assert "map of fields" in fault(packed([1, 2]), Stop).expected
+
+
+def test_nested_brackets_without_end_are_refused():
+    fault(b"\x91" * 100_000, Stop)
+
+
+def test_text_that_is_not_utf8_is_refused():
+    fault(packed({"schema": 1, "stop_id": "x", "site_name": "y"}).replace(b"\xa1y", b"\xa1\xff"), Stop)
+
+
+def test_more_bytes_than_the_largest_model_are_not_even_unpacked():
+    assert "at most" in fault(b"\x00" * (MAX_BYTES + 1), ModelTransfer).expected
+
+
+def test_the_largest_model_still_fits():
+    transfer = ModelTransfer(task="planar", sha256="0" * 64, content=b"\x01" * 4_000_000)
+    assert len(encode(transfer)) <= MAX_BYTES
+    assert decode(encode(transfer), ModelTransfer) == transfer
+
+
+@pytest.mark.parametrize("position", [[0.1], [0.1, 0.2, 0.3, 0.4], [], [[0.1, 0.2]], 0.1, ["a", "b"]])
+def test_a_position_of_a_wrong_shape_is_refused(position):
+    error = fault(packed(plain(INPUT) | {"position_m": position}), OperatorInput)
+    assert error.field.startswith("position_m")
+
+
+@pytest.mark.parametrize("enormous", [1e300, -1e7])
+def test_a_position_off_this_world_is_refused(enormous):
+    error = fault(packed(plain(INPUT) | {"position_m": [0.0, enormous]}), OperatorInput)
+    assert error.field.startswith("position_m")
+
+
+def test_a_missing_field_is_refused_and_named():
+    message = plain(INPUT)
+    del message["echo"]
+    assert "echo" in str(fault(packed(message), OperatorInput))
+
+
+def test_a_message_of_another_class_is_refused():
+    fault(encode(INPUT), Heartbeat)
+    fault(encode(Stop(stop_id="s", site_name="here")), Command)
+
+
+def test_an_id_that_is_too_long_is_refused():
+    assert fault(encode(Stop(stop_id="x" * 65, site_name="here")), Stop).field == "stop_id"
+
+
+@pytest.mark.parametrize(
+    "names", [(), ("task",) * (MOST_TASKS + 1), ("x" * 65,)], ids=["none", "many", "long"]
+)
+def test_a_robot_that_names_no_task_too_many_or_one_too_long_is_refused(names: tuple[str, ...]):
+    reply = LeaseReply(
+        granted=False, lease_id="", holder="", stamp=Stamp("boot", 0), tasks=names, n_dims=3
+    )  # fmt: skip
+    assert fault(encode(reply), LeaseReply).field.startswith("tasks")
+
+
+def _lists(value: Any) -> Any:
+    """A copy in which every sequence can be written to."""
+    if isinstance(value, dict):
+        return {key: _lists(inner) for key, inner in value.items()}
+    return [_lists(inner) for inner in value] if isinstance(value, list | tuple) else value

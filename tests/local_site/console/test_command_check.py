@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+
+from farhand.common.control_mode import Action, ControlMode, Phase, mode_after
+from farhand.common.wire.messages import Stamp, Telemetry
+from farhand.local_site.console import intents
+from farhand.local_site.console.command_check import check
+from farhand.local_site.console.picture import Pending, Picture
+from farhand.local_site.exchange.stop_sender import StopStatus
+from farhand.local_site.teaching.taught import NotNow
+from tests.local_site.robot_end import TASK, desk
+
+SHA = "a" * 64
+PREVIEWED = structs.replace(TASK, require_preview=True)
+ROBOT = Telemetry(
+    seq=1, stamp=Stamp("boot", 1), mode=ControlMode.HOLD, position_m=(0.5, 0.5), frame_origin_m=(0.7, 0.3)
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def nothing_yet(tmp_path_factory: pytest.TempPathFactory) -> Picture:
+    """What a console shows before the robot has reported."""
+    folder: Path = tmp_path_factory.mktemp("library")
+    with desk(folder, TASK) as it:
+        return it.picture
+
+
+def seen(
+    base: Picture, mode: ControlMode = ControlMode.HOLD, phase: Phase = Phase.NONE, **changes
+) -> Picture:
+    robot = structs.replace(ROBOT, mode=mode, phase=phase)
+    return replace(base, **({"robot": robot, "confirmed_sha256": SHA} | changes))
+
+
+def refusal(action: Action, picture: Picture, shown: ControlMode | None = None) -> str:
+    try:
+        check(intents.Command(action, shown), picture)
+    except NotNow as error:
+        return str(error)
+    return ""
+
+
+def test_before_the_first_report_everything_is_refused(nothing_yet: Picture):
+    for action in Action:
+        assert "not reported" in refusal(action, nothing_yet)
+
+
+@pytest.mark.parametrize("mode", ControlMode)
+@pytest.mark.parametrize("phase", [Phase.NONE, Phase.ARRIVED])
+def test_it_refuses_what_the_table_forbids_and_nothing_else(nothing_yet, mode, phase):
+    for action in Action:
+        forbidden = mode_after(mode, phase, action) is None
+        assert bool(refusal(action, seen(nothing_yet, mode, phase))) is forbidden
+
+
+def test_a_click_on_a_page_that_was_behind_is_refused(nothing_yet: Picture):
+    picture = seen(nothing_yet, ControlMode.AUTONOMOUS)
+    assert "page was behind" in refusal(Action.ABORT, picture, shown=ControlMode.HOLD)
+    assert not refusal(Action.ABORT, picture, shown=ControlMode.AUTONOMOUS)
+
+
+def test_a_second_click_while_the_first_is_under_way_is_refused(nothing_yet: Picture):
+    picture = seen(nothing_yet, pending={Action.COUPLE: Pending("c", 0.0)})
+    assert "under way" in refusal(Action.COUPLE, picture)
+    assert not refusal(Action.DISARM, picture)
+
+
+@pytest.mark.parametrize("received", [False, True])
+def test_reset_waits_for_the_own_stop(nothing_yet: Picture, received: bool):
+    stop = StopStatus(0.0, received=received, standing=False)
+    assert "your own stop" in refusal(Action.RESET, seen(nothing_yet, ControlMode.STOPPED, stop=stop))
+    settled = StopStatus(0.0, received=True, standing=True)
+    assert not refusal(Action.RESET, seen(nothing_yet, ControlMode.STOPPED, stop=settled))
+
+
+def test_preview_and_execute_wait_for_a_confirmed_model(nothing_yet: Picture):
+    for action in (Action.PREVIEW, Action.EXECUTE):
+        assert "send it first" in refusal(action, seen(nothing_yet, confirmed_sha256=""))
+
+
+def test_nobody_couples_while_recording(nothing_yet: Picture):
+    assert "recorded" in refusal(Action.COUPLE, seen(nothing_yet, recording=True))
+
+
+def test_execute_waits_for_a_preview_where_the_task_demands_one(nothing_yet: Picture):
+    assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0))
+    assert "press Preview first" in refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0, task=PREVIEWED))
+    assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=3, task=PREVIEWED))

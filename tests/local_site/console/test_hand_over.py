@@ -1,0 +1,180 @@
+"""Two real consoles and one real robot: the control asked for, given, watched, reclaimed, and lost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.wire.messages import Wish
+from farhand.local_site.console import intents
+from farhand.local_site.console.picture import Picture
+from tests.meeting import Meeting, Site
+
+
+@pytest.fixture
+def meeting() -> Meeting:
+    return Meeting()
+
+
+@pytest.fixture
+def ann(meeting: Meeting, tmp_path: Path) -> Site:
+    return meeting.join("ann", tmp_path / "ann")
+
+
+@pytest.fixture
+def bob(meeting: Meeting, ann: Site, tmp_path: Path) -> Site:
+    return meeting.join("bob", tmp_path / "bob")
+
+
+def hand_over(meeting: Meeting, ann: Site, bob: Site) -> None:
+    bob.wants(Wish.ASK)
+    meeting.run(1.5)  # ann is told with her next renewal
+    ann.wants(Wish.GIVE)
+    meeting.run(1.5)
+
+
+def execute(site: Site) -> Picture:
+    return site.ask(intents.LoadSamples(), intents.SendModel(), Action.ARM, Action.EXECUTE)
+
+
+def test_the_first_is_in_control_and_the_second_is_told_by_whom(ann: Site, bob: Site):
+    assert ann.picture.in_control and not bob.picture.in_control
+    assert "held by ann" in bob.picture.why_not_in_control
+    bob.ask(Action.ARM)
+    assert bob.told("arm: refused: ann is in control")
+
+
+def test_it_is_asked_for_given_and_then_the_other_watches(meeting: Meeting, ann: Site, bob: Site):
+    hand_over(meeting, ann, bob)
+    assert ann.told("control: bob asks for the control")
+    assert bob.picture.in_control and not ann.picture.in_control
+    assert ann.picture.wish is Wish.WATCH and bob.picture.wish is Wish.CONTROL
+    assert ann.told("bob is in control") and bob.told("bob is in control")
+    bob.ask(Action.ARM)
+    meeting.run(10.0)
+    assert meeting.mode is ControlMode.HOLD and bob.picture.in_control
+
+
+def test_who_gave_it_does_not_take_it_back_when_the_other_goes_until_it_wants_to(
+    meeting: Meeting, ann: Site, bob: Site
+):
+    hand_over(meeting, ann, bob)
+    meeting.leave(bob)
+    meeting.run(5.0)
+    assert not ann.picture.in_control
+    ann.wants(Wish.CONTROL)
+    meeting.run(1.5)
+    assert ann.picture.in_control
+
+
+def test_an_observer_sees_everything_commands_nothing_and_may_stop(
+    meeting: Meeting, ann: Site, tmp_path: Path
+):
+    eve = meeting.join("eve", tmp_path / "eve", Wish.WATCH)
+    execute(ann)
+    assert eve.picture.mode is ControlMode.AUTONOMOUS and eve.picture.path is not None
+    eve.ask(Action.ABORT)
+    assert meeting.mode is ControlMode.AUTONOMOUS
+    eve.ask(Action.STOP)
+    assert meeting.mode is ControlMode.STOPPED
+    assert eve.picture.stop is not None and eve.picture.stop.standing
+    assert ann.told("stopped: stop by eve")
+
+
+def test_driving_passes_through_hold_and_the_new_holder_couples_anew(meeting: Meeting, ann: Site, bob: Site):
+    ann.ask(Action.ARM, Action.COUPLE)
+    ann.drive(1.5, 0.3, 0.3)
+    ann.drive(0.5, 0.5, 0.3)
+    assert meeting.mode is ControlMode.DIRECT
+    modes = set()
+    bob.wants(Wish.ASK)
+    for _ in range(3):
+        ann.drive(0.5, 0.5, 0.3)
+    ann.console.submit(intents.Control(Wish.GIVE))
+    for _ in range(100):
+        ann.drive(0.02, 0.9, 0.9)
+        modes.add(meeting.mode)
+    assert modes <= {ControlMode.DIRECT, ControlMode.HOLD} and meeting.mode is ControlMode.HOLD
+    stands = meeting.position_m
+    bob.ask(Action.COUPLE)
+    ann.drive(1.0, 0.1, 0.9)
+    np.testing.assert_array_equal(meeting.position_m, stands)
+    bob.drive(1.5, 0.5, 0.5)
+    bob.drive(2.0, 0.6, 0.5)
+    np.testing.assert_allclose(meeting.position_m - stands, [0.1, 0.0], atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("action", "mode"), [(Action.PAUSE, ControlMode.PAUSED), (Action.ABORT, ControlMode.HOLD)]
+)
+def test_an_execution_goes_on_through_the_hand_over_and_the_new_holder_may_end_it(
+    meeting: Meeting, ann: Site, bob: Site, action: Action, mode: ControlMode
+):
+    execute(ann)
+    execution = meeting.robot.supervisor.motion.execution
+    hand_over(meeting, ann, bob)
+    assert meeting.robot.supervisor.motion.execution is execution
+    assert meeting.mode is ControlMode.AUTONOMOUS
+    bob.ask(action)
+    assert meeting.mode is mode
+
+
+def test_a_restarted_site_shows_the_robots_mode_and_has_its_control_back_at_once(
+    meeting: Meeting, ann: Site, bob: Site, tmp_path: Path
+):
+    ann.ask(Action.ARM, Action.COUPLE)
+    ann.drive(0.5, 0.3, 0.3)
+    meeting.leave(ann)
+    again = meeting.join("ann", tmp_path / "ann")
+    assert again.picture.in_control and not bob.picture.in_control
+    assert again.picture.mode is ControlMode.HOLD  # coupling is new
+    assert not again.picture.pending
+
+
+def test_the_control_is_free_after_the_lease_and_goes_to_who_wants_it(meeting: Meeting, ann: Site, bob: Site):
+    ann.link.cut = True
+    meeting.run(2.5)
+    assert not bob.picture.in_control
+    meeting.run(2.5)
+    assert bob.picture.in_control
+    ann.link.mend()
+    meeting.run(3.0)
+    assert not ann.picture.in_control and "held by bob" in ann.picture.why_not_in_control
+
+
+def test_events_that_an_outage_has_swallowed_are_told_once_each_and_in_order(
+    meeting: Meeting, ann: Site, tmp_path: Path
+):
+    bob = meeting.join("bob", tmp_path / "bob", Wish.WATCH)
+    ann.ask(Action.ARM)
+    bob.link.cut = True
+    ann.ask(Action.COUPLE, Action.CLUTCH, Action.COUPLE, Action.CLUTCH, Action.DISARM)
+    meeting.run(3.0)
+    bob.link.mend()
+    meeting.run(1.0)
+    told = [(n.what, n.text) for n in bob.picture.notices]
+    expected = ["couple", "clutch", "couple", "clutch", "disarm"]
+    assert [what for what, text in told if what in expected] == expected
+    ann.ask(Action.ARM)
+    assert [what for what, _ in [(n.what, n.text) for n in bob.picture.notices]].count("arm") == 2
+
+
+def test_a_robot_that_was_restarted_stays_where_it_was_disarmed_and_says_what_was_interrupted(
+    meeting: Meeting, ann: Site
+):
+    execute(ann)
+    meeting.run(0.5)
+    stopped_at = meeting.position_m
+    meeting.restart_robot()
+    meeting.run(3.0)
+    assert meeting.mode is ControlMode.DISARMED
+    assert meeting.robot.supervisor.phase is Phase.NONE
+    np.testing.assert_array_equal(meeting.position_m, stopped_at)
+    sha256 = ann.picture.learned.sha256 if ann.picture.learned else ""
+    assert ann.told(f"interrupted: the execution of {sha256[:8]} was interrupted")
+    assert ann.picture.in_control and not ann.picture.confirmed_sha256
+    execute(ann)
+    assert meeting.mode is ControlMode.AUTONOMOUS

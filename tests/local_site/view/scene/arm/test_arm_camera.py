@@ -1,0 +1,36 @@
+"""Both arms are in the picture, alike, and where the camera says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, arm_camera, base_m
+from farhand.local_site.view.scene.board.camera import BOTTOM, TOP
+
+# The base, the plug at rest, and the corners of the panel's face, from an arm's base [m].
+SEEN = [(0.0, 0.0, 0.05), (0.62, 0.0, 0.4), *((0.83, y, z) for y in (-0.3, 0.3) for z in (0.08, 0.68))]
+
+
+@pytest.mark.parametrize("size", [(976, 720), (1616, 1080), (596, 560), (900, 900)])
+def test_both_arms_are_between_the_strips_each_in_its_half(size: tuple[int, int]) -> None:
+    camera = arm_camera(size)
+    for remote in (False, True):
+        for point in SEEN:
+            across, down = camera.pixel(np.array(point) + base_m(remote))
+            assert TOP * size[1] < down < (1.0 - BOTTOM) * size[1]
+            assert 0.0 < across - (0.5 * size[0] if remote else 0.0) < 0.55 * size[0]
+
+
+def test_a_pixel_is_what_a_projection_matrix_says() -> None:
+    """Against the usual OpenGL matrices: look-at, then perspective."""
+    camera = arm_camera((1000, 600))
+    eye, centre = camera.position_m, camera.centre_m
+    back = (eye - centre) / np.linalg.norm(eye - centre)
+    right = np.cross([0.0, 0.0, 1.0], back) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], back))
+    look = np.vstack([right, np.cross(back, right), back])
+    for point in np.random.default_rng(3).normal(0.0, 0.5, (20, 3)):
+        x, y, z = look @ (point - eye)
+        f = 1.0 / np.tan(0.5 * FOV_RAD)
+        expected = (500.0 + 300.0 * f * x / -z, 300.0 - 300.0 * f * y / -z)
+        np.testing.assert_allclose(camera.pixel(point), expected, atol=1e-6)

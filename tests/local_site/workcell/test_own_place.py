@@ -1,0 +1,26 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from farhand.local_site.teaching.taught import NotNow
+from farhand.local_site.workcell.own_place import Board, own_place
+from farhand.local_site.workcell.stepped_arm import SteppedArm
+from tests.local_site.robot_end import FRAMES, HOT_STAB, TASK
+
+
+def test_on_a_board_the_hand_itself_makes_the_motion():
+    board, moved = Board(TASK), []
+    board.start(lambda job: job(), lambda points, times_s: moved.append((points, times_s)))
+    board.hand((0.1, 0.2), 3.0, released=False)
+    ((points, times_s),) = moved
+    assert points.tolist() == [[0.1, 0.2]] and times_s.tolist() == [3.0]
+    np.testing.assert_array_equal(board.frames[0].b, FRAMES[0].b)
+    assert board.view is None and len(board.samples()) == len(TASK.samples)
+    with pytest.raises(NotNow, match="no arm"):
+        board.renew(None)
+
+
+def test_each_kind_of_task_has_its_place():
+    assert isinstance(own_place(TASK), Board)
+    assert isinstance(own_place(HOT_STAB, stepped=True), SteppedArm)

@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+from farhand.common.wire.messages import Wish
+from farhand.remote_site.supervision.lease import Lease
+
+
+def test_the_first_request_wins_and_the_second_is_told_who_holds_it():
+    lease = Lease(3.0)
+    assert lease.request("a", "ann", 0.0) == ""
+    refusal = lease.request("b", "bob", 1.5)
+    assert "ann" in refusal and "2 s" in refusal
+    assert lease.holder == "ann"
+
+
+def test_a_renewal_keeps_the_lease_and_its_id():
+    lease = Lease(3.0)
+    lease.request("a", "ann", 0.0)
+    first = lease.lease_id
+    for now_s in (2.9, 5.8, 8.7):
+        assert lease.request("a", "ann", now_s) == ""
+    assert lease.lease_id == first and not lease.expire(11.6)
+
+
+def test_silence_frees_it_for_others_under_another_id():
+    lease = Lease(3.0)
+    lease.request("a", "ann", 0.0)
+    first = lease.lease_id
+    assert not lease.expire(3.0)
+    assert lease.expire(3.1) and not lease.expire(3.2)
+    assert (lease.holder, lease.lease_id) == ("", "")
+    assert lease.freed_because == "nothing of it arrived in time for 3 s"
+    assert lease.request("b", "bob", 3.3) == ""
+    assert lease.lease_id not in ("", first)
+    lease.request("b", "bob", 3.4, Wish.WATCH)
+    assert (lease.holder, lease.freed_because) == ("", "it only watches")
+    assert not lease.is_held_by("a", first)
+
+
+def test_an_old_holder_gets_a_new_lease_when_nobody_took_it():
+    lease = Lease(3.0)
+    lease.request("a", "ann", 0.0)
+    first = lease.lease_id
+    assert lease.request("a", "ann", 10.0) == ""
+    assert lease.lease_id != first
+
+
+def test_only_session_and_id_together_prove_it():
+    lease = Lease(3.0)
+    assert not lease.is_held_by("", "")
+    lease.request("a", "ann", 0.0)
+    assert lease.is_held_by("a", lease.lease_id)
+    assert not lease.is_held_by("b", lease.lease_id)
+    assert not lease.is_held_by("a", "made up")
+
+
+def test_the_holder_is_told_who_asks_and_hands_over():
+    lease = Lease(3.0)
+    lease.request("a", "ann", 0.0)
+    assert lease.request("b", "bob", 0.5, Wish.ASK) != ""
+    assert lease.asked_by == "bob"
+    before = lease.lease_id
+    assert "bob" in lease.request("a", "ann", 1.0, Wish.GIVE)
+    assert lease.holder == "bob" and lease.lease_id != before and lease.asked_by == ""
+    assert lease.request("b", "bob", 1.5) == ""
+
+
+def test_giving_without_anybody_who_asked_keeps_the_lease():
+    lease = Lease(3.0)
+    lease.request("a", "ann", 0.0)
+    assert lease.request("a", "ann", 1.0, Wish.GIVE) == ""
+    assert lease.holder == "ann"
+
+
+def test_who_asked_and_went_silent_does_not_ask_any_more():
+    lease = Lease(3.0)
+    lease.request("a", "ann", 0.0)
+    lease.request("b", "bob", 0.5, Wish.ASK)
+    for now_s in (1.5, 2.5, 3.6):
+        lease.request("a", "ann", now_s)
+    assert lease.asked_by == ""
+
+
+def test_a_watcher_never_has_it_and_gives_up_what_it_had():
+    lease = Lease(3.0)
+    assert lease.request("a", "ann", 0.0, Wish.WATCH) != ""
+    assert lease.holder == ""
+    lease.request("a", "ann", 0.1)
+    assert lease.request("a", "ann", 0.2, Wish.WATCH) != ""
+    assert lease.holder == ""
+
+
+def test_a_restarted_site_reclaims_its_lease_and_its_earlier_process_only_watches():
+    lease = Lease(3.0)
+    lease.request("old", "ann", 0.0)
+    before = lease.lease_id
+    assert lease.request("new", "ann", 1.0) == ""
+    assert lease.lease_id != before
+    assert "started again" in lease.request("old", "ann", 1.1)
+    assert lease.is_held_by("new", lease.lease_id)
+
+
+def test_an_old_holder_gets_it_back_unasked_if_nobody_took_it():
+    lease = Lease(3.0)
+    lease.request("a", "ann", 0.0)
+    assert lease.request("a", "ann", 10.0) == ""
+    assert lease.holder == "ann"
+
+
+def test_an_old_request_of_an_earlier_process_cannot_take_it_from_the_present_one():
+    lease = Lease(3.0)
+    lease.request("old", "ann", 0.0)
+    assert lease.expire(10.0)
+    assert lease.request("new", "ann", 10.1) == ""
+    assert "started again" in lease.request("old", "ann", 10.2)
+    assert lease.session == "new"
+    assert lease.request("new", "ann", 10.3) == ""
+
+
+def test_a_restarted_site_reclaims_its_lease_by_what_is_surely_of_now():
+    lease = Lease(3.0)
+    lease.request("present", "ann", 0.0)
+    assert "held by ann" in lease.request("unknown", "ann", 1.0, fresh=False)
+    assert lease.session == "present"
+    assert lease.request("restarted", "ann", 1.1, fresh=True) == ""
