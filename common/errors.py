@@ -10,6 +10,7 @@ exceptions (of the transport, the decoder, the file system) are converted where 
     │   ├── InvalidMessage
     │   └── InvalidConfiguration
     ├── LinkError               the transport could not be opened, or nobody answered
+    │   └── PortTaken           another process has the port
     └── ProcessFailed           a child process ended on its own
 """
 
@@ -56,6 +57,10 @@ class InvalidConfiguration(InvalidInput):
 
 class LinkError(FarhandError):
     """The transport to the other site could not be used."""
+
+
+class PortTaken(LinkError):
+    """A port could not be had: another process listens there."""
 
 
 class ProcessFailed(FarhandError):

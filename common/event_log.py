@@ -32,6 +32,8 @@ class EventLog:
 
     def __init__(self, path: Path, max_bytes: int = MAX_BYTES):
         self.path, self._max_bytes = path, max_bytes
+        self.error: OSError | None = None
+        """Why the newest event could not be written; None when it was."""
         self._waiting: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="event log", daemon=True)
         self._thread.start()
@@ -51,7 +53,9 @@ class EventLog:
             try:
                 # What JSON does not know is written as its text: one odd value must not end the log.
                 self._write(msgspec.json.encode(fields, enc_hook=str) + b"\n")
+                self.error = None
             except OSError as error:
+                self.error = error
                 _log.warning("an event could not be written to %s: %s", self.path, error.strerror)
 
     def _write(self, line: bytes) -> None:

@@ -25,6 +25,9 @@ class Mailbox(Generic[T]):
         self._items.append(item)
         self._arrived.set()
 
+    def __len__(self) -> int:
+        return len(self._items)
+
     def take_all(self) -> list[T]:
         """Everything that waits, oldest first. Never blocks."""
         self._arrived.clear()

@@ -32,7 +32,18 @@ class Owner:
     ):  # fmt: skip
         self._period_s, self._on_tick, self._afterwards, self._now_s = period_s, on_tick, afterwards, now_s
         self._queue: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
+        self._ticked_s = now_s()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+
+    @property
+    def waiting(self) -> int:
+        """How many jobs wait."""
+        return self._queue.qsize()
+
+    @property
+    def tick_age_s(self) -> float:
+        """Time since it ticked last [s]."""
+        return self._now_s() - self._ticked_s
 
     def put(self, job: Job) -> None:
         """Have a job done; returns at once."""
@@ -59,6 +70,7 @@ class Owner:
 
     def tick(self) -> None:
         """Do what is due each period."""
+        self._ticked_s = self._now_s()
         self._do(self._on_tick)
         self._do(self._afterwards)
 

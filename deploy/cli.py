@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import tyro
 
@@ -92,6 +93,8 @@ class Local:
     when not said. The other site needs the same."""
     port: int | None = None
     """Port of the web page; without one, or with 0, there is no page."""
+    host: str | None = None
+    """Address that the page is served at; 127.0.0.1, for this machine alone, when not said. It has no access control."""
     site_name: str | None = None
     """What the robot and other operators call this place; a second one of the same name takes over from the first."""
     watch: bool = False
@@ -99,7 +102,7 @@ class Local:
     data_dir: str | None = None
     """Where demonstrations, models and events are kept; ~/.local/share/farhand when not said."""
     connect_timeout_s: float | None = None
-    """How long to wait for the robot's first report [s]; 60 when not said."""
+    """How long to wait for the robot's first report [s], 0 for ever; 60 when not said."""
     seed: int | None = None
     """Of the scripted operator's hand."""
     demo: bool = False
@@ -115,7 +118,7 @@ class Local:
 
         overrides = {
             "link_connect": self.connect, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task,
-            "page_port": self.port, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
+            "page_port": self.port, "page_host": self.host, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
             "connect_timeout_s": self.connect_timeout_s, "watch": self.watch or None,
         }  # fmt: skip
         if self.demo:
@@ -180,8 +183,29 @@ class Link:
         return run_link_process(self.listen, self.target, self.control, self.profile, self.seed)
 
 
+@dataclass(frozen=True)
+class Status:
+    """Ask the processes of this user on this machine how they are: robot, link and operator's site.
+
+    The exit status is 0 when all that were asked are healthy, 3 when one has a trouble, 4 when none is there.
+    """
+
+    of: Literal["all", "robot", "link", "operator"] = "all"
+    """Ask the processes of one kind alone; then one must be there."""
+    json: bool = False
+    """Print what they said, and the troubles, as JSON."""
+    forget: bool = False
+    """Forget the processes that have ended before."""
+
+    def run(self) -> int:
+        """Do it."""
+        from farhand.deploy.status import run_status
+
+        return run_status(self.of, self.json, self.forget)
+
+
 COMMANDS = {
-    "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": Link, "learn": Learn, "rollout": Rollout,
+    "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": Link, "status": Status, "learn": Learn, "rollout": Rollout,
     "model": Model, "evaluate": Evaluate, "import": Import, "samples": Samples,
 }  # fmt: skip
 

@@ -13,11 +13,14 @@ from typing import TYPE_CHECKING, TypeVar
 import msgspec
 
 from farhand.common.errors import FarhandError, InvalidConfiguration
+from farhand.common.impairment.link_control import RelayControl
+from farhand.common.process_status import LinkFacts
 from farhand.common.task import load_toml
 from farhand.common.wire.codec import field_of
 from farhand.deploy.child import follow_parent, say_ready
 from farhand.deploy.end_signals import END_SIGNALS, on_end_signal
 from farhand.deploy.places import check_writable, data_folder, find_tasks, sample_files
+from farhand.deploy.status_door import Identity, status_door
 
 if TYPE_CHECKING:
     from farhand.local_site.config import LocalConfig
@@ -62,9 +65,12 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
 
     follow_parent()
     config = configured(RemoteConfig, config_file, **overrides)
-    site = RemoteSite(config, find_tasks(config.task), data_folder(config.data_dir))
+    tasks = find_tasks(config.task)
+    site = RemoteSite(config, tasks, data_folder(config.data_dir))
     on_end_signal(site.stop)
-    site.run(say_ready)
+    who = Identity("robot", config.link.vehicle, config.link.listen, tasks.names)
+    with status_door(who, site.facts, site.data_folder):
+        site.run(say_ready)
     return 0
 
 
@@ -74,9 +80,10 @@ def run_local(config_file: Path | None, **overrides: object) -> int:
 
     follow_parent()
     config = configured(LocalConfig, config_file, **overrides)
-    site = _local_site(config)
+    site, who = _local_site(config)
     on_end_signal(site.stop)
-    site.run(say_ready)
+    with status_door(who, site.facts, site.data_folder):
+        site.run(say_ready)
     return 0
 
 
@@ -93,10 +100,11 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
     if json_file is not None:
         check_writable("json", json_file)
     config = configured(LocalConfig, config_file, **overrides)
-    site = _local_site(config)
+    site, who = _local_site(config)
     for number in END_SIGNALS:
         signal.signal(number, _interrupt)
-    result = site.run_script(planned, say_ready)
+    with status_door(who, site.facts, site.data_folder):
+        result = site.run_script(planned, say_ready)
     text = json.dumps(result)
     sys.stdout.write(text + "\n")
     if json_file is not None:
@@ -104,10 +112,13 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
     return 0 if result["success"] else 1
 
 
-def _local_site(config: LocalConfig) -> LocalSite:
+def _local_site(config: LocalConfig) -> tuple[LocalSite, Identity]:
+    """Return the operator's site and what it is to `farhand status`."""
     from farhand.local_site.site import LocalSite
 
-    return LocalSite(config, find_tasks(config.task), data_folder(config.data_dir), sample_files)
+    tasks = find_tasks(config.task)
+    site = LocalSite(config, tasks, data_folder(config.data_dir), sample_files)
+    return site, Identity("operator", config.site_name, config.link.connect, tasks.names)
 
 
 def run_link_process(listen: str, target: str, control: str, profile: str, seed: int) -> int:
@@ -115,20 +126,22 @@ def run_link_process(listen: str, target: str, control: str, profile: str, seed:
     from farhand.deploy.link.link_process import run_link
 
     follow_parent()
-
-    def ready(data: tuple[str, int], control_at: tuple[str, int]) -> None:
-        say_ready(port=data[1], control_port=control_at[1])
-
-    asyncio.run(
-        run_link(
-            parse_address("listen", listen),
-            parse_address("target", target),
-            parse_address("control", control),
-            profile=profile,
-            seed=seed,
-            ready=ready,
-        )
+    where, to, control_at = (
+        parse_address(field, text)
+        for field, text in (("listen", listen), ("target", target), ("control", control))
     )
+    controls: list[RelayControl] = []
+
+    def ready(data: tuple[str, int], bound: tuple[str, int]) -> None:
+        # Asked as anybody asks it: what answers there is the relay's own loop.
+        controls.append(RelayControl(*bound, timeout_s=1.0))
+        say_ready(port=data[1], control_port=bound[1])
+
+    def facts() -> LinkFacts | None:
+        return LinkFacts.of(controls[0].status()) if controls else None
+
+    with status_door(Identity("link", listen, listen), facts):
+        asyncio.run(run_link(where, to, control_at, profile=profile, seed=seed, ready=ready))
     return 0
 
 

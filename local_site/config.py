@@ -27,7 +27,7 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     """Port of the web page; 0: no page."""
     page_host: Annotated[str, Meta(min_length=1)] = "127.0.0.1"
     """Address that the page is served at. It has no access control: keep it on this machine."""
-    connect_timeout_s: Annotated[float, Meta(gt=0)] = 60.0
-    """How long to wait for the first report of the robot [s]."""
+    connect_timeout_s: Annotated[float, Meta(ge=0)] = 60.0
+    """How long to wait for the first report of the robot [s]; 0: for ever."""
     seed: Annotated[int, Meta(ge=0)] = 0
     """Of the scripted operator's hand."""

@@ -12,11 +12,13 @@ from farhand.common.errors import InvalidConfiguration, LinkError
 from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.link import ZenohLink
+from farhand.common.process_status import DataFolder, OperatorFacts
 from farhand.common.repertoire import Repertoire
 from farhand.common.task import ArmTask
 from farhand.common.wire.messages import Wish
 from farhand.local_site.config import LocalConfig
 from farhand.local_site.console.console import Console
+from farhand.local_site.console.facts import operator_facts
 from farhand.local_site.exchange.robot_scene import KnownScenes
 from farhand.local_site.learning.warm_up import warm_up
 from farhand.local_site.script.operators_place import PlannedOutage
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
     from farhand.local_site.view.page import Page
 
 _log = logging.getLogger(__name__)
+
+_RELAY_ANSWERS_S = 1.0
 
 
 class LocalSite:
@@ -47,11 +51,27 @@ class LocalSite:
         self._library = Library(tasks, data_dir)
         self._event_log = data_dir / "operator" / config.site_name / "events.jsonl"
         self._scenes = data_dir / "scenes"
-        self._stop = threading.Event()
+        self._data_dir, self._stop = data_dir, threading.Event()
+        self._opened_now: _Opened | None = None
 
     def stop(self) -> None:
         """Ask the site to end; safe in a signal handler."""
         self._stop.set()
+
+    def data_folder(self) -> DataFolder:
+        """Return the state of the folder in which is kept what was taught; from any thread."""
+        opened = self._opened_now
+        return DataFolder.of(self._data_dir, opened.log.error if opened is not None else None)
+
+    def facts(self) -> OperatorFacts | None:
+        """Return the state of this site, None while it starts; from any thread, and it may take a second."""
+        opened = self._opened_now
+        if opened is None:
+            return None
+        page = opened.page.address if opened.page is not None else ""
+        return operator_facts(
+            opened.console, page, relay_control(self._config.link_control, _RELAY_ANSWERS_S)
+        )
 
     def run(self, ready: Callable[..., None]) -> None:
         """Serve until stopped.
@@ -92,7 +112,9 @@ class LocalSite:
         log = EventLog(self._event_log)
         place = own_place(first, self._sample_files, self._config.seed, stepped)
         known = self._known_scenes() if page_port else None
-        return _Opened(self._config, self._library, place, log, self._stop, page_port, known)
+        opened = _Opened(self._config, self._library, place, log, self._stop, page_port, known)
+        self._opened_now = opened
+        return opened
 
     def _known_scenes(self) -> KnownScenes | None:
         """What an arm can look like: the operator's own, and what was fetched from earlier robots."""
@@ -119,7 +141,7 @@ class _Opened:
         known: KnownScenes | None,
     ):
         self._config, self._library, self._stop, self._page_port = config, library, stop, page_port
-        self._log = log
+        self.log = log
         self._link = ZenohLink(config.link)
         wish = Wish.WATCH if config.watch else Wish.CONTROL
         self.console = Console(
@@ -134,8 +156,11 @@ class _Opened:
             if self._page_port:
                 self.page = self._open_page()
             where, timeout_s = self._config.link.connect, self._config.connect_timeout_s
-            _log.info("connecting to the robot at %s, for at most %g s", where, timeout_s)
-            reported = self.console.wait_for(lambda p: p.robot is not None or self._stop.is_set(), timeout_s)
+            for_how_long = f"for at most {timeout_s:g} s" if timeout_s else "for as long as it takes"
+            _log.info("connecting to the robot at %s, %s", where, for_how_long)
+            reported = self.console.wait_for(
+                lambda p: p.robot is not None or self._stop.is_set(), timeout_s or None
+            )
             if not reported:
                 raise LinkError(
                     f"no robot reported at {where} within {timeout_s:g} s: is the remote site running, "
@@ -153,7 +178,7 @@ class _Opened:
             self.page.close()
         self.console.close()
         self._link.close()
-        self._log.close()
+        self.log.close()
 
     def _open_page(self) -> Page:
         """The page, before the robot has reported: it says that it waits."""
@@ -168,7 +193,7 @@ class _Opened:
         return page
 
 
-def relay_control(address: str) -> RelayControl | None:
+def relay_control(address: str, timeout_s: float = 5.0) -> RelayControl | None:
     """The link process's control at host:port, or None for an empty address.
 
     Raises:
@@ -179,4 +204,4 @@ def relay_control(address: str) -> RelayControl | None:
     host, _, port = address.rpartition(":")
     if not host or not port.isdecimal():
         raise InvalidConfiguration("configuration", "link_control", f"host:port, got {address!r}")
-    return RelayControl(host, int(port))
+    return RelayControl(host, int(port), timeout_s)

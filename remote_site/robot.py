@@ -107,6 +107,11 @@ class Robot:
         self.handle()
         self.move(late_s)
 
+    @property
+    def waiting(self) -> int:
+        """How many messages wait for the next control period."""
+        return len(self._first) + len(self._inbox)
+
     def handle(self) -> None:
         """Do what has arrived."""
         for handle in self._first.take_all() + self._inbox.take_all():

@@ -9,9 +9,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from farhand.common.clock import BootClock, Rate
+from farhand.common.control_mode import ControlMode
 from farhand.common.event_log import EventLog
 from farhand.common.link.link import ZenohLink
 from farhand.common.log import loop_logger
+from farhand.common.process_status import DataFolder, RobotFacts
 from farhand.common.repertoire import Repertoire
 from farhand.common.wire.messages import PlannedPath
 from farhand.remote_site.config import RemoteConfig
@@ -37,10 +39,34 @@ class RemoteSite:
         self._config, self._tasks = config, tasks
         self._data_dir = data_dir / "robot" / config.link.vehicle
         self._stop = threading.Event()
+        self._robot: Robot | None = None
+        self._ticked_s = 0.0
+        self._files: tuple[PlantMemory | EventLog, ...] = ()
 
     def stop(self) -> None:
         """Ask the loop to end; safe in a signal handler."""
         self._stop.set()
+
+    def data_folder(self) -> DataFolder:
+        """Return the state of the folder in which the robot's events and state are kept; from any thread."""
+        return DataFolder.of(self._data_dir, *(file.error for file in self._files))
+
+    def facts(self) -> RobotFacts | None:
+        """Return the state of the robot, None while it starts; from any thread."""
+        if (robot := self._robot) is None:
+            return None
+        supervisor, now_s = robot.supervisor, time.monotonic()
+        stopped = supervisor.mode is ControlMode.STOPPED
+        stop = supervisor.events.newest("stopped") if stopped else None
+        newest = supervisor.models.newest
+        return RobotFacts(
+            mode=supervisor.mode, phase=supervisor.phase, holder=supervisor.contact.lease.holder,
+            heard_s=supervisor.contact.heard_s, tick_age_s=now_s - self._ticked_s,
+            overruns=robot.overruns, control_hz=robot.embodiment.control_hz,
+            model=newest.sha256[:8] if newest is not None else "",
+            stopped_because=stop.text if stop is not None else "",
+            stopped_by_fault=stop is not None and not stop.who, waiting=robot.waiting,
+        )  # fmt: skip
 
     def run(self, ready: Callable[[], None]) -> None:
         """Serve until stopped.
@@ -58,6 +84,7 @@ class RemoteSite:
         link = ZenohLink(self._config.link)
         memory = PlantMemory(self._data_dir / "state.json")
         event_log = EventLog(self._data_dir / "events.jsonl")
+        self._files = memory, event_log
 
         def take_path(request: PlanRequest, path: PlannedPath | None, words: str) -> None:
             robot.take_path(request, path, words)  # which needs the planner first
@@ -69,6 +96,7 @@ class RemoteSite:
                 memory.load(space.n_dims),
             )  # fmt: skip
             _log.info("the robot is ready: %s", self._config.link.listen)
+            self._ticked_s, self._robot = time.monotonic(), robot
             ready()
             self._loop(robot, memory, TickTimes(event_log.append, robot.embodiment.control_hz))
         finally:
@@ -84,7 +112,7 @@ class RemoteSite:
         tick = 0
         while rate.wait():
             robot.overruns = rate.overruns
-            began_ns = time.thread_time_ns()
+            self._ticked_s, began_ns = time.monotonic(), time.thread_time_ns()
             robot.step(rate.late_s)
             times.add((time.thread_time_ns() - began_ns) * 1e-9, rate.late_s, rate.overruns)
             if tick % remember_every == 0:

@@ -7,6 +7,7 @@ nothing is trusted to have arrived until the other site's application says so.
 
 from __future__ import annotations
 
+import errno
 import json
 import queue
 import threading
@@ -15,7 +16,7 @@ from typing import Any, Protocol
 
 import zenoh
 
-from farhand.common.errors import LinkError
+from farhand.common.errors import LinkError, PortTaken
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
 from farhand.common.link.outbox import Outbox
 from farhand.common.log import loop_logger
@@ -127,9 +128,8 @@ class ZenohLink:
             self._session = zenoh.open(configuration)
         except zenoh.ZError as error:
             where = settings.listen or settings.connect
-            raise LinkError(
-                f"{where}: cannot be opened; is the port in use? ({_first_line(error)})"
-            ) from error
+            kind = PortTaken if f"os error {errno.EADDRINUSE}" in str(error) else LinkError
+            raise kind(f"{where}: cannot be opened; is the port in use? ({_first_line(error)})") from error
         self._outboxes = {urgency: Outbox(urgency.name.lower(), _log) for urgency in Urgency}
         self._publishers: dict[Channel, zenoh.Publisher] = {}
         self._threads: list[threading.Thread] = []

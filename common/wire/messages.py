@@ -299,6 +299,8 @@ class CatalogueReply(Message, frozen=True, kw_only=True):
     """What the robot looks like, see `farhand.common.wire.scene_description`; empty for a point."""
     recordings: Annotated[tuple[RecordingOffer, ...], Meta(max_length=8)] = ()
     """Of this boot, the newest last."""
+    version: Id = ""
+    """Of the robot's Farhand."""
     stamp: Stamp
 
 

@@ -6,7 +6,7 @@ import errno
 import os
 import socket
 
-from farhand.common.errors import LinkError
+from farhand.common.errors import LinkError, PortTaken
 
 Address = tuple[str, int]
 """Host and port."""
@@ -39,7 +39,8 @@ def bind(address: Address, receive_buffer_bytes: int = 0) -> socket.socket:
     except OSError as error:
         if sock:
             sock.close()
-        raise LinkError(_explain(host, port, error)) from error
+        kind = PortTaken if error.errno == errno.EADDRINUSE else LinkError
+        raise kind(_explain(host, port, error)) from error
     return sock
 
 

@@ -177,6 +177,7 @@ class Relay:
             "connections": len(self._connections),
             "accepted": self._accepted,
             "refused": self._refused,
+            "target_error": self._dialler.problem,
             "uplink": self._traffic(0),
             "downlink": self._traffic(1),
         }

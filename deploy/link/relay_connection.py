@@ -89,6 +89,8 @@ class Dialler:
     def __init__(self, target: Address):
         self._target = target
         self._answers, self._ever = True, False
+        self.problem = ""
+        """Why the newest connection was not made; empty when it was."""
 
     async def dial(self) -> socket.socket:
         """A non-blocking socket connected to the target.
@@ -99,14 +101,15 @@ class Dialler:
         try:
             connected = await _connect(self._target)
         except OSError as error:
+            self.problem = error.strerror or "time-out"
             if self._answers:  # the local site tries again and again: say it once
                 # Before the robot's site is up that is nothing to worry about.
                 level, yet = (logging.WARNING, "") if self._ever else (logging.INFO, " yet")
-                where, why = "{} port {}".format(*self._target), error.strerror or "time-out"
+                where, why = "{} port {}".format(*self._target), self.problem
                 log.log(level, "nobody answers%s at %s (%s): it is tried again", yet, where, why)
             self._answers = False
             raise
-        self._answers = self._ever = True
+        self._answers, self._ever, self.problem = True, True, ""
         return connected
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from farhand.common.process_status import installed_version
 from farhand.common.wire import keys
 from farhand.common.wire.messages import CatalogueReply, CatalogueRequest, Event, Telemetry
 from farhand.local_site.console.robot_recordings import RobotRecordings
@@ -35,9 +36,12 @@ class Catalogue:
         rate_bps: float = 0.0,
         known: KnownScenes | None = None,
     ):
+        self._tell = tell
         self._inquiries, fetcher = inquiries, BlobFetcher(inquiries, rate_bps)
         self.recordings = RobotRecordings(fetcher, library, site_name, tell)
         self.scene = RobotScene(fetcher, known)
+        self.robot_version = ""
+        """Of the robot's Farhand, empty before it has said so."""
         self._boot, self._listed, self._asking = "", False, False
 
     def on_report(self, report: Telemetry) -> None:
@@ -64,6 +68,14 @@ class Catalogue:
         if reply is None or reply.stamp.boot != self._boot:
             self._listed = False
         elif self._listed:  # nothing has changed since
+            self._on_version(reply.version)
             self.scene.on_named(reply.scene_sha256)
             self.scene.pursue()
             self.recordings.on_offers(reply.recordings)
+
+    def _on_version(self, version: str) -> None:
+        ours = installed_version()
+        if version != self.robot_version and version != ours:
+            words = f"the robot runs Farhand {version or 'of an earlier version'}, this site {ours}: install the same"
+            self._tell("version", words, good=False)
+        self.robot_version = version

@@ -113,7 +113,7 @@ class Console:
 
     def listen(self) -> None:
         """Listen to the robot. Without `start`, in virtual time, its caller drives the owner."""
-        hear = partial(listen, self._link, self.owner.put)
+        hear = partial(listen, self._link, self.owner.put, self._reports.on_dropped)
         hear(keys.TELEMETRY, Telemetry, self._on_telemetry)
         hear(keys.EVENT, Event, self._events.received)
         hear(keys.PATH, PlannedPath, lambda path: self._reports.on_path(path, self._now_s()))
@@ -153,8 +153,8 @@ class Console:
 
         self.owner.put(ask)
 
-    def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float) -> bool:
-        """Wait until a picture has a property. False when it did not in time."""
+    def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float | None) -> bool:
+        """Wait until a picture has a property; None: for as long as it takes. False when it did not in time."""
         with self._changed:
             return self._changed.wait_for(lambda: holds(self.picture), timeout_s)
 

@@ -55,6 +55,9 @@ class Parts:
         return Picture(
             now_s=now_s,
             robot=reports.robot,
+            robot_version=self.catalogue.robot_version,
+            robot_tasks=commanding.robot_tasks,
+            other_schema=reports.other_schema,
             link=self.monitor.view(now_s),
             in_control=commanding.in_control(reports.robot),
             why_not_in_control=commanding.why_not_in_control,

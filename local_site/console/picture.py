@@ -74,6 +74,9 @@ class Picture:
     Args:
         now_s: When it was made, on the console's clock [s].
         robot: The robot's newest report; None before the first one.
+        robot_version: Version of the robot's Farhand, empty while it is not known.
+        robot_tasks: Tasks that the robot does, none while they are not known.
+        other_schema: Why its messages are not understood, when they are of another version.
         link: The link.
         in_control: Whether this site holds the lease.
         why_not_in_control: The robot's words when it does not.
@@ -113,6 +116,9 @@ class Picture:
 
     now_s: float
     robot: Telemetry | None
+    robot_version: str
+    robot_tasks: tuple[str, ...]
+    other_schema: str
     link: LinkView
     in_control: bool
     why_not_in_control: str

@@ -19,13 +19,19 @@ M = TypeVar("M", bound=Message)
 
 
 def listen(
-    link: Link, put: Callable[[Job], None], channel: Channel, kind: type[M], handle: Callable[[M], None]
+    link: Link,
+    put: Callable[[Job], None],
+    dropped: Callable[[InvalidMessage], None],
+    channel: Channel,
+    kind: type[M],
+    handle: Callable[[M], None],
 ) -> None:
     """Have messages handled as they come; one that is malformed is dropped and logged.
 
     Args:
         link: To the robot.
         put: Has something done in the right thread.
+        dropped: Takes why a message was not understood.
         channel: Where they come.
         kind: What they are.
         handle: What to do with each.
@@ -36,6 +42,7 @@ def listen(
             message = decode(data, kind)
         except InvalidMessage as error:
             _log.warning("dropped: %s", error)
+            put(partial(dropped, error))
         else:
             put(partial(handle, message))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from farhand.common.control_mode import ControlMode
+from farhand.common.errors import InvalidMessage
 from farhand.common.link.link_monitor import LinkHealth, LinkMonitor
 from farhand.common.wire.messages import PlannedPath, Telemetry
 from farhand.local_site.exchange.event_follower import EventFollower
@@ -28,9 +29,12 @@ class Reports:
         """The newest preview, 0 without one that still counts."""
         self.plan_received_s = 0.0
         self._plan_stamp_ns = 0
+        self.other_schema = ""
+        """Why the newest message was not understood, when the robot speaks another version."""
 
     def on_telemetry(self, report: Telemetry, now_s: float) -> bool:
         """Take a report. False for one that is older than what is known."""
+        self.other_schema = ""
         was_lost = self._monitor.view(now_s).health in (LinkHealth.NEVER, LinkHealth.LOST)
         if not self._monitor.received(report, now_s):
             return False
@@ -43,6 +47,11 @@ class Reports:
         if was_lost or before is None or report.stamp.boot != before.stamp.boot:
             self._events.catch_up(report.stamp.boot)
         return True
+
+    def on_dropped(self, error: InvalidMessage) -> None:
+        """A message was not understood."""
+        if error.field == "schema":
+            self.other_schema = str(error)
 
     def forget_plan(self) -> None:
         """Whatever was previewed counts no more."""

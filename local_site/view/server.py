@@ -13,12 +13,12 @@ import viser
 from viser import _messages
 from viser.infra import ClientId, WebsockClientConnection
 
-from farhand.common.errors import FarhandError
+from farhand.common.errors import PortTaken
 
 _FILES = Path(__file__).parent
 
 
-class PortInUse(FarhandError):
+class PortInUse(PortTaken):
     """The page's port cannot be had."""
 
 

@@ -70,6 +70,8 @@ class PlantMemory:
 
     def __init__(self, path: Path):
         self._path = path
+        self.error: OSError | None = None
+        """Why the newest state could not be written; None when it was."""
         self._box: Mailbox[PlantState] = Mailbox()
         self._wanted = threading.Event()
         self._closed = False
@@ -110,7 +112,9 @@ class PlantMemory:
             for state in self._box.take_all():
                 try:
                     self._write(state)
+                    self.error = None
                 except OSError as error:
+                    self.error = error
                     _log.warning(
                         "the robot's state could not be written to %s: %s", self._path, error.strerror
                     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 
+from farhand.common.process_status import installed_version
 from farhand.common.wire.messages import BlobReply, BlobRequest, CatalogueReply, RecordingOffer, Stamp
 from farhand.remote_site.supervision.motion_recorder import Recorded
 
@@ -14,7 +15,7 @@ class Catalogue:
     """Contents by their hash. It lives as long as the robot's process, and keeps the newest recordings only."""
 
     def __init__(self) -> None:
-        self._scene_sha256 = ""
+        self._scene_sha256, self._version = "", installed_version()
         self._recordings: tuple[RecordingOffer, ...] = ()
         self._contents: dict[str, bytes] = {}
 
@@ -33,7 +34,9 @@ class Catalogue:
 
     def list(self, now: Stamp) -> CatalogueReply:
         """All that can be fetched."""
-        return CatalogueReply(scene_sha256=self._scene_sha256, recordings=self._recordings, stamp=now)
+        return CatalogueReply(
+            scene_sha256=self._scene_sha256, recordings=self._recordings, version=self._version, stamp=now
+        )  # fmt: skip
 
     def part(self, request: BlobRequest, now: Stamp) -> BlobReply:
         """A part of one content."""

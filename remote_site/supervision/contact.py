@@ -129,6 +129,11 @@ class OperatorContact:
         """How old a message usually is when it arrives [s]; zero before that is known."""
         return self._freshness.reference_s or 0.0
 
+    @property
+    def heard_s(self) -> float | None:
+        """Age of the newest thing heard from the operator [s]; None before anything was."""
+        return self._clock.now_s() - self._newest_echo_ns * 1e-9 if self._newest_echo_ns else None
+
     def silent_s(self, now_s: float) -> float:
         """How much older than usual the newest thing heard from the operator is [s]."""
         return now_s - self._newest_echo_ns * 1e-9 - self.usual_age_s

@@ -50,6 +50,10 @@ class Events:
             stamp=msgspec.to_builtins(self._now()),
         )  # fmt: skip
 
+    def newest(self, kind: str) -> Event | None:
+        """Return the newest event of a kind, as far as it is kept."""
+        return next((event for event in reversed(list(self._recent)) if event.kind == kind), None)
+
     def answer(self, request: EventsRequest) -> EventsReply:
         """The events after a number, the oldest first, as many as fit."""
         later = [event for event in self._recent if event.seq > request.after_seq]

@@ -130,7 +130,7 @@ def recorded(stack: Stack) -> Iterator[RobotRecord]:
     assert door is not None, stack.process.words
     link = ZenohLink(EndpointSettings(connect=door[1]))
     record = RobotRecord()
-    listen(link, lambda job: job(), keys.TELEMETRY, Telemetry, record.take)
+    listen(link, lambda job: job(), lambda _error: None, keys.TELEMETRY, Telemetry, record.take)
     try:
         record.until(lambda _report: True)
         yield record

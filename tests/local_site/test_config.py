@@ -23,7 +23,7 @@ def test_the_configuration_that_comes_with_farhand_is_valid():
         ('site_name = ""', "site_name"),
         ('site_name = "longer than sixteen"', "site_name"),
         ("page_port = 70000", "page_port"),
-        ("connect_timeout_s = 0", "connect_timeout_s"),
+        ("connect_timeout_s = -1", "connect_timeout_s"),
         ("connect_timeout_s = inf", "connect_timeout_s"),
         ("page = 1", "page"),
     ],

@@ -1,0 +1,196 @@
+"""What each process tells of itself when `farhand status` asks: facts alone, judged in `deploy/diagnosis.py`."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Literal
+
+from msgspec import Struct
+
+from farhand.common.wire.messages import SCHEMA
+
+Role = Literal["robot", "link", "operator"]
+
+
+def installed_version() -> str:
+    """Return the version of the Farhand that runs."""
+    try:
+        return version("farhand")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+class DataFolder(Struct, frozen=True, kw_only=True):
+    """The folder in which a process keeps what must outlive it.
+
+    Args:
+        path: The folder.
+        free_bytes: Space left on its disk [B].
+        write_error: Why the newest write to it failed; empty while writing works.
+        full: Whether that was for want of space.
+    """
+
+    path: str
+    free_bytes: int
+    write_error: str = ""
+    full: bool = False
+
+    @classmethod
+    def of(cls, path: Path, *errors: OSError | None) -> DataFolder:
+        """Return the present state of a folder that may not exist yet.
+
+        Args:
+            path: The folder.
+            errors: Of those who write to it; None where the newest write succeeded.
+        """
+        existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
+        error = next((error for error in errors if error is not None), None)
+        return cls(
+            path=str(path),
+            free_bytes=shutil.disk_usage(existing).free,
+            write_error=f"{error.filename or path}: {error.strerror}" if error is not None else "",
+            full=error is not None and error.errno in (errno.ENOSPC, errno.EDQUOT),
+        )
+
+
+class RobotFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="robot"):
+    """The state of the robot's process.
+
+    Args:
+        mode: Of the robot.
+        phase: What AUTONOMOUS is at.
+        holder: Site that is in control, empty for nobody.
+        heard_s: Time since the operator was heard last [s]; None before.
+        tick_age_s: Time since the newest control period began [s].
+        overruns: Control periods left out in this boot.
+        control_hz: Control rate [Hz].
+        model: First digits of the newest verified model's hash.
+        stopped_because: Why the robot is STOPPED, empty in other modes.
+        stopped_by_fault: Whether a guard stopped it, and no operator.
+        waiting: Messages that wait for the control loop.
+    """
+
+    mode: str
+    phase: str
+    holder: str
+    heard_s: float | None
+    tick_age_s: float
+    overruns: int
+    control_hz: float
+    model: str
+    stopped_because: str
+    stopped_by_fault: bool
+    waiting: int
+
+
+class LinkFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="link"):
+    """The state of the simulated link.
+
+    Args:
+        target: The robot's address.
+        profile: Name of the settings.
+        outage: Kind of the outage under way, `none` without one.
+        outage_left_s: How long it goes on [s].
+        connections: Connections that are carried now.
+        queued_bytes: What is on its way, both directions together [B].
+        target_error: Why the newest connection to the target failed; empty when it was made.
+    """
+
+    target: str
+    profile: str
+    outage: str
+    outage_left_s: float
+    connections: int
+    queued_bytes: int
+    target_error: str
+
+    @classmethod
+    def of(cls, status: dict[str, Any]) -> LinkFacts:
+        """Return the facts in an answer of `farhand.common.impairment.link_control.RelayControl`."""
+        outage = status["outage"]
+        return cls(
+            target=status["target"], profile=status["profile"], outage=outage["kind"],
+            outage_left_s=outage["remaining_s"], connections=status["connections"],
+            queued_bytes=status["uplink"]["queued_bytes"] + status["downlink"]["queued_bytes"],
+            target_error=status["target_error"],
+        )  # fmt: skip
+
+
+class OperatorFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="operator"):
+    """The state of the operator's site.
+
+    Args:
+        page: Address of the page, empty without one.
+        robot_mode: Mode that the robot reported last, empty before the first report.
+        robot_phase: Its phase.
+        robot_version: Version of the robot's Farhand, empty while it is not known.
+        robot_tasks: Tasks that the robot does, as far as is known.
+        robot_stopped_by_fault: Whether a guard of the robot stopped it.
+        holder: Site that is in control, as the robot reported.
+        in_control: Whether that is this site.
+        only_watches: Whether this site does not want the control.
+        why_not_in_control: The robot's words.
+        link: Whether reports arrive: never, ok, late, lost.
+        silent_s: Time since the newest report arrived [s]; None before the first one.
+        age_s: Estimated age of the newest report [s]; None before it is known.
+        round_trip_s: Newest measured round trip [s].
+        not_understood: Why the newest message that was dropped was not understood; empty for none.
+        relay: The simulated link before the robot; None without one, or when it does not answer.
+        relay_error: Why the simulated link did not answer.
+        waiting: Jobs that wait for the console.
+        tick_age_s: Time since the console ticked last [s].
+    """
+
+    page: str
+    robot_mode: str
+    robot_phase: str
+    robot_version: str
+    robot_tasks: tuple[str, ...]
+    robot_stopped_by_fault: bool
+    holder: str
+    in_control: bool
+    only_watches: bool
+    why_not_in_control: str
+    link: str
+    silent_s: float | None
+    age_s: float | None
+    round_trip_s: float | None
+    not_understood: str
+    relay: LinkFacts | None
+    relay_error: str
+    waiting: int
+    tick_age_s: float
+
+
+Facts = RobotFacts | LinkFacts | OperatorFacts
+
+
+class ProcessStatus(Struct, frozen=True, kw_only=True):
+    """What one process answers.
+
+    Args:
+        role: What it is.
+        name: Of the vehicle, of the operator's site, or the link's address.
+        pid: Its process id.
+        uptime_s: Time since it started [s].
+        version: Of its Farhand.
+        schema: Of its messages.
+        endpoint: Where it listens or connects.
+        tasks: That it does or teaches.
+        data: Its folder; None for the link, which keeps nothing.
+        facts: Its state; None while it starts.
+    """
+
+    role: Role
+    name: str
+    pid: int
+    uptime_s: float
+    version: str
+    schema: int = SCHEMA
+    endpoint: str = ""
+    tasks: tuple[str, ...] = ()
+    data: DataFolder | None = None
+    facts: Facts | None = None

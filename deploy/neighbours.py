@@ -1,0 +1,149 @@
+"""Where the processes of this user on this machine are found, and what each of them answers.
+
+Each has a Unix socket in the user's runtime folder: see `farhand.deploy.status_door`. A process that was killed leaves its
+socket behind, at which nobody answers; one that failed leaves its last words.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import unquote
+
+import msgspec
+from msgspec import Struct
+
+from farhand.common.process_status import ProcessStatus
+
+ANSWER_S = 2.0
+"""How long a process may take to answer [s]; one that takes longer does not answer."""
+MAX_BYTES = 65536
+ENDED = ".ended"
+
+
+class LastWords(Struct, frozen=True, kw_only=True):
+    """Why a process ended by an error.
+
+    Args:
+        pid: Its process id.
+        code: `port-taken` or `failed`.
+        text: What it said.
+        at_s: When, in seconds of the epoch.
+    """
+
+    pid: int
+    code: str
+    text: str
+    at_s: float
+
+
+class Entry(Struct, frozen=True, kw_only=True):
+    """One process, as its door shows it.
+
+    Args:
+        role: What it is.
+        name: See `ProcessStatus`.
+        pid: Its process id.
+        status: Its answer, None without one.
+        fault: Why there is no answer: `dead`, `ended`, `silent` or `foreign`; empty with one.
+        words: Its last words, when it ended by an error.
+    """
+
+    role: str
+    name: str
+    pid: int
+    status: ProcessStatus | None = None
+    fault: str = ""
+    words: LastWords | None = None
+
+
+def runtime_folders() -> list[Path]:
+    """Return the folders in which doors are looked for; a process uses the first one that it can."""
+    if chosen := os.environ.get("FARHAND_RUNTIME_DIR"):
+        return [Path(chosen)]
+    of_session = os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}"
+    return [Path(of_session) / "farhand", Path(tempfile.gettempdir()) / f"farhand-{os.getuid()}"]
+
+
+def find_processes() -> list[Entry]:
+    """Ask every process of this user on this machine, one after the other."""
+    found: list[Entry] = []
+    for folder in runtime_folders():
+        with contextlib.suppress(OSError):
+            for path in sorted(folder.iterdir()):
+                if (entry := read_entry(path)) is not None:
+                    found.append(entry)
+    return found
+
+
+def forget_ended() -> None:
+    """Remove what processes that have ended left behind."""
+    for folder in runtime_folders():
+        with contextlib.suppress(OSError):
+            for path in folder.iterdir():
+                remove_if_ended(path)
+
+
+def remove_if_ended(path: Path) -> None:
+    """Remove a file of the folder if the process that it stands for has ended."""
+    entry = read_entry(path)
+    if entry is not None and entry.fault in ("dead", "ended"):
+        path.unlink(missing_ok=True)
+
+
+def read_entry(path: Path) -> Entry | None:
+    """Return what one file of the folder tells; None when it is none of ours."""
+    if path.suffix == ENDED:
+        role, _, name = path.stem.partition("-")
+        with contextlib.suppress(OSError, msgspec.MsgspecError):
+            words = msgspec.json.decode(path.read_bytes(), type=LastWords)
+            return Entry(role=role, name=unquote(name), pid=words.pid, fault="ended", words=words)
+        return None
+    stem, _, pid = path.name.rpartition("-")
+    role, _, name = stem.partition("-")
+    if not path.is_socket() or not pid.isdecimal():
+        return None
+    status, fault = _ask(path)
+    return Entry(role=role, name=unquote(name), pid=int(pid), status=status, fault=fault)
+
+
+def _ask(path: Path) -> tuple[ProcessStatus | None, str]:
+    """Return what a process answers, or the fault for which there is no answer."""
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking, short_address(path) as address:
+            asking.settimeout(ANSWER_S)
+            asking.connect(address)
+            return msgspec.json.decode(_read_all(asking), type=ProcessStatus), ""
+    except (ConnectionRefusedError, FileNotFoundError):
+        return None, "dead"
+    except OSError:
+        return None, "silent"
+    except msgspec.MsgspecError:
+        return None, "foreign"
+
+
+def _read_all(asking: socket.socket) -> bytes:
+    until_s, data = time.monotonic() + ANSWER_S, b""
+    while time.monotonic() < until_s and len(data) <= MAX_BYTES:
+        part = asking.recv(MAX_BYTES)
+        if not part:
+            break
+        data += part
+    if not data:
+        raise ConnectionError("no answer")
+    return data
+
+
+@contextlib.contextmanager
+def short_address(path: Path) -> Iterator[str]:
+    """Give a socket's path through its folder's descriptor: an address has 107 bytes and no more."""
+    descriptor = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        yield f"/proc/self/fd/{descriptor}/{path.name}"
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,142 @@
+"""The door at which each process answers `farhand status`: a Unix socket in the user's runtime folder.
+
+Nothing is asked: who connects is sent one line of JSON, a `ProcessStatus`. A process that is killed leaves its
+socket behind, at which nobody answers, and one that fails leaves its last words; so its end can be told from a
+process that was never started.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import socket
+import stat
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from urllib.parse import quote
+
+import msgspec
+
+from farhand.common.errors import FarhandError, PortTaken
+from farhand.common.process_status import DataFolder, Facts, ProcessStatus, Role, installed_version
+from farhand.common.whole_file import write_whole
+from farhand.deploy.neighbours import (
+    ANSWER_S,
+    ENDED,
+    LastWords,
+    remove_if_ended,
+    runtime_folders,
+    short_address,
+)
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What a process is, for as long as it lives; see `ProcessStatus`."""
+
+    role: Role
+    name: str
+    endpoint: str
+    tasks: tuple[str, ...] = ()
+    began_s: float = field(default_factory=time.monotonic)
+
+    def status(self, facts: Facts | None, data: DataFolder | None) -> ProcessStatus:
+        """Return the status with the present facts and the present state of the data folder."""
+        return ProcessStatus(
+            role=self.role, name=self.name, pid=os.getpid(), uptime_s=time.monotonic() - self.began_s,
+            version=installed_version(), endpoint=self.endpoint, tasks=self.tasks, data=data, facts=facts,
+        )  # fmt: skip
+
+
+@contextlib.contextmanager
+def status_door(
+    who: Identity, facts: Callable[[], Facts | None], data: Callable[[], DataFolder | None] = lambda: None
+) -> Iterator[None]:
+    """Answer `farhand status` while the block runs; leave the process's last words when an error ends it.
+
+    Args:
+        who: What the process is.
+        facts: Returns its present state, None while it starts. Called in a thread of the door's own.
+        data: Returns the state of its folder, None when it keeps nothing.
+    """
+    folder = _own_folder()
+    if folder is None:
+        log.warning(
+            "`farhand status` will not find this process: set FARHAND_RUNTIME_DIR to a folder of yours"
+        )
+        yield
+        return
+    stem = f"{who.role}-{quote(who.name, safe='')}"
+    _clear(folder, stem)
+    path = folder / f"{stem}-{os.getpid()}"
+    listener = _listen(path)
+    answer = partial(_serve, listener, lambda: who.status(facts(), data()))
+    threading.Thread(target=answer, name="status door", daemon=True).start()
+    try:
+        yield
+    except (FarhandError, OSError) as error:
+        _leave_words(folder / f"{stem}{ENDED}", error)
+        raise
+    finally:
+        with contextlib.suppress(OSError):
+            path.unlink()
+        with contextlib.suppress(OSError):
+            listener.shutdown(socket.SHUT_RDWR)  # wakes the thread that waits there
+        listener.close()
+
+
+def _own_folder() -> Path | None:
+    for folder in runtime_folders():
+        with contextlib.suppress(OSError):
+            folder.mkdir(mode=0o700, exist_ok=True)
+            there = folder.lstat()
+            # In a folder that everybody may write to, somebody else may have been first.
+            if stat.S_ISDIR(there.st_mode) and there.st_uid == os.getuid() and os.access(folder, os.W_OK):
+                return folder
+    return None
+
+
+def _clear(folder: Path, stem: str) -> None:
+    """Remove what earlier processes of this name have left; those that live keep their doors."""
+    for path in folder.glob(f"{stem}[-.]*"):
+        remove_if_ended(path)
+
+
+def _listen(path: Path) -> socket.socket:
+    path.unlink(missing_ok=True)
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    with short_address(path) as address:
+        listener.bind(address)
+    path.chmod(0o600)
+    listener.listen(8)
+    return listener
+
+
+def _serve(listener: socket.socket, status: Callable[[], ProcessStatus]) -> None:
+    while True:
+        try:
+            asking, _ = listener.accept()
+        except OSError:
+            return  # it was closed
+        with asking:
+            try:
+                asking.settimeout(ANSWER_S)
+                asking.sendall(msgspec.json.encode(status()) + b"\n")
+            except OSError:
+                continue  # who asked has gone
+            except Exception:
+                log.exception("the status could not be told")
+
+
+def _leave_words(path: Path, error: Exception) -> None:
+    code = "port-taken" if isinstance(error, PortTaken) else "failed"
+    words = LastWords(pid=os.getpid(), code=code, text=str(error), at_s=time.time())
+    with contextlib.suppress(OSError):
+        write_whole(path, msgspec.json.encode(words))
