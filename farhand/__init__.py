@@ -1,5 +1,75 @@
 """Supervisory teleoperation: demonstrate a motion here, let a far-away arm execute the learned model.
 
-The five packages are folders of the repository's top level, linked here so that an installed Farhand occupies one
+The names below are the public face for library users: the method, and what a robot of one's own implements. They
+are imported when first used, so that `import farhand` costs nothing.
+
+The packages are folders of the repository's top level, linked here so that an installed Farhand occupies one
 name only: `common` (what both sites agree on), `local_site`, `remote_site`, `deploy` and `evaluation`.
 """
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from farhand.common.errors import FarhandError as FarhandError
+    from farhand.common.errors import InvalidInput as InvalidInput
+    from farhand.common.model.manifold import POSE as POSE
+    from farhand.common.model.manifold import Manifold as Manifold
+    from farhand.common.model.model_file import load as load_model
+    from farhand.common.model.model_file import save as save_model
+    from farhand.common.model.task_frame import TaskFrame as TaskFrame
+    from farhand.common.model.tphsmm import TPHSMM as TPHSMM
+    from farhand.local_site.learning.learner_settings import LearnerSettings as LearnerSettings
+    from farhand.local_site.learning.online_learner import OnlineLearner as OnlineLearner
+    from farhand.local_site.teaching.demonstration import Demonstration as Demonstration
+    from farhand.local_site.teaching.offline_learning import learn as learn
+    from farhand.remote_site.interface.embodiment import Embodiment as Embodiment
+    from farhand.remote_site.interface.plant import EffectorState as EffectorState
+    from farhand.remote_site.interface.plant import Plant as Plant
+    from farhand.remote_site.perception.perception import Perception as Perception
+    from farhand.remote_site.reproduction.executor import Executor as Executor
+    from farhand.remote_site.reproduction.executor_settings import ExecutorSettings as ExecutorSettings
+    from farhand.remote_site.reproduction.rollout import Rollout as Rollout
+    from farhand.remote_site.reproduction.rollout import roll_out as roll_out
+
+# Where each public name is defined: "module" or "module:name there". docs/api.md follows this order.
+_PUBLIC = {
+    "Manifold": "common.model.manifold",
+    "POSE": "common.model.manifold",
+    "TaskFrame": "common.model.task_frame",
+    "Demonstration": "local_site.teaching.demonstration",
+    "LearnerSettings": "local_site.learning.learner_settings",
+    "OnlineLearner": "local_site.learning.online_learner",
+    "learn": "local_site.teaching.offline_learning",
+    "TPHSMM": "common.model.tphsmm",
+    "save_model": "common.model.model_file:save",
+    "load_model": "common.model.model_file:load",
+    "ExecutorSettings": "remote_site.reproduction.executor_settings",
+    "Executor": "remote_site.reproduction.executor",
+    "Rollout": "remote_site.reproduction.rollout",
+    "roll_out": "remote_site.reproduction.rollout",
+    "EffectorState": "remote_site.interface.plant",
+    "Plant": "remote_site.interface.plant",
+    "Perception": "remote_site.perception.perception",
+    "Embodiment": "remote_site.interface.embodiment",
+    "FarhandError": "common.errors",
+    "InvalidInput": "common.errors",
+}
+
+__all__ = list(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used."""
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'farhand' has no attribute {name!r}")
+    module, _, there = _PUBLIC[name].partition(":")
+    value = getattr(import_module(f"farhand.{module}"), there or name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_PUBLIC})

@@ -41,7 +41,7 @@ class Row(NamedTuple):
 
     @property
     def in_code(self) -> float:
-        found = importlib.import_module(self.file.removesuffix(".py").replace("/", "."))
+        found = importlib.import_module("farhand." + self.file.removesuffix(".py").replace("/", "."))
         for part in self.name.split("."):
             defaults = {}
             if isinstance(found, type) and issubclass(found, msgspec.Struct):
@@ -75,7 +75,7 @@ def test_every_row_of_a_limit_was_understood():
 
 @pytest.mark.parametrize("file", COMPLETE)
 def test_no_limit_of_the_guarding_files_is_left_out(file: str):
-    module = importlib.import_module(file.removesuffix(".py").replace("/", "."))
+    module = importlib.import_module("farhand." + file.removesuffix(".py").replace("/", "."))
     source = (ROOT / file).read_text(encoding="utf-8")
     names = {name for name in vars(module) if re.fullmatch(r"_?[A-Z][A-Z_]+", name)}
     own = {name for name in names if re.search(rf"^(\w+, )*{name}\b.* = ", source, re.MULTILINE)}
