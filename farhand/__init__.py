@@ -36,26 +36,26 @@ if TYPE_CHECKING:
 
 # Where each public name is defined: "module" or "module:name there". docs/api.md follows this order.
 _PUBLIC = {
-    "Manifold": "common.model.manifold",
-    "POSE": "common.model.manifold",
-    "TaskFrame": "common.model.task_frame",
-    "Demonstration": "local_site.teaching.demonstration",
-    "LearnerSettings": "local_site.learning.learner_settings",
-    "OnlineLearner": "local_site.learning.online_learner",
-    "learn": "local_site.teaching.offline_learning",
-    "TPHSMM": "common.model.tphsmm",
-    "save_model": "common.model.model_file:save",
-    "load_model": "common.model.model_file:load",
-    "ExecutorSettings": "remote_site.reproduction.executor_settings",
-    "Executor": "remote_site.reproduction.executor",
-    "Rollout": "remote_site.reproduction.rollout",
-    "roll_out": "remote_site.reproduction.rollout",
-    "EffectorState": "remote_site.interface.plant",
-    "Plant": "remote_site.interface.plant",
-    "Perception": "remote_site.perception.perception",
-    "Embodiment": "remote_site.interface.embodiment",
-    "FarhandError": "common.errors",
-    "InvalidInput": "common.errors",
+    "Manifold": "farhand.common.model.manifold",
+    "POSE": "farhand.common.model.manifold",
+    "TaskFrame": "farhand.common.model.task_frame",
+    "Demonstration": "farhand.local_site.teaching.demonstration",
+    "LearnerSettings": "farhand.local_site.learning.learner_settings",
+    "OnlineLearner": "farhand.local_site.learning.online_learner",
+    "learn": "farhand.local_site.teaching.offline_learning",
+    "TPHSMM": "farhand.common.model.tphsmm",
+    "save_model": "farhand.common.model.model_file:save",
+    "load_model": "farhand.common.model.model_file:load",
+    "ExecutorSettings": "farhand.remote_site.reproduction.executor_settings",
+    "Executor": "farhand.remote_site.reproduction.executor",
+    "Rollout": "farhand.remote_site.reproduction.rollout",
+    "roll_out": "farhand.remote_site.reproduction.rollout",
+    "EffectorState": "farhand.remote_site.interface.plant",
+    "Plant": "farhand.remote_site.interface.plant",
+    "Perception": "farhand.remote_site.perception.perception",
+    "Embodiment": "farhand.remote_site.interface.embodiment",
+    "FarhandError": "farhand.common.errors",
+    "InvalidInput": "farhand.common.errors",
 }
 
 __all__ = list(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
@@ -66,7 +66,7 @@ def __getattr__(name: str) -> Any:
     if name not in _PUBLIC:
         raise AttributeError(f"module 'farhand' has no attribute {name!r}")
     module, _, there = _PUBLIC[name].partition(":")
-    value = getattr(import_module(f"farhand.{module}"), there or name)
+    value = getattr(import_module(module), there or name)
     globals()[name] = value
     return value
 
