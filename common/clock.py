@@ -1,4 +1,4 @@
-"""Time: a monotonic clock that names its boot, and a fixed-rate loop.
+"""Time: a clock that names its boot and runs on while the computer is suspended, and a fixed-rate loop.
 
 The two sites share no clock. A stamp is only ever compared with the clock that made it.
 """
@@ -10,18 +10,63 @@ import threading
 import time
 from collections.abc import Callable
 
+_BOOTTIME = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)  # only Linux has one that counts a suspend
+_LEAST_SUSPEND_S = 0.1
+"""Nothing shorter is a suspend: it is counted in the ages all the same [s]."""
+
+
+def elapsed_ns() -> int:
+    """Return the time of a clock that never goes back and counts while the computer is suspended [ns]."""
+    return time.clock_gettime_ns(_BOOTTIME)
+
+
+def elapsed_s() -> float:
+    """Return the same in seconds: what every age is measured with [s]."""
+    return elapsed_ns() * 1e-9
+
+
+class SuspendWatch:
+    """Notices that the computer was suspended: one clock ran on meanwhile, the other stood still.
+
+    Args:
+        awake_ns: A clock that stands still in a suspend [ns].
+        elapsed_ns: One that runs on [ns].
+    """
+
+    def __init__(
+        self, awake_ns: Callable[[], int] = time.monotonic_ns, elapsed_ns: Callable[[], int] = elapsed_ns
+    ):
+        self._awake_ns, self._elapsed_ns = awake_ns, elapsed_ns
+        _, self._most_ns = self._apart_ns()
+
+    def suspended_s(self) -> float:
+        """Return for how long it was suspended since the last call that noticed it [s]; 0.0 for not at all."""
+        least_ns, most_ns = self._apart_ns()
+        suspended_s = (least_ns - self._most_ns) * 1e-9
+        if suspended_s < _LEAST_SUSPEND_S:
+            self._most_ns = min(self._most_ns, most_ns)
+            return 0.0
+        self._most_ns = most_ns
+        return suspended_s
+
+    def _apart_ns(self) -> tuple[int, int]:
+        """What the clocks are apart, at least and at most: a process may be held up between two readings."""
+        before_ns = self._awake_ns()
+        elapsed_ns = self._elapsed_ns()
+        return elapsed_ns - self._awake_ns(), elapsed_ns - before_ns
+
 
 class BootClock:
-    """The monotonic clock of one process life.
+    """The clock of one process life. It counts a suspend of the computer, for ages to be true after it.
 
     Args:
         boot: Name of this boot; a random one unless given (recordings, virtual time).
-        monotonic_ns: The source of time [ns].
+        now_ns: The source of time [ns].
     """
 
-    def __init__(self, boot: str | None = None, monotonic_ns: Callable[[], int] = time.monotonic_ns):
+    def __init__(self, boot: str | None = None, now_ns: Callable[[], int] = elapsed_ns):
         self.boot = boot or secrets.token_hex(4)
-        self.now_ns = monotonic_ns
+        self.now_ns = now_ns
 
     def now_s(self) -> float:
         """Seconds on this clock; the zero means nothing."""

@@ -115,14 +115,14 @@ class Robot:
     def handle(self) -> None:
         """Do what has arrived."""
         for handle in self._first.take_all() + self._inbox.take_all():
-            handle()
+            self.supervisor.failsafe.run(handle)
 
     def move(self, late_s: float = 0.0) -> None:
         """Watch, move, report."""
         control_hz = self.embodiment.control_hz
         self.supervisor.tick(1.0 / control_hz, late_s)
         if self._ticks % max(1, round(control_hz / self._config.telemetry_hz)) == 0:
-            self._announce(keys.TELEMETRY, self._reporter.report(self.overruns))
+            self.supervisor.failsafe.run(self._tell_state)
         self._ticks += 1
 
     def take_path(self, request: PlanRequest, path: PlannedPath | None, words: str) -> None:
@@ -130,6 +130,9 @@ class Robot:
         if path is not None:  # it would hold up the reports on a narrow link for seconds
             path = thinned(path, part_bytes(self._config.link.rate_bps))
         self._first.put(partial(self.supervisor.on_path, request, path, words))
+
+    def _tell_state(self) -> None:
+        self._announce(keys.TELEMETRY, self._reporter.report(self.overruns))
 
     def _announce(self, channel: Channel, message: Message) -> None:
         self._link.send(channel, encode(message))

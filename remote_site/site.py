@@ -6,9 +6,10 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-from farhand.common.clock import BootClock, Rate
+from farhand.common.clock import BootClock, Rate, SuspendWatch
 from farhand.common.control_mode import ControlMode
 from farhand.common.event_log import EventLog
 from farhand.common.link.link import ZenohLink
@@ -79,12 +80,21 @@ class RemoteSite:
         """
         # The planner and the link's threads must not hold up a control tick.
         sys.setswitchinterval(5e-4)
-        space = self._tasks.first.space
-        warm_up(space)
-        link = ZenohLink(self._config.link)
+        warm_up(self._tasks.first.space)
         memory = PlantMemory(self._data_dir / "state.json")
         event_log = EventLog(self._data_dir / "events.jsonl")
         self._files = memory, event_log
+        try:
+            why = self._boot(memory, event_log, ready, "")
+            while not self._stop.is_set():
+                why = self._boot(memory, event_log, lambda: None, why)
+        finally:
+            memory.close()
+            event_log.close()
+
+    def _boot(self, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None], why: str) -> str:
+        """One life of the robot, until it is stopped, or for a reason that is returned: nothing of it may go on."""
+        link = ZenohLink(self._config.link)
 
         def take_path(request: PlanRequest, path: PlannedPath | None, words: str) -> None:
             robot.take_path(request, path, words)  # which needs the planner first
@@ -93,29 +103,40 @@ class RemoteSite:
         try:
             robot = Robot(
                 self._config, self._tasks, BootClock(), link, planner.request, event_log.append,
-                memory.load(space.n_dims),
+                memory.load(self._tasks.first.space.n_dims),
             )  # fmt: skip
+            if why:
+                robot.supervisor.machine.tell("restarted", why, succeeded=False)
             _log.info("the robot is ready: %s", self._config.link.listen)
             self._ticked_s, self._robot = time.monotonic(), robot
             ready()
-            self._loop(robot, memory, TickTimes(event_log.append, robot.embodiment.control_hz))
+            return self._loop(robot, memory, TickTimes(event_log.append, robot.embodiment.control_hz))
         finally:
             planner.close()
             link.close()
-            memory.close()
-            event_log.close()
 
-    def _loop(self, robot: Robot, memory: PlantMemory, times: TickTimes) -> None:
+    def _loop(self, robot: Robot, memory: PlantMemory, times: TickTimes) -> str:
         control_hz = robot.embodiment.control_hz
         remember_every = max(1, round(PERIOD_S * control_hz))
-        rate = Rate(1.0 / control_hz, self._stop)
+        rate, suspend = Rate(1.0 / control_hz, self._stop), SuspendWatch()
         tick = 0
         while rate.wait():
+            if (suspended_s := suspend.suspended_s()) > 0.0:
+                robot.supervisor.failsafe.run(partial(_remember, robot, memory))
+                robot.supervisor.motion.halt(1.0 / control_hz)
+                return (
+                    f"the robot's computer was suspended for {suspended_s:.1f} s: it begins again, DISARMED"
+                )
             robot.overruns = rate.overruns
             self._ticked_s, began_ns = time.monotonic(), time.thread_time_ns()
             robot.step(rate.late_s)
             times.add((time.thread_time_ns() - began_ns) * 1e-9, rate.late_s, rate.overruns)
             if tick % remember_every == 0:
-                memory.remember(PlantState.of(robot.supervisor.sensing, robot.supervisor.motion))
+                robot.supervisor.failsafe.run(partial(_remember, robot, memory))
             tick += 1
         times.tell(rate.overruns)
+        return ""
+
+
+def _remember(robot: Robot, memory: PlantMemory) -> None:
+    memory.remember(PlantState.of(robot.supervisor.sensing, robot.supervisor.motion))

@@ -47,7 +47,7 @@ class RobotsEnd:
         if channel is keys.TELEMETRY:
             self.newest = decode(data, Telemetry)
         for end in self.ends:
-            end.carry(lambda end=end: end.deliver(channel, data))
+            end.carry(lambda end=end: end.deliver(channel, data), back=True)
 
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
         self.subscribers[channel].append(deliver)
@@ -66,7 +66,7 @@ class RobotsEnd:
 
 
 class OperatorsEnd:
-    """One operator's end. While it is stalled everything waits; while it is cut everything is lost."""
+    """One operator's end. Stalled everything waits, deaf what the robot says waits, cut everything is lost."""
 
     def __init__(self, robot: RobotsEnd) -> None:
         self._robot = robot
@@ -74,18 +74,18 @@ class OperatorsEnd:
         self._waiting: list[Callable[[], None]] = []
         self.models: list[bytes] = []
         """What was asked or sent on the key of models, whether it arrived or not."""
-        self.stalled = self.cut = False
+        self.stalled = self.deaf = self.cut = False
         robot.ends.append(self)
 
-    def carry(self, arrive: Callable[[], None]) -> None:
-        if self.stalled:
+    def carry(self, arrive: Callable[[], None], back: bool = False) -> None:
+        if self.stalled or (back and self.deaf):
             self._waiting.append(arrive)
         elif not self.cut:
             arrive()
 
     def mend(self) -> None:
         """What waited arrives at once."""
-        self.stalled = self.cut = False
+        self.stalled = self.deaf = self.cut = False
         waiting, self._waiting = self._waiting, []
         for arrive in waiting:
             arrive()
@@ -113,7 +113,7 @@ class OperatorsEnd:
         if self.cut:
             answered(None)
             return
-        back = Question(data, lambda answer: self.carry(lambda: answered(answer)))
+        back = Question(data, lambda answer: self.carry(lambda: answered(answer), back=True))
         self.carry(lambda: self._robot.servers[channel](back))
 
     def limit(self, channel: Channel, bytes_per_s: float) -> None:

@@ -138,10 +138,9 @@ class ZenohLink:
 
     def send(self, channel: Channel, data: bytes) -> None:
         """See `Link.send`."""
-        publisher = self._publisher(channel)
         newest_only = None if channel.must_arrive else channel.key
         self._outboxes[channel.urgency].submit(
-            lambda: publisher.put(data), newest_only, len(data) + OVERHEAD_BYTES
+            lambda: self._publisher(channel).put(data), newest_only, len(data) + OVERHEAD_BYTES
         )
 
     def limit(self, channel: Channel, bytes_per_s: float) -> None:
@@ -195,16 +194,16 @@ class ZenohLink:
             thread.join(timeout=5.0)
 
     def _publisher(self, channel: Channel) -> zenoh.Publisher:
-        with self._lock:
-            if channel not in self._publishers:
-                control = zenoh.CongestionControl
-                self._publishers[channel] = self._session.declare_publisher(
-                    channel.key,
-                    priority=_priority(channel),
-                    congestion_control=control.BLOCK if channel.must_arrive else control.DROP,
-                    express=channel.urgency is not Urgency.BULK,
-                )
-            return self._publishers[channel]
+        """Called by the thread of the channel's urgency alone: to declare one may wait for the network."""
+        if channel not in self._publishers:
+            control = zenoh.CongestionControl
+            self._publishers[channel] = self._session.declare_publisher(
+                channel.key,
+                priority=_priority(channel),
+                congestion_control=control.BLOCK if channel.must_arrive else control.DROP,
+                express=channel.urgency is not Urgency.BULK,
+            )
+        return self._publishers[channel]
 
     def _receive(self, channel: Channel, take: Callable[[], Any], hand_over: Callable[[Any], None]) -> None:
         """Read a channel in a thread of its own until the session closes."""

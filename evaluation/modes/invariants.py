@@ -109,16 +109,11 @@ class StopDominates(Invariant):
     number = "3"
     sentence = __doc__
 
-    def __init__(self) -> None:
-        self._heard: set[tuple[str, str]] = set()
-
     def violation(self, period: Period) -> str:
         """See `Invariant.violation`."""
         boot, mode = period.after.boot, period.after.mode
-        new = {(boot, each.message.stop_id) for each in period.arrived if isinstance(each.message, Stop)}
-        new -= self._heard
-        self._heard |= new
-        if new and mode is not ControlMode.STOPPED and not period.did(Action.RESET):
+        heard = any(isinstance(each.message, Stop) for each in period.arrived)
+        if heard and mode is not ControlMode.STOPPED and not period.did(Action.RESET):
             return f"a stop has arrived and the robot is in {mode}"
         was_stopped = period.before.mode is ControlMode.STOPPED and period.before.boot == boot
         if was_stopped and mode is not ControlMode.STOPPED and not period.did(Action.RESET):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from farhand.common.control_mode import Action, mode_after, modes_allowing
+from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.teaching.taught import NotNow
 
 
-def check(intent: intents.Command, picture: Picture) -> None:
+def check(intent: intents.Command, picture: Picture) -> Telemetry:
     """Let a command pass that may be sent now.
 
     The robot decides anew on its own; this only spares the operator a round trip.
@@ -16,6 +17,9 @@ def check(intent: intents.Command, picture: Picture) -> None:
     Args:
         intent: What the operator asks for; a stop is never refused and does not come here.
         picture: What the console knows.
+
+    Returns:
+        The robot's report that it was checked against.
 
     Raises:
         NotNow: With the reason.
@@ -28,7 +32,7 @@ def check(intent: intents.Command, picture: Picture) -> None:
         raise NotNow(f"page was behind: it showed {shown}, the robot is in {present}")
     if action in picture.pending:
         raise NotNow(f"{action} is under way already")
-    if action is Action.RESET and picture.stop is not None and not picture.stop.standing:
+    if action is Action.RESET and picture.stop is not None and not picture.stop.settled:
         raise NotNow("your own stop is not acknowledged yet")
     if mode_after(robot.mode, robot.phase, action) is None:
         raise NotNow(f"{action} is not allowed in {robot.mode.name}, only in {modes_allowing(action)}")
@@ -38,3 +42,4 @@ def check(intent: intents.Command, picture: Picture) -> None:
         raise NotNow("the robot executes only what was previewed: press Preview first")
     if action is Action.COUPLE and picture.recording:
         raise NotNow("a demonstration is being recorded: end or undo it first")
+    return robot

@@ -1,4 +1,4 @@
-"""The operator's console: every intent and every report goes through one queue with one owner.
+"""The operator's console: every intent and every report goes through one queue with one owner; STOP has its own lane.
 
 It shows what the robot reported, never what it expects: an action stays pending until the robot's own
 report settles it.
@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import queue
 import threading
-import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
+from farhand.common.clock import SuspendWatch, elapsed_s
 from farhand.common.control_mode import Action
 from farhand.common.errors import FarhandError
 from farhand.common.event_log import EventLog
@@ -20,15 +21,7 @@ from farhand.common.link.link import Link
 from farhand.common.link.link_monitor import LinkMonitor
 from farhand.common.owner import Owner
 from farhand.common.wire import keys
-from farhand.common.wire.messages import (
-    Event,
-    ExecutionReport,
-    PlannedPath,
-    ReportRequest,
-    StopAck,
-    Telemetry,
-    Wish,
-)
+from farhand.common.wire.messages import Event, ExecutionReport, PlannedPath, ReportRequest, Telemetry, Wish
 from farhand.local_site.console import intents
 from farhand.local_site.console.catalogue import Catalogue
 from farhand.local_site.console.command_check import check
@@ -45,9 +38,8 @@ from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.notices import Notice, Notices
 from farhand.local_site.exchange.reports import Reports
 from farhand.local_site.exchange.robot_scene import KnownScenes
-from farhand.local_site.exchange.stop_sender import StopSender
+from farhand.local_site.exchange.stop_sender import StopLane
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.teaching.taught import NotNow
 from farhand.local_site.workcell.own_place import OwnPlace, own_place
 
 PERIOD_S = 0.05
@@ -76,7 +68,7 @@ class Console:
         site_name: str,
         log: EventLog | None = None,
         wish: Wish = Wish.CONTROL,
-        now_s: Callable[[], float] = time.monotonic,
+        now_s: Callable[[], float] = elapsed_s,
         rate_bps: float = 0.0,
         place: OwnPlace | None = None,
         known: KnownScenes | None = None,
@@ -94,7 +86,8 @@ class Console:
         self._catalogue = Catalogue(self._inquiries, library, site_name, self._tell, rate_bps, known)
         self._teaching = Teaching(library, self._place, self._tell)
         self._sending = Sending(library, self._models, self._tell)
-        self._stop = StopSender(link, site_name)
+        self._stop = StopLane(link, site_name, now_s)
+        self._suspend = SuspendWatch()
         self._teleoperation = Teleoperation(link)
         limit_flows(link, rate_bps)
         self._parts = Parts(
@@ -102,32 +95,45 @@ class Console:
             self._stop, self._reports, monitor, self._notices,
         )  # fmt: skip
         self._changed = threading.Condition()
-        self.picture = self._parts.draw(now_s())
+        self._drawn = self._parts.draw(now_s())
+
+    @property
+    def picture(self) -> Picture:
+        """All that is known; of the newest stop also while the console is busy with something else."""
+        drawn, stop = self._drawn, self._stop.status
+        return drawn if drawn.stop is stop else replace(drawn, stop=stop)
 
     # From other threads -------------------------------------------------------------------------
 
     def start(self) -> None:
         """Listen to the robot and begin, in a thread."""
         self.listen()
+        self._stop.start()
         self.owner.start()
 
     def listen(self) -> None:
         """Listen to the robot. Without `start`, in virtual time, its caller drives the owner."""
+        self._stop.listen()
         hear = partial(listen, self._link, self.owner.put, self._reports.on_dropped)
         hear(keys.TELEMETRY, Telemetry, self._on_telemetry)
         hear(keys.EVENT, Event, self._events.received)
         hear(keys.PATH, PlannedPath, lambda path: self._reports.on_path(path, self._now_s()))
-        hear(keys.STOP_ACK, StopAck, self._stop.acknowledged)
         self._place.start(self.owner.put, self._library.on_moved)
 
     def close(self) -> None:
         """End the console; what was not sent is not sent."""
+        self._stop.close()
         self._place.close()
         self.owner.close()
         self._inquiries.close()
 
     def submit(self, intent: intents.Intent) -> None:
-        """Ask for something. Returns at once; the picture tells what became of it."""
+        """Ask for something. Returns at once; the picture tells what became of it.
+
+        A stop is on its way when this returns, whatever the console is busy with.
+        """
+        if isinstance(intent, intents.Command) and intent.action is Action.STOP:
+            self._stop.press()
         self.owner.put(partial(self._on_intent, intent))
 
     def ask_report(self, timeout_s: float = 15.0) -> ExecutionReport | None:
@@ -145,13 +151,8 @@ class Console:
         Args:
             answered: Called once, in the console's thread; with None when no answer came.
         """
-
-        def ask() -> None:
-            self._inquiries.ask(
-                keys.REPORT, ReportRequest(), ExecutionReport, 0.0, lambda answer, _took_s: answered(answer)
-            )
-
-        self.owner.put(ask)
+        ask = partial(self._inquiries.ask, keys.REPORT, ReportRequest(), ExecutionReport, 0.0)
+        self.owner.put(partial(ask, lambda answer, _took_s: answered(answer)))
 
     def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float | None) -> bool:
         """Wait until a picture has a property; None: for as long as it takes. False when it did not in time."""
@@ -164,13 +165,15 @@ class Console:
         now_s = self._now_s()
         self._teaching.watch(self._commanding.in_control(self._reports.robot), now_s)
         with self._changed:
-            self.picture = self._parts.draw(now_s)
+            self._drawn = self._parts.draw(now_s)
             self._changed.notify_all()
 
     def _tick(self) -> None:
         now_s = self._now_s()
+        if (suspended_s := self._suspend.suspended_s()) > 0.0:
+            self._forget_what_was_asked(f"this computer was suspended for {suspended_s:.0f} s")
         self._inquiries.tick(now_s)
-        self._stop.tick(now_s)
+        self._stop.tick()  # in virtual time nobody else does
         self._commanding.tick(self._reports.robot, now_s)
         self._sending.tick(self._commanding.robot_tasks)
 
@@ -203,15 +206,12 @@ class Console:
             self._tell(what, f"refused: {error}", good=False)
 
     def _command(self, intent: intents.Command) -> None:
-        action, now_s, robot = intent.action, self._now_s(), self._reports.robot
+        action, now_s = intent.action, self._now_s()
         if action in (Action.STOP, Action.ABORT):
             self._teaching.roll_back(f"{action} was pressed")
         if action is Action.STOP:
-            self._stop.press(now_s)
-            return
-        check(intent, self._parts.draw(now_s))
-        if robot is None:
-            raise NotNow("the robot has not reported yet")
+            return  # pressed already: it does not wait for its turn here
+        robot = check(intent, self._parts.draw(now_s))
         task, plan_id = self._library.task.name, self._reports.plan_id
         sha256 = self._models.confirmed_sha256(task)
         self._commanding.command(action, robot, now_s, task, sha256, plan_id, intent.pace)
@@ -234,6 +234,13 @@ class Console:
     def _on_restart(self) -> None:
         self._models.forget_confirmed()
         self._tell("restart", "the robot was restarted: send the models again", good=False)
+
+    def _forget_what_was_asked(self, why: str) -> None:
+        """Ask nothing again that was asked in another situation; a stop is resent all the same."""
+        self._teaching.roll_back(why)
+        self._reports.forget_plan()
+        self._commanding.forget_pending()
+        self._tell("suspended", f"{why}: what was asked before is not asked again", good=False)
 
     def _on_event(self, event: Event) -> None:
         self._commanding.on_event(event, self._now_s())

@@ -13,7 +13,7 @@ from farhand.local_site.console.teaching import Teaching
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.notices import Notices
 from farhand.local_site.exchange.reports import Reports
-from farhand.local_site.exchange.stop_sender import StopSender
+from farhand.local_site.exchange.stop_sender import StopLane
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.own_place import OwnPlace
 
@@ -43,7 +43,7 @@ class Parts:
     sending: Sending
     models: ModelSender
     commanding: Commanding
-    stop: StopSender
+    stop: StopLane
     reports: Reports
     monitor: LinkMonitor
     notices: Notices

@@ -1,70 +1,154 @@
-"""Stop, said again every 0.2 s with one id until the robot has acknowledged it twice."""
+"""STOP's own lane: from the press to the wire and back, it shares no queue, lock or thread with the console.
+
+Whatever the console is busy with (learning, a slow disk, the operator's arm), a press is on its way when
+`press` returns, is resent every 0.2 s by a thread of its own, and is answered here.
+"""
 
 from __future__ import annotations
 
 import secrets
-from dataclasses import dataclass
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 
+from farhand.common.clock import elapsed_s
+from farhand.common.control_mode import ControlMode
 from farhand.common.link.link import Link
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
-from farhand.common.wire.messages import Stop, StopAck
+from farhand.common.wire.messages import Stamp, Stop, StopAck, Telemetry
+from farhand.local_site.exchange.listening import listen
 
 RESEND_S = 0.2
+_LOOK_S = 0.05
+_SEEN_TO_STAND_S = 3.0
+"""After an outage old reports arrive before the present one; for so long a settled stop may come undone [s]."""
+_MOVING = (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
 
 
 @dataclass(frozen=True)
 class StopStatus:
-    """How far the newest stop got.
+    """How far this site's stop got.
 
     Args:
-        pressed_s: When it was pressed, on the site's clock [s].
-        received: The robot has it.
-        standing: The robot stands still.
+        pressed_s: When it was pressed first of all that are not answered yet, on the site's clock [s].
+        received: The robot has acknowledged the newest press.
+        standing: The robot has acknowledged that it stood still after that press.
+        reported: The mode in the robot's newest report made after it stood; None before such a report.
     """
 
     pressed_s: float
-    received: bool
-    standing: bool
+    received: bool = False
+    standing: bool = False
+    reported: ControlMode | None = None
+
+    @property
+    def moves_again(self) -> bool:
+        """Whether the robot stood for this stop, and reports that it moves: somebody has reset it since."""
+        return self.reported in _MOVING
+
+    @property
+    def settled(self) -> bool:
+        """Whether the robot acknowledged that it stood, and its own later report says that nothing moves it."""
+        return self.standing and self.reported is not None and not self.moves_again
 
 
-class StopSender:
-    """Sends stops of this site.
+class StopLane:
+    """The stops of one site. Every method may be called by any thread, and none waits for another one's work.
 
     Args:
         link: To the robot.
         site_name: Who stops.
+        now_s: The site's clock [s].
     """
 
-    def __init__(self, link: Link, site_name: str):
-        self._link, self._site_name = link, site_name
+    def __init__(self, link: Link, site_name: str, now_s: Callable[[], float] = elapsed_s):
+        self._link, self._site_name, self._now_s = link, site_name, now_s
+        self._lock = threading.Lock()  # held for a few assignments at a time, never while something waits
         self._stop_id = ""
         self._sent_s = 0.0
+        self._stood: Stamp | None = None
+        self._newest: Telemetry | None = None
+        self._settled_s: float | None = None
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="stop", daemon=True)
         self.status: StopStatus | None = None
+        """Of the newest press; None before the first."""
 
-    @property
-    def unacknowledged(self) -> bool:
-        """Whether a stop was pressed that the robot has not confirmed with both acknowledgements."""
-        return self.status is not None and not self.status.standing
+    def listen(self) -> None:
+        """Hear the robot's acknowledgements and reports. Without `start`, in virtual time, its caller ticks."""
+        hear = partial(listen, self._link, lambda job: job(), lambda _error: None)
+        hear(keys.STOP_ACK, StopAck, self.acknowledged)
+        hear(keys.TELEMETRY, Telemetry, self.reported)
 
-    def press(self, now_s: float) -> None:
-        """Stop the robot. Pressing again while one is under way resends that one at once."""
-        if not self.unacknowledged:
-            self._stop_id = secrets.token_hex(8)
-            self.status = StopStatus(now_s, received=False, standing=False)
-        self._send(now_s)
+    def start(self) -> None:
+        """Resend by a thread of its own."""
+        self._thread.start()
 
-    def tick(self, now_s: float) -> None:
-        """Resend what is not acknowledged."""
-        if self.unacknowledged and now_s - self._sent_s >= RESEND_S:
-            self._send(now_s)
+    def close(self) -> None:
+        """End the thread, if there is one."""
+        self._closed.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout=5.0)
+
+    def press(self) -> None:
+        """Stop the robot: each press is a new stop, and takes the place of one that is under way."""
+        now_s = self._now_s()
+        with self._lock:
+            waiting = self.status is not None and not self.status.standing
+            since_s = self.status.pressed_s if self.status is not None and waiting else now_s
+            self._stop_id, self._sent_s = secrets.token_hex(8), now_s
+            self._stood = self._settled_s = None
+            self.status, stop_id = StopStatus(since_s), self._stop_id
+        self._send(stop_id)
+
+    def tick(self) -> None:
+        """Resend what the robot has not acknowledged with both acknowledgements."""
+        now_s = self._now_s()
+        with self._lock:
+            waiting = self.status is not None and not self.status.standing
+            if not waiting or now_s - self._sent_s < RESEND_S:
+                return
+            self._sent_s, stop_id = now_s, self._stop_id
+        self._send(stop_id)
 
     def acknowledged(self, ack: StopAck) -> None:
-        """The robot answered."""
-        if self.status is not None and ack.stop_id == self._stop_id:
-            standing = self.status.standing or ack.standing
-            self.status = StopStatus(self.status.pressed_s, received=True, standing=standing)
+        """Take an acknowledgement; only those of the newest press count."""
+        with self._lock:
+            if self.status is None or ack.stop_id != self._stop_id:
+                return
+            self.status = replace(self.status, received=True, standing=self.status.standing or ack.standing)
+            if ack.standing and self._stood is None:
+                self._stood = ack.stamp
+                if self._newest is not None and self._newest.stamp.boot == ack.stamp.boot:
+                    self._compare(self._newest)
 
-    def _send(self, now_s: float) -> None:
-        self._sent_s = now_s
-        self._link.send(keys.STOP, encode(Stop(stop_id=self._stop_id, site_name=self._site_name)))
+    def reported(self, report: Telemetry) -> None:
+        """Take a report of the robot; an older one than is known, of the same boot, does not count."""
+        with self._lock:
+            known = self._newest
+            if known is not None and known.stamp.boot == report.stamp.boot and report.seq <= known.seq:
+                return
+            self._newest = report
+            self._compare(report)
+
+    def _compare(self, report: Telemetry) -> None:
+        """Hold the acknowledgement against what the robot reports at present, until both agree."""
+        status, stood, now_s = self.status, self._stood, self._now_s()
+        if status is None or stood is None:
+            return
+        if self._settled_s is not None and now_s - self._settled_s > _SEEN_TO_STAND_S:
+            return  # whatever moves the robot now, it does so in the sight of the operator
+        if report.stamp.boot != stood.boot or report.stamp.t_ns >= stood.t_ns:
+            self.status = status = replace(status, reported=report.mode)
+            self._settled_s = (
+                (now_s if self._settled_s is None else self._settled_s) if status.settled else None
+            )
+
+    def _send(self, stop_id: str) -> None:
+        self._link.send(keys.STOP, encode(Stop(stop_id=stop_id, site_name=self._site_name)))
+
+    def _run(self) -> None:
+        while not self._closed.wait(_LOOK_S):
+            self.tick()

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
+from farhand.common.clock import elapsed_s
 from farhand.common.wire.messages import ExecutionReport
 from farhand.local_site.console.intents import Intent
 from farhand.local_site.console.picture import Picture
@@ -80,7 +80,7 @@ class RealTime:
 
     def now_s(self) -> float:
         """See `OperatorsTime.now_s`."""
-        return time.monotonic()
+        return elapsed_s()
 
     def pause(self, duration_s: float) -> None:
         """See `OperatorsTime.pause`."""

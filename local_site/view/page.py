@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import queue
 import threading
-import time
 from collections.abc import Callable
 from functools import partial
 
 import viser
 
+from farhand.common.clock import elapsed_s
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.log import loop_logger
 from farhand.common.task import AnyTask, ArmTask
@@ -152,12 +152,12 @@ class Page:
             self._happened.explain("another tab is active, this one watches: close that one to act here")
 
     def _run(self) -> None:
-        due_s = time.monotonic()
+        due_s = elapsed_s()
         while True:
             try:
-                event = self._events.get(timeout=max(due_s - time.monotonic(), 0.0))
+                event = self._events.get(timeout=max(due_s - elapsed_s(), 0.0))
             except queue.Empty:
-                due_s = time.monotonic() + _PERIOD_S
+                due_s = elapsed_s() + _PERIOD_S
                 event = self._look
             else:
                 self._redraw.soon()
@@ -171,7 +171,7 @@ class Page:
 
     def _look(self) -> None:
         """Draw, if there is something to draw."""
-        picture, now_s = self._console.picture, time.monotonic()
+        picture, now_s = self._console.picture, elapsed_s()
         if self._redraw.due(picture, now_s):
             self._draw(picture, now_s)
 

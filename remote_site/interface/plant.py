@@ -77,6 +77,9 @@ class Plant(Protocol):
     """A robot: one class with these four methods puts an engineer's own arm under Farhand.
 
     What moves is a position or a pose: the plant's points have C coordinates and its tangents T numbers.
+
+    A plant whose machine can stop without the control loop has one more method, `halt()`: it is called after
+    `brake`, in every period in which the loop fails with an error that nobody foresaw.
     """
 
     def read(self) -> EffectorState:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from enum import Enum, auto
+from functools import partial
 
 import numpy as np
 
 from farhand.common.errors import FarhandError
+from farhand.common.log import loop_logger
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.manoeuvre import Manoeuvre
 from farhand.remote_site.perception.sensing import Sensing
+
+_log = loop_logger(__name__)
 
 _STANDING_M_S = 2e-3
 
@@ -112,6 +116,16 @@ class Motion:
         self._plant.brake(dt_s)
         standing = self._plant.read().own_speed_m_s <= _STANDING_M_S
         return Outcome.STANDING if standing else Outcome.MOVING
+
+    def halt(self, dt_s: float) -> None:
+        """Come to rest after an error that nobody foresaw: brake, and have the plant halt if it can. Never raises."""
+        self._interrupted = True
+        for stop in (partial(self._plant.brake, dt_s), getattr(self._plant, "halt", None)):
+            try:
+                if stop is not None:
+                    stop()
+            except Exception:
+                _log.exception("the plant could not be stopped")
 
     def _failed(self, why: str) -> Outcome:
         self.failure = why

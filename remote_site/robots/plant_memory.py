@@ -80,7 +80,9 @@ class PlantMemory:
         self._thread.start()
 
     def load(self, n_dims: int) -> PlantState | None:
-        """What was remembered, or None when there is nothing that fits."""
+        """What was remembered, by this process or before it, or None when there is nothing that fits."""
+        if self._newest is not None:
+            return self._newest
         try:
             state = msgspec.json.decode(self._path.read_bytes(), type=PlantState)
         except FileNotFoundError:

@@ -88,7 +88,7 @@ class ModeMachine:
     # Causes -------------------------------------------------------------------------------------
 
     def stop(self, stop: Stop) -> None:
-        """Stop, whoever asks and in whatever mode; a stop that is said again is only acknowledged."""
+        """Stop, whoever asks and in whatever mode; only one that is resent in STOPPED is no more than acknowledged."""
         if self._stops.receive(stop.stop_id, self._now()):
             self._enter(Action.STOP, f"stopped by {stop.site_name}")
             self.tell("stopped", f"stop by {stop.site_name}", who=stop.site_name)
@@ -138,6 +138,11 @@ class ModeMachine:
         self.tell(_KINDS[trip.guard], trip.why, succeeded=trip.wanted, measured=trip.measured)
         return True
 
+    def force_stopped(self) -> None:
+        """Be STOPPED though nothing else could be done about it."""
+        self._motion.end()
+        self.mode, self.path_id = ControlMode.STOPPED, 0
+
     def arrived(self, execution: Execution) -> None:
         """An execution has come to the end of its motion, and goes on tracking."""
         self.complete(execution.command, f"{execution.phase} after {execution.arrived_after_s:.2f} s")
@@ -186,6 +191,8 @@ class ModeMachine:
         if target is not ControlMode.PAUSED and cause is not Action.RESUME:
             self._leave_motion(why)
         self._motion.paused = target is ControlMode.PAUSED
+        if target is not ControlMode.STOPPED:
+            self._stops.forget()
         self.mode = target
 
     def _couple(self, command: Command) -> None:

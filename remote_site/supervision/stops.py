@@ -1,15 +1,19 @@
-"""The stops that were asked for: each is acknowledged when received and again when the robot stands."""
+"""Acknowledges stops: each when it is received, and again when the robot stands still."""
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 
 from farhand.common.wire.messages import Stamp, StopAck
 
+_MOST_KNOWN = 64
+
 
 class Stops:
-    """Acknowledges each stop twice, and again whenever it is resent.
+    """The stops of the present STOPPED; none is known any more once the robot has left it.
+
+    A stop that is resent is only acknowledged while the robot is STOPPED. After a Reset it stops the robot
+    again: whoever sends it has not heard that the robot stood, and expects it to stand.
 
     Args:
         acknowledge: Sends an acknowledgement.
@@ -17,22 +21,26 @@ class Stops:
 
     def __init__(self, acknowledge: Callable[[StopAck], None]):
         self._acknowledge = acknowledge
-        self._braking: list[str] = []
-        self._standing: deque[str] = deque(maxlen=64)
+        self._known: dict[str, bool] = {}  # by id, whether the robot stood since
 
     def receive(self, stop_id: str, now: Stamp) -> bool:
-        """Acknowledge a stop as received. True when it is a new one."""
-        new = stop_id not in self._braking and stop_id not in self._standing
-        if new:
-            self._braking.append(stop_id)
+        """Acknowledge a stop. True when the robot is not STOPPED for it yet."""
+        new = stop_id not in self._known
+        if new and len(self._known) >= _MOST_KNOWN:
+            del self._known[next(iter(self._known))]
+        self._known.setdefault(stop_id, False)
         self._acknowledge(StopAck(stop_id=stop_id, standing=False, stamp=now))
-        if stop_id in self._standing:
+        if self._known[stop_id]:
             self._acknowledge(StopAck(stop_id=stop_id, standing=True, stamp=now))
         return new
 
     def stands(self, now: Stamp) -> None:
-        """The robot stands still: acknowledge what waited for that."""
-        for stop_id in self._braking:
-            self._standing.append(stop_id)
-            self._acknowledge(StopAck(stop_id=stop_id, standing=True, stamp=now))
-        self._braking.clear()
+        """Acknowledge, now that the robot stands still, what waited for that."""
+        for stop_id, stood in self._known.items():
+            if not stood:
+                self._known[stop_id] = True
+                self._acknowledge(StopAck(stop_id=stop_id, standing=True, stamp=now))
+
+    def forget(self) -> None:
+        """Forget all stops: the robot leaves STOPPED."""
+        self._known.clear()

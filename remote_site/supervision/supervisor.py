@@ -7,6 +7,7 @@ its methods are called by one thread.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import ControlMode, Guard, Phase
@@ -39,6 +40,7 @@ from farhand.remote_site.supervision.command_judge import CommandJudge
 from farhand.remote_site.supervision.command_log import CommandLog
 from farhand.remote_site.supervision.contact import OperatorContact
 from farhand.remote_site.supervision.events import Announce, Events, Write
+from farhand.remote_site.supervision.failsafe import Failsafe
 from farhand.remote_site.supervision.mode_machine import ModeMachine
 from farhand.remote_site.supervision.recordings import Recordings
 from farhand.remote_site.supervision.watch import Trip, Watch
@@ -86,6 +88,8 @@ class Supervisor:
         self._log = CommandLog()
         self._watch = Watch(self.sensing, self.contact, self.motion, config.deadline_s)
         self._black_box = BlackBox(self.sensing, self.motion, control_hz, write)
+        self.failsafe = Failsafe(self.motion, self.machine, self._black_box, control_hz)
+        """Runs whatever is done in a control period."""
         self._holder = ""
 
     @property
@@ -188,6 +192,9 @@ class Supervisor:
             dt_s: The period [s].
             late_s: How late it begins [s].
         """
+        self.failsafe.run(partial(self._tick, dt_s, late_s))
+
+    def _tick(self, dt_s: float, late_s: float) -> None:
         now_s = self._clock.now_s()
         trip = self._sense(now_s, dt_s)
         self.contact.lease.expire(now_s)

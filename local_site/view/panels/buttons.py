@@ -67,7 +67,7 @@ def _command_enabled(action: Action, picture: Picture) -> bool:
         case Action.RETRACT:
             return picture.task.retract_m is not None
         case Action.RESET:
-            return picture.stop is None or picture.stop.standing
+            return picture.stop is None or picture.stop.settled
     return True
 
 

@@ -8,6 +8,7 @@ from datetime import datetime
 
 import viser
 
+from farhand.common.clock import elapsed_s
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.view.panels.html import Html, text
@@ -27,14 +28,14 @@ class EventPanel:
     def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
         self._own: deque[Notice] = deque(maxlen=_SHOWN)
-        self._wall_s = time.time() - time.monotonic()
+        self._wall_s = time.time() - elapsed_s()
         """The console's clock in wall time, for people."""
         self._shown: tuple[Notice, ...] | None = None
 
     def explain(self, words: str) -> None:
         """Tell the operator why the page itself did nothing."""
-        if not self._own or self._own[-1].text != words or time.monotonic() - self._own[-1].time_s > 1.0:
-            self._own.append(Notice(time.monotonic(), "page", words, good=False))
+        if not self._own or self._own[-1].text != words or elapsed_s() - self._own[-1].time_s > 1.0:
+            self._own.append(Notice(elapsed_s(), "page", words, good=False))
 
     def draw(self, picture: Picture) -> None:
         """Show the newest ones."""

@@ -30,7 +30,9 @@ class Guidance:
 def advice(picture: Picture) -> str:
     """The next step of the job, for someone who sees the page for the first time."""
     stop, words = picture.stop, words_of(picture.task)
-    if stop is not None and not stop.standing:
+    if stop is not None and stop.moves_again:
+        return "The robot moves again after your stop: press STOP again if it must not."
+    if stop is not None and not stop.settled:
         return "The stop is being resent until the robot confirms it."
     if picture.mode is None:
         return "Wait for the robot's first report."

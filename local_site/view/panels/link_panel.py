@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from typing import Any
 
 import viser
 
+from farhand.common.clock import elapsed_s
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.link_worker import LinkWorker
 
@@ -79,14 +79,14 @@ class LinkPanel:
         register(heard)
 
     def _take_profile(self) -> None:
-        self._changed_s = time.monotonic()
+        self._changed_s = elapsed_s()
         name = self._profile.value
         if name in _PROFILES:
             self._worker.submit(lambda control: control.profile(name))
 
     def _take_delay(self) -> None:
         """The page's limits are cosmetic: whatever a tab sends is clamped here."""
-        self._changed_s = time.monotonic()
+        self._changed_s = elapsed_s()
         delay_ms = clamp(self._delay.value, DELAY_MS)
         jitter_ms = min(clamp(self._jitter.value, JITTER_MS), delay_ms)
         _set(self._delay, delay_ms)

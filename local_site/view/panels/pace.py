@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
 
 import viser
 
+from farhand.common.clock import elapsed_s
 from farhand.common.control_mode import Action
 from farhand.common.wire.messages import SLOWEST_PACE
 from farhand.local_site.console import intents
@@ -42,7 +42,7 @@ class PaceSlider:
         @self._slider.on_update
         async def _(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
             if event.client_id is not None:
-                act(event.client_id, partial(self._move, float(event.target.value), time.monotonic()))
+                act(event.client_id, partial(self._move, float(event.target.value), elapsed_s()))
 
     def draw(self, picture: Picture, now_s: float) -> None:
         """Send what was chosen once it is at rest; else show what the robot reported."""

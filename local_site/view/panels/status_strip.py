@@ -14,6 +14,7 @@ from farhand.common.control_mode import ControlMode
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console.picture import Picture
+from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.html import Html, element, text
 from farhand.local_site.view.panels.local_words import local_words
 from farhand.local_site.view.panels.words import Words, words_of
@@ -97,17 +98,24 @@ def _cell(title: str, content: str, note: str = "") -> str:
 
 
 def _alarm(picture: Picture, ghost: Ghost | None, now_s: float) -> str:
-    """What must not be overlooked: a stop that the robot has not confirmed."""
+    """What must not be overlooked: a stop that the robot has not confirmed, or that somebody has undone."""
     stop = picture.stop
-    if stop is None or stop.standing:
+    if stop is None or stop.settled:
         return element("stop", "", "fh-no-alarm", tag="div")
+    return element("stop", _stop_words(stop, picture, ghost, now_s), "fh-alarm", tag="div")
+
+
+def _stop_words(stop: StopStatus, picture: Picture, ghost: Ghost | None, now_s: float) -> str:
     waited_s = math.floor(now_s - stop.pressed_s)
+    if stop.moves_again:
+        return f"THE ROBOT MOVES AGAIN ({stop.reported.name if stop.reported else ''}): it stood for your stop and was reset"
+    if stop.standing:
+        return f"STOP RECEIVED, the robot stood; it has not reported since ({waited_s} s)"
     if stop.received:
-        return element("stop", f"STOP RECEIVED, the robot is braking ({waited_s} s)", "fh-alarm", tag="div")
+        return f"STOP RECEIVED, the robot is braking ({waited_s} s)"
     end = "" if ghost is None or ghost.done else f", expected done in {math.ceil(ghost.left_s)} s"
     continues = f", robot continues ({picture.mode.name}{end})" if picture.mode is not None else ""
-    words = f"STOP NOT DELIVERED {waited_s} s{continues}"
-    return element("stop", words, "fh-alarm", tag="div")
+    return f"STOP NOT DELIVERED {waited_s} s{continues}"
 
 
 def _pace(picture: Picture) -> str:

@@ -69,7 +69,7 @@ SOUND = {
     "a stop that is said again after the reset": [
         period(STILL, STOPPED, stop()),
         period(STOPPED, DISARMED, did=(ran(Action.RESET),)),
-        period(DISARMED, DISARMED, stop()),
+        period(DISARMED, STOPPED, stop()),
     ],
     "an abort": [period(moving(AUTONOMOUS), STILL, did=(ran(Action.ABORT),))],
     "an execution goes on without a lease": [period(AUTONOMOUS, replace(AUTONOMOUS, lease_id=""))],
@@ -86,6 +86,7 @@ FAULTS = {
     "2 of an earlier coupling": ("2", [period(DIRECT, moving(DIRECT), hand(coupling_id=7))]),
     "2 of another boot": ("2", [period(DIRECT, moving(DIRECT), hand(boot="old"))]),
     "3 ignored": ("3", [period(AUTONOMOUS, AUTONOMOUS, stop())]),
+    "3 ignored since it was known": ("3", [period(STILL, STOPPED, stop()), period(AUTONOMOUS, AUTONOMOUS, stop())]),
     "3 left by itself": ("3", [period(STOPPED, DISARMED)]),
     "4 faster in HOLD": ("4", [period(STILL, moving(STILL))]),
     "4 a reset that moves": ("4", [period(STOPPED, moving(DISARMED), did=(ran(Action.RESET),))]),

@@ -70,11 +70,18 @@ def test_a_second_click_while_the_first_is_under_way_is_refused(nothing_yet: Pic
     assert not refusal(Action.DISARM, picture)
 
 
-@pytest.mark.parametrize("received", [False, True])
-def test_reset_waits_for_the_own_stop(nothing_yet: Picture, received: bool):
-    stop = StopStatus(0.0, received=received, standing=False)
+@pytest.mark.parametrize(
+    "stop",
+    [
+        StopStatus(0.0),
+        StopStatus(0.0, received=True),
+        StopStatus(0.0, received=True, standing=True),
+        StopStatus(0.0, received=True, standing=True, reported=ControlMode.AUTONOMOUS),
+    ],
+)
+def test_reset_waits_for_the_own_stop(nothing_yet: Picture, stop: StopStatus):
     assert "your own stop" in refusal(Action.RESET, seen(nothing_yet, ControlMode.STOPPED, stop=stop))
-    settled = StopStatus(0.0, received=True, standing=True)
+    settled = StopStatus(0.0, received=True, standing=True, reported=ControlMode.STOPPED)
     assert not refusal(Action.RESET, seen(nothing_yet, ControlMode.STOPPED, stop=settled))
 
 

@@ -11,6 +11,7 @@ from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.wire.messages import Wish
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
+from farhand.local_site.exchange.stop_sender import StopStatus
 from tests.meeting import Meeting, Site
 
 
@@ -80,8 +81,71 @@ def test_an_observer_sees_everything_commands_nothing_and_may_stop(
     assert meeting.mode is ControlMode.AUTONOMOUS
     eve.ask(Action.STOP)
     assert meeting.mode is ControlMode.STOPPED
-    assert eve.picture.stop is not None and eve.picture.stop.standing
+    assert eve.picture.stop is not None and eve.picture.stop.settled
     assert ann.told("stopped: stop by eve")
+
+
+def stop_of(site: Site) -> StopStatus:
+    assert site.picture.stop is not None
+    return site.picture.stop
+
+
+def test_a_stop_whose_answer_is_held_up_goes_on_stopping_whoever_resets_the_robot(
+    meeting: Meeting, ann: Site, tmp_path: Path
+):
+    eve = meeting.join("eve", tmp_path / "eve", Wish.WATCH)
+    execute(ann)
+    eve.link.deaf = True
+    eve.ask(Action.STOP)
+    assert meeting.mode is ControlMode.STOPPED and not stop_of(eve).received
+    ann.ask(Action.RESET, Action.ARM, Action.EXECUTE)  # while eve's is resent, it does not come far
+    assert meeting.mode is ControlMode.STOPPED and not stop_of(eve).settled
+    eve.link.mend()
+    meeting.run(0.5)
+    assert stop_of(eve).settled
+    ann.ask(Action.RESET)
+    assert meeting.mode is ControlMode.DISARMED
+
+
+def test_every_press_stops_a_robot_that_was_reset_while_the_way_back_was_held_up(
+    meeting: Meeting, ann: Site, tmp_path: Path
+):
+    eve = meeting.join("eve", tmp_path / "eve", Wish.WATCH)
+    execute(ann)
+    for _ in range(6):
+        eve.link.deaf = True
+        eve.ask(Action.STOP)
+        assert meeting.mode is ControlMode.STOPPED
+        eve.link.stalled = True  # nor does the resending get through
+        ann.ask(Action.RESET, Action.ARM, Action.EXECUTE)
+        assert meeting.mode is ControlMode.AUTONOMOUS
+        eve.link.stalled = False
+        eve.ask(Action.STOP)
+        assert meeting.mode is ControlMode.STOPPED
+        eve.link.mend()
+        meeting.run(0.5)
+        assert stop_of(eve).settled
+        ann.ask(Action.RESET, Action.ARM, Action.EXECUTE)
+        assert meeting.mode is ControlMode.AUTONOMOUS
+
+
+def test_an_acknowledgement_of_the_past_is_shown_beside_what_the_robot_does_now(
+    meeting: Meeting, ann: Site, tmp_path: Path
+):
+    eve = meeting.join("eve", tmp_path / "eve", Wish.WATCH)
+    execute(ann)
+    eve.link.deaf = True
+    eve.console.submit(intents.Command(Action.STOP))
+    meeting.run(0.1)  # heard, and not resent yet
+    assert meeting.mode is ControlMode.STOPPED
+    eve.link.cut = True
+    meeting.run(0.5)
+    ann.ask(Action.RESET, Action.ARM, Action.EXECUTE)
+    eve.link.mend()  # what had waited, and then what the robot says now
+    meeting.run(0.1)
+    assert stop_of(eve).standing and stop_of(eve).moves_again and not stop_of(eve).settled
+    eve.ask(Action.STOP)
+    assert meeting.mode is ControlMode.STOPPED and stop_of(eve).settled
 
 
 def test_driving_passes_through_hold_and_the_new_holder_couples_anew(meeting: Meeting, ann: Site, bob: Site):

@@ -1,7 +1,11 @@
 from __future__ import annotations
 
-from farhand.common.wire.messages import Stamp, StopAck
+import pytest
+
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.wire.messages import Event, Stamp, StopAck
 from farhand.remote_site.supervision.stops import Stops
+from tests.remote_site.bench import BEGINNINGS, Bench, in_mode
 
 NOW = Stamp("boot", 5)
 
@@ -40,3 +44,37 @@ def test_several_operators_each_hear_of_their_own():
     assert stops.receive("b", NOW)
     stops.stands(NOW)
     assert acks_of(said)[2:] == [("a", True), ("b", True)]
+
+
+def test_a_flood_of_stops_takes_no_more_room_than_the_newest():
+    stops = Stops(lambda ack: None)
+    for number in range(10_000):
+        assert stops.receive(f"stop {number}", NOW)
+    assert len(stops._known) == 64 and not stops.receive("stop 9999", NOW)
+
+
+@pytest.mark.parametrize("mode", [mode for mode in ControlMode if mode is not ControlMode.STOPPED])
+def test_a_stop_that_is_known_stops_a_robot_that_has_left_stopped(mode: ControlMode):
+    bench = Bench()
+    bench.stop("held up")
+    bench.run(0.5)
+    assert bench.ask_lease().granted and bench.command(Action.RESET).accepted
+    if mode is not ControlMode.DISARMED:
+        BEGINNINGS[mode](bench)
+    assert bench.mode is mode
+    bench.said.clear()
+    bench.stop("held up")
+    assert bench.mode is ControlMode.STOPPED
+    assert acks_of(bench.heard(StopAck)) == [("held up", False)]
+    bench.run(0.5)
+    assert acks_of(bench.heard(StopAck))[-1] == ("held up", True)
+    assert [event.who for event in bench.events("stopped")] == ["bob"]
+
+
+def test_a_stop_that_is_resent_while_the_robot_is_stopped_is_told_once():
+    bench = in_mode(ControlMode.AUTONOMOUS)
+    for _ in range(5):
+        bench.stop("resent")
+        bench.run(0.2)
+    assert len(bench.events("stopped")) == 1
+    assert sum(event.kind == "stopped" for event in bench.heard(Event)) == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
 
@@ -10,6 +9,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from farhand.common.clock import elapsed_s
 from farhand.local_site.console import intents
 from farhand.local_site.view.scene.solids import put
 
@@ -66,4 +66,4 @@ class HandGizmo:
         if good:
             self._hand = np.concatenate([pose[:3], pose[3:] / np.linalg.norm(pose[3:])])
         self._held = phase != "end"
-        self._submit(intents.Hand(tuple(self._hand.tolist()), time.monotonic(), released=not self._held))
+        self._submit(intents.Hand(tuple(self._hand.tolist()), elapsed_s(), released=not self._held))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
+from farhand.common.clock import elapsed_s
 from farhand.local_site.console import intents
 
 _PERIOD_S = 0.1
@@ -23,7 +23,7 @@ class TargetDrag:
 
     def drag(self, phase: str, position_m: tuple[float, float]) -> None:
         """The U is held at this point of the board [m]."""
-        now_s = time.monotonic()
+        now_s = elapsed_s()
         if phase == "end" or now_s - self._sent_s >= _PERIOD_S:
             self._sent_s = now_s
             self._submit(intents.MoveTarget(position_m))

@@ -1,0 +1,56 @@
+"""The last guard: an error that nobody foresaw stops the robot, is told, and ends no process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from farhand.common.control_mode import ControlMode, Guard
+from farhand.common.log import loop_logger
+from farhand.remote_site.motion.motion import Motion
+from farhand.remote_site.supervision.black_box import BlackBox
+from farhand.remote_site.supervision.mode_machine import ModeMachine
+from farhand.remote_site.supervision.watch import Trip
+
+_log = loop_logger(__name__)
+
+
+class Failsafe:
+    """Runs every part of a control period, so that no exception leaves the control loop.
+
+    What is foreseen has its own answer further in. This is for the rest: foreign numerics, a driver, a bug.
+
+    Args:
+        motion: Stops the plant.
+        machine: Owner of the mode.
+        black_box: The last seconds, written down when something fails.
+        control_hz: Control periods per second [Hz].
+    """
+
+    def __init__(self, motion: Motion, machine: ModeMachine, black_box: BlackBox, control_hz: float):
+        self._motion, self._machine, self._black_box, self._dt_s = (
+            motion,
+            machine,
+            black_box,
+            1.0 / control_hz,
+        )
+        self._failed = False
+
+    def run(self, do: Callable[[], None]) -> None:
+        """Do a part of a control period; when it fails the robot brakes, is STOPPED, and says why. Never raises."""
+        try:
+            do()
+        except Exception as error:
+            self._motion.halt(self._dt_s)  # before any word about it
+            _log.exception("a control period failed")
+            said = self._failed and self._machine.mode is ControlMode.STOPPED
+            self._failed = True
+            if not said:
+                self._stop(f"the control loop failed: {type(error).__name__}: {error}")
+
+    def _stop(self, why: str) -> None:
+        try:
+            self._machine.trip(Trip(Guard.FAULT, why))
+            self._black_box.dump()
+        except Exception:
+            _log.exception("a failure could not be told")
+            self._machine.force_stopped()
