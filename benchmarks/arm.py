@@ -12,8 +12,8 @@ from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.poses import compose
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
-from farhand.common.arm.simulation.surroundings import Surroundings
 from farhand.common.arm.velocity_ik import VelocityIk
 from farhand.remote_site.robots.arm_plant import ArmPlant
 

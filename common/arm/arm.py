@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.arm.dimensions import Dimensions, Plug
+from farhand.common.arm.dimensions import HIDDEN, LINK, PLUG, SHOWN, UNTOUCHABLE, Dimensions, Plug
 from farhand.common.arm.engine import kinova
 from farhand.common.arm.lathe import add_lathe
-from farhand.common.arm.layers import HIDDEN, LINK, PLUG, SHOWN, UNTOUCHABLE
 
 JOINTS = tuple(f"jaco_arm/joint_{i}" for i in range(1, 7))
 TIP = "jaco_arm/jaco_hand/tip"

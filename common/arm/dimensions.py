@@ -1,4 +1,7 @@
-"""Dimensions of arm, plug, receptacle and water. "Hot-stab-like": no conformity with any standard is claimed."""
+"""Dimensions of arm, plug, receptacle and water, and the layers of geoms that touch or are drawn.
+
+"Hot-stab-like": no conformity with any standard is claimed.
+"""
 
 from __future__ import annotations
 
@@ -81,3 +84,16 @@ class Dimensions(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
             raise ValueError("plug.radius_m must be less than receptacle.bore_radius_m")
         if self.receptacle.bore_radius_m + self.receptacle.chamfer_m >= self.receptacle.outer_radius_m:
             raise ValueError("receptacle.outer_radius_m must exceed bore_radius_m + chamfer_m")
+
+
+# Bits of contype and conaffinity. The arm's own links are 3 and 2, as dm_control has them.
+LINK = 2
+PLUG = 4
+
+SHOWN = 2
+"""Group of geoms that are drawn."""
+HIDDEN = 3
+"""Group of geoms that only touch."""
+
+UNTOUCHABLE = {"contype": 0, "conaffinity": 0, "mass": 0, "group": SHOWN}
+"""For geoms that are only drawn."""

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm import arm
-from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.dimensions import LINK, Dimensions
 from farhand.common.arm.engine import MjModel, mink, mjcf, mujoco
-from farhand.common.arm.layers import LINK
 from farhand.common.arm.poses import compose
 
 Array = NDArray[np.float64]

@@ -6,8 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from farhand.evaluation.metrics.statistics import wilson_interval
-from farhand.evaluation.metrics.tables import rate
+from farhand.evaluation.metrics.tables import rate, wilson_interval
 from farhand.evaluation.study import Case
 
 HEADER = (

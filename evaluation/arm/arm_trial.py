@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from farhand.common.arm.compliance import ComplianceSettings
 from farhand.common.arm.poses import AT_ORIGIN, compose, difference, inverse, moved
 from farhand.common.arm.servo import ServoSettings
-from farhand.common.arm.simulation.disturbances import CALM, Disturbances, DisturbanceSettings
+from farhand.common.arm.simulation.disturbances import CALM, Disturbances, DisturbanceSettings, Surroundings
 from farhand.common.arm.simulation.goals import Goal, Seated
 from farhand.common.arm.simulation.placement import ACCEPTANCE, Box, Placement
 from farhand.common.arm.simulation.simulation import TICK_S, PhysicsFailed, Simulation
-from farhand.common.arm.simulation.surroundings import Surroundings
 from farhand.common.errors import InvalidInput
 from farhand.common.model.manifold import POSE
 from farhand.common.model.tphsmm import TPHSMM

@@ -41,8 +41,7 @@ from farhand.evaluation.arm.arm_trial import Conditions, Trial
 from farhand.evaluation.arm.hot_stab import LAMBDA_M
 from farhand.evaluation.arm.hot_stab_figure import draw_motions
 from farhand.evaluation.arm.unstab_table import HEADER, row_of, summary_of
-from farhand.evaluation.metrics.dtw import dtw_rms
-from farhand.evaluation.metrics.motion_metrics import time_rms
+from farhand.evaluation.metrics.motion_metrics import dtw_rms, time_rms
 from farhand.evaluation.metrics.tables import table
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings

@@ -29,8 +29,7 @@ from farhand.evaluation.arm.arm_table import HEADER, row_of, summary_of
 from farhand.evaluation.arm.arm_trial import Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught
 from farhand.evaluation.arm.robustness_figure import Rate, draw_rates
-from farhand.evaluation.metrics.statistics import wilson_interval
-from farhand.evaluation.metrics.tables import rate, table
+from farhand.evaluation.metrics.tables import rate, table, wilson_interval
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.remote_site.perception.marker_tracker import CLEAN, TYPICAL
 

@@ -19,8 +19,8 @@ import numpy as np
 from farhand.common.errors import InvalidConfiguration
 from farhand.deploy.rollout import roll_out
 from farhand.evaluation.human import handwriting_sampling
-from farhand.evaluation.metrics.dtw import dtw_rms
-from farhand.evaluation.metrics.statistics import wilson_interval
+from farhand.evaluation.metrics.motion_metrics import dtw_rms
+from farhand.evaluation.metrics.tables import wilson_interval
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.foreign_recordings import read_recordings
 from farhand.local_site.teaching.offline_learning import default_settings, learn

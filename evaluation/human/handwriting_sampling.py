@@ -15,7 +15,7 @@ import numpy as np
 
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.deploy.rollout import roll_out
-from farhand.evaluation.metrics.dtw import dtw_rms
+from farhand.evaluation.metrics.motion_metrics import dtw_rms
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.foreign_recordings import read_recordings

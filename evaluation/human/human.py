@@ -25,11 +25,16 @@ from scipy.spatial.transform import Rotation
 from farhand.deploy.rollout import roll_out
 from farhand.evaluation.human import human_report
 from farhand.evaluation.human.human_data import SETS, files, fold, recordings
-from farhand.evaluation.metrics.dtw import dtw_rms, resampled_by_length
-from farhand.evaluation.metrics.motion_metrics import arc_rms, end_direction_deg
-from farhand.evaluation.metrics.orientation_metrics import mean_turns, turn_rms_deg, turns_of
-from farhand.evaluation.metrics.promp_baseline import GRID, PAPER, PrompBaseline
-from farhand.evaluation.metrics.warp_baseline import mean_warp
+from farhand.evaluation.metrics.baselines import GRID, PAPER, PrompBaseline, mean_warp
+from farhand.evaluation.metrics.motion_metrics import (
+    arc_rms,
+    dtw_rms,
+    end_direction_deg,
+    mean_turns,
+    resampled_by_length,
+    turn_rms_deg,
+    turns_of,
+)
 from farhand.evaluation.study import Case
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from farhand.evaluation.human.human_data import SETS
-from farhand.evaluation.metrics.promp_baseline import GRID
+from farhand.evaluation.metrics.baselines import GRID
 from farhand.evaluation.metrics.tables import rate, table
 from farhand.evaluation.study import Case
 

@@ -28,8 +28,7 @@ from farhand.common.repertoire import Repertoire
 from farhand.deploy.places import find_point_task
 from farhand.evaluation.harness.virtual_job import do_job
 from farhand.evaluation.harness.virtual_sites import VirtualSites
-from farhand.evaluation.metrics.statistics import wilson_interval
-from farhand.evaluation.metrics.tables import rate, table
+from farhand.evaluation.metrics.tables import rate, table, wilson_interval
 from farhand.evaluation.study import reporting_seeds
 from farhand.local_site.script.operators_place import OutageKind, PlannedOutage
 from farhand.local_site.teaching.library import Library

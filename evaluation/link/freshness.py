@@ -21,8 +21,15 @@ from random import Random
 from typing import Any
 
 from farhand.evaluation.link import silence
-from farhand.evaluation.link.freshness_world import DT_S, JITTER_S, TELEMETRY_S, Arrival, World, a_stall
-from farhand.evaluation.link.stamp_rule import StampRule
+from farhand.evaluation.link.freshness_world import (
+    DT_S,
+    JITTER_S,
+    TELEMETRY_S,
+    Arrival,
+    StampRule,
+    World,
+    a_stall,
+)
 from farhand.evaluation.metrics.tables import table
 from farhand.evaluation.study import reporting_seeds
 

@@ -1,6 +1,8 @@
 """A shipped supervisor, an operator who drives it, and the line between them, in virtual time.
 
-Every input that arrives, late, twice or in time, is shown to the supervisor and to whoever else judges.
+Every input that arrives, late, twice or in time, is shown to the supervisor and to the common stamp rule, its peer: the
+receiver's clock minus the sender's stamp (MoveIt Servo: stale above 0.1 s; dimos: 0.5 s), with a mark of the newest
+sequence number beside it. That rule is right as long as the two clocks agree.
 """
 
 from __future__ import annotations
@@ -204,3 +206,32 @@ def a_stall(random: Random, first_s: float, last_s: float) -> tuple[float, float
 
 def _nowhere(*_: Any, **__: Any) -> None:
     """Nobody listens, plans or writes."""
+
+
+class StampRule:
+    """Judges by two wall clocks.
+
+    Args:
+        ttl_s: How old a message may be [s].
+    """
+
+    def __init__(self, ttl_s: float):
+        self._ttl_s = ttl_s
+        self._newest_seq = -1
+
+    def restart(self) -> None:
+        """The receiver is started again: what it remembered is gone."""
+        self._newest_seq = -1
+
+    def accepts(self, seq: int, stamp_s: float, now_s: float) -> bool:
+        """Whether a message counts.
+
+        Args:
+            seq: Its sequence number.
+            stamp_s: When it was sent, on the sender's wall clock [s].
+            now_s: Now, on the receiver's wall clock [s].
+        """
+        if seq <= self._newest_seq or now_s - stamp_s > self._ttl_s:
+            return False
+        self._newest_seq = seq
+        return True

@@ -27,7 +27,7 @@ from farhand.evaluation.harness.virtual_sites import Hooks, VirtualSites
 from farhand.evaluation.link.chaos_operator import ChaosOperator
 from farhand.evaluation.link.chaos_schedule import DURATION_S, Mishap, Schedule, random_schedule
 from farhand.evaluation.link.chaos_watch import ChaosWatch
-from farhand.evaluation.metrics.statistics import wilson_interval
+from farhand.evaluation.metrics.tables import wilson_interval
 from farhand.evaluation.modes.invariants import NOT_HERE, Violation, all_invariants
 from farhand.local_site.console import intents
 from farhand.local_site.teaching.library import Library

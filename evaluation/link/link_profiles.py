@@ -14,15 +14,27 @@ the mouth, and of the turn, for poses. Bytes: of all arrays as learned, and of t
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from farhand.common.impairment.link_profile import load_profiles
+from farhand.common.model.model_file import decode, encode
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import ARRAY_FIELDS, TPHSMM
 from farhand.deploy.link.link_process import PROFILES_FILE
-from farhand.evaluation.link import precision, profile_jobs
+from farhand.deploy.places import find_point_task
+from farhand.evaluation.link import profile_jobs
+from farhand.evaluation.metrics.motion_metrics import rms
 from farhand.evaluation.metrics.tables import quantiles, table
+from farhand.evaluation.paper.approach_trials import scene, taught
+from farhand.evaluation.paper.closed_loop import execute
+from farhand.evaluation.paper.planar import OscillatingU
 from farhand.evaluation.study import reporting_seeds
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.local_site.teaching.samples import sample_strokes
 
 Case = dict[str, Any]
 
@@ -34,14 +46,14 @@ def cases(trials: int | None, seed: int) -> list[Case]:
     """Each profile, and the executions."""
     profiles = [{"what": "profile", "profile": name} for name in load_profiles(PROFILES_FILE)]
     seeds = reporting_seeds(seed, trials or _TRIALS)
-    return [*profiles, *({"what": kind, "seed": s} for kind in precision.KINDS for s in seeds)]
+    return [*profiles, *({"what": kind, "seed": s} for kind in KINDS for s in seeds)]
 
 
 def trial(case: Case) -> Case:
     """One of them."""
     if case["what"] == "profile":
         return {**case, **profile_jobs.measure(case["profile"])}
-    return {**case, **precision.compare(case["what"], case["seed"])}
+    return {**case, **compare(case["what"], case["seed"])}
 
 
 def age_limit_s(one_way_s: float) -> float:
@@ -52,7 +64,7 @@ def age_limit_s(one_way_s: float) -> float:
 def summarise(results: list[Case]) -> tuple[Case, str]:
     """A row for each profile, and one for each kind of model."""
     profiles = [r for r in results if r["what"] == "profile"]
-    told = {kind: [r for r in results if r["what"] == kind] for kind in precision.KINDS}
+    told = {kind: [r for r in results if r["what"] == kind] for kind in KINDS}
     summary: Case = {
         "profiles": {r["profile"]: holds(r) for r in profiles},
         "precision": {kind: _cost(part) for kind, part in told.items()},
@@ -141,3 +153,56 @@ def _precision(told: dict[str, list[Case]]) -> str:
 
 
 _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
+
+
+Array = NDArray[np.float64]
+Case = dict[str, Any]
+Measure = Callable[[TPHSMM], dict[str, float]]
+
+KINDS = ("planar", "poses")
+_AFTER_S = 10.0
+
+
+def compare(kind: str, seed: int) -> Case:
+    """Errors of both, and what each takes as bytes."""
+    model, measure = _planar(seed) if kind == "planar" else _poses(seed)
+    content = encode(model)
+    return {
+        "double": measure(model),
+        "single": measure(decode(content)),
+        "double_bytes": sum(getattr(model, name).nbytes for name in ARRAY_FIELDS),
+        "single_bytes": len(content),
+    }
+
+
+def _planar(seed: int) -> tuple[TPHSMM, Measure]:
+    """A model of the task's strokes, and how far from the U an execution of it stays."""
+    task = find_point_task("planar")
+    strokes = sample_strokes(task, seed)
+    settings = LearnerSettings(task.learning.max_distance_m or 0.22, task.learning.min_std_m)
+    learner = OnlineLearner(settings, 2, task.frame_names)
+    at = [TaskFrame(np.eye(2), np.array(task.target.origin_m))]
+    for stroke in strokes:
+        learner.start()
+        learner.observe_many(stroke.position_m, at, stroke.time_s.tolist())
+        learner.end()
+
+    def measure(model: TPHSMM) -> dict[str, float]:
+        event = OscillatingU(task, seed)
+        done = execute(model, strokes[seed % len(strokes)].position_m[0], event, rest_s=_AFTER_S)
+        after = done.time_s > done.time_s[-1] - _AFTER_S
+        return {"after the arrival [mm]": 1e3 * rms(done.world[after] - event.truth(done.time_s[after]))}
+
+    return learner.model(), measure
+
+
+def _poses(seed: int) -> tuple[TPHSMM, Measure]:
+    """A model of the synthetic approach, and where an execution of it ends."""
+
+    def measure(model: TPHSMM) -> dict[str, float]:
+        event, _, start = scene(seed, "static", oriented=True)
+        done = execute(model, start, event, rest_s=1.0)
+        end_mm = 1e3 * float(np.linalg.norm(done.local[-1]))
+        return {"at the mouth [mm]": end_mm, "turn [deg]": float(done.turn_deg[-1])}
+
+    return taught(seed, oriented=True)[1], measure

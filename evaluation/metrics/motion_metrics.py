@@ -1,13 +1,16 @@
-"""What is measured of one motion, and of two."""
+"""Measures of one motion and of two: smoothness, orientation errors, dynamic time warping."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
 
-from farhand.evaluation.metrics.dtw import resampled_by_length
+from farhand.local_site.teaching.demonstration import Demonstration
 
 Array = NDArray[np.float64]
 
@@ -100,3 +103,85 @@ def spectral_arc_length(
     spectrum, frequency = spectrum[: last + 1], frequency[: last + 1]
     steps = np.hypot(np.diff(frequency) / (frequency[-1] - frequency[0]), np.diff(spectrum))
     return -float(steps.sum())
+
+
+_N = 100
+
+
+def turns_of(demonstration: Demonstration) -> Rotation:
+    """Orientations seen from the goal at equal fractions of the length. 100 of them."""
+    local = demonstration.frames_at(0)[-1].to_local(demonstration.points)
+    steps = np.linalg.norm(np.diff(local[:, :3], axis=0), axis=1)
+    travelled = np.concatenate([[0.0], np.cumsum(steps + 1e-12)])  # Slerp needs times that increase
+    return Slerp(travelled, Rotation.from_quat(local[:, 3:], scalar_first=True))(
+        np.linspace(0.0, travelled[-1], _N)
+    )
+
+
+def mean_turns(taught: Sequence[Rotation], start: Rotation) -> Rotation:
+    """The mean of the demonstrations' orientations, turned so that it begins where it should."""
+    mean = Rotation.concatenate(
+        [Rotation.concatenate([turns[n] for turns in taught]).mean() for n in range(_N)]
+    )
+    off = (mean[0].inv() * start).as_rotvec()
+    return mean * Rotation.from_rotvec(np.linspace(1.0, 0.0, _N)[:, None] * off)
+
+
+def turn_rms_deg(a: Rotation, b: Rotation) -> float:
+    """Root mean square angle between orientations."""
+    return float(np.degrees(np.sqrt(np.mean((a.inv() * b).magnitude() ** 2))))
+
+
+def resampled_by_length(points: Array, n_points: int = 200) -> Array:
+    """Points equally far apart along a path, its first and last among them. Shape (n_points, D)."""
+    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    at = np.linspace(0.0, travelled[-1], n_points)
+    return np.stack([np.interp(at, travelled, axis) for axis in points.T], axis=1)
+
+
+def dtw_rms(one: Array, other: Array) -> float:
+    """Root mean square of the distances along the warping path of two resampled motions [m]."""
+    squares, steps = _warp(resampled_by_length(one), resampled_by_length(other))
+    return float(np.sqrt(squares / steps))
+
+
+def warping_path(one: Array, other: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Indices of the points that dynamic time warping puts beside each other, from first to last."""
+    cost = _costs(np.ascontiguousarray(one), np.ascontiguousarray(other))
+    i, j = len(one), len(other)
+    pairs = []
+    while i > 0:  # the first row and column are infinite but for their corner
+        pairs.append((i - 1, j - 1))
+        i, j = min([(i - 1, j - 1), (i - 1, j), (i, j - 1)], key=lambda at: cost[at])
+    ours, theirs = np.array(pairs[::-1]).T
+    return ours, theirs
+
+
+@njit(cache=True)
+def _costs(a, b):
+    """Least sum of squared distances up to each pair of points. Shape (n + 1, m + 1)."""
+    cost = np.full((a.shape[0] + 1, b.shape[0] + 1), np.inf)
+    cost[0, 0] = 0.0
+    for i in range(a.shape[0]):
+        for j in range(b.shape[0]):
+            best = min(cost[i, j], cost[i, j + 1], cost[i + 1, j])
+            cost[i + 1, j + 1] = best + np.sum((a[i] - b[j]) ** 2)
+    return cost
+
+
+@njit(cache=True)
+def _warp(a, b):
+    """Least sum of squared distances over warping paths, and the length of the path that has it."""
+    n, m = a.shape[0], b.shape[0]
+    cost, length = np.full((n + 1, m + 1), np.inf), np.zeros((n + 1, m + 1))
+    cost[0, 0] = 0.0
+    for i in range(n):
+        for j in range(m):
+            best, steps = cost[i, j], length[i, j]  # both move on
+            if cost[i, j + 1] < best:
+                best, steps = cost[i, j + 1], length[i, j + 1]
+            if cost[i + 1, j] < best:
+                best, steps = cost[i + 1, j], length[i + 1, j]
+            cost[i + 1, j + 1] = best + np.sum((a[i] - b[j]) ** 2)
+            length[i + 1, j + 1] = steps + 1.0
+    return cost[n, m], length[n, m]

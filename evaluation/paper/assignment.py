@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidInput
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.evaluation.metrics.dtw import dtw_rms
+from farhand.evaluation.metrics.motion_metrics import dtw_rms
 from farhand.evaluation.metrics.tables import rate, spread, table
 from farhand.evaluation.paper.handle_task import LAMBDA_M, N_DEMONSTRATIONS, Scene, demonstrate, random_scene
 from farhand.evaluation.study import Case, reporting_seeds

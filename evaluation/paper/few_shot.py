@@ -11,12 +11,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from farhand.evaluation.metrics.dtw import dtw_rms
-from farhand.evaluation.metrics.motion_metrics import approach_of, at_phases
-from farhand.evaluation.metrics.promp_baseline import PAPER, PrompBaseline
-from farhand.evaluation.metrics.statistics import wilson_interval
-from farhand.evaluation.metrics.tables import rate, spread, table
-from farhand.evaluation.metrics.warp_baseline import mean_warp
+from farhand.evaluation.metrics.baselines import PAPER, PrompBaseline, mean_warp
+from farhand.evaluation.metrics.motion_metrics import approach_of, at_phases, dtw_rms
+from farhand.evaluation.metrics.tables import rate, spread, table, wilson_interval
 from farhand.evaluation.paper.approach_task import TAUGHT_STARTS, demonstrate, random_frame
 from farhand.evaluation.paper.approach_trials import taught
 from farhand.evaluation.paper.closed_loop import Event, execute

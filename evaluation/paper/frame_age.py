@@ -12,8 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from farhand.evaluation.metrics.motion_metrics import approach_of
-from farhand.evaluation.metrics.statistics import wilson_interval
-from farhand.evaluation.metrics.tables import quantiles, rate, table
+from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval
 from farhand.evaluation.paper.approach_trials import scene, taught
 from farhand.evaluation.paper.closed_loop import SETTINGS, execute
 from farhand.evaluation.study import Case, reporting_seeds

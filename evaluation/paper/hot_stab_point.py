@@ -22,10 +22,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from farhand.evaluation.metrics.dtw import dtw_rms
-from farhand.evaluation.metrics.motion_metrics import approach_of, time_rms
-from farhand.evaluation.metrics.statistics import wilson_interval
-from farhand.evaluation.metrics.tables import quantiles, rate, spread, table
+from farhand.evaluation.metrics.motion_metrics import approach_of, dtw_rms, time_rms
+from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wilson_interval
 from farhand.evaluation.paper.approach_trials import SCENARIOS, scene, stepping, taught
 from farhand.evaluation.paper.closed_loop import Event, execute
 from farhand.evaluation.study import Case, reporting_seeds

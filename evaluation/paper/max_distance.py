@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from farhand.evaluation.metrics.dtw import dtw_rms
-from farhand.evaluation.metrics.motion_metrics import approach_of, time_rms
+from farhand.evaluation.metrics.motion_metrics import approach_of, dtw_rms, time_rms
 from farhand.evaluation.metrics.tables import rate, spread, table
 from farhand.evaluation.paper.approach_trials import scene, stepping, taught
 from farhand.evaluation.paper.closed_loop import Event, execute

@@ -15,10 +15,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from farhand.common.model.task_frame import TaskFrame
+from farhand.evaluation.metrics.baselines import PAPER, PrompBaseline
 from farhand.evaluation.metrics.motion_metrics import Approach, approach_of
-from farhand.evaluation.metrics.promp_baseline import PAPER, PrompBaseline
-from farhand.evaluation.metrics.statistics import wilson_interval
-from farhand.evaluation.metrics.tables import quantiles, rate, table
+from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval
 from farhand.evaluation.paper.approach_task import (
     TAUGHT_STARTS,
     random_direction,

@@ -21,8 +21,7 @@ from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import PointTask
 from farhand.deploy.places import find_point_task
 from farhand.evaluation.metrics.motion_metrics import rms
-from farhand.evaluation.metrics.statistics import wilson_interval
-from farhand.evaluation.metrics.tables import quantiles, rate, table
+from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval
 from farhand.evaluation.paper.closed_loop import Event, Execution, execute
 from farhand.evaluation.paper.model_figure import draw_components, draw_model
 from farhand.evaluation.study import Case, reporting_seeds

@@ -18,12 +18,15 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.evaluation.metrics.dtw import dtw_rms
-from farhand.evaluation.metrics.motion_metrics import approach_of, at_phases, spectral_arc_length, time_rms
-from farhand.evaluation.metrics.promp_baseline import GRID, PAPER, PrompBaseline
-from farhand.evaluation.metrics.statistics import wilson_interval
-from farhand.evaluation.metrics.tables import quantiles, rate, spread, table
-from farhand.evaluation.metrics.warp_baseline import mean_warp, straight_line
+from farhand.evaluation.metrics.baselines import GRID, PAPER, PrompBaseline, mean_warp, straight_line
+from farhand.evaluation.metrics.motion_metrics import (
+    approach_of,
+    at_phases,
+    dtw_rms,
+    spectral_arc_length,
+    time_rms,
+)
+from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wilson_interval
 from farhand.evaluation.paper.approach_task import FAR_STARTS, TAUGHT_STARTS, demonstrate, random_frame
 from farhand.evaluation.paper.approach_trials import stepping, taught
 from farhand.evaluation.paper.closed_loop import Event, execute

@@ -9,7 +9,7 @@ from msgspec import UNSET
 from farhand.common.control_mode import ControlMode
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console.picture import Picture
-from farhand.local_site.view.scene.solids import SEEN_UNCHANGED, UNCHANGED
+from farhand.local_site.view.scene.nodes import SEEN_UNCHANGED, UNCHANGED
 
 AT_REST_S = 0.25
 """From one drawing to the next while nothing changes but ages [s]."""

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.servo import Servo, ServoSettings
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.placement import ACCEPTANCE, Placement
 from farhand.common.arm.simulation.simulation import TICK_S, Insertion, Simulation
-from farhand.common.arm.simulation.surroundings import Surroundings
 from farhand.common.errors import FarhandError
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.teaching.demonstration import Demonstration

@@ -12,8 +12,8 @@ from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.preflight import Preflight, Preflights
 from farhand.common.arm.servo import Servo, ServoSettings
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
-from farhand.common.arm.simulation.surroundings import Surroundings
 from farhand.common.errors import InvalidInput
 from farhand.remote_site.interface.plant import EffectorState
 

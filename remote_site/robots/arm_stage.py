@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm.poses import AT_ORIGIN, moved
-from farhand.common.arm.simulation.disturbances import Disturbances
+from farhand.common.arm.simulation.disturbances import Disturbances, Surroundings
 from farhand.common.arm.simulation.placement import Box
-from farhand.common.arm.simulation.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 
 from playwright.sync_api import Browser, Locator, Page, Playwright, expect
 
-from farhand.local_site.view.scene.board.camera import board_origin_m, view_of
+from farhand.local_site.view.scene.board.boards import board_origin_m, view_of
 from tests.browser.board_picture import await_boards
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

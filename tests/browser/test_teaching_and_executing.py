@@ -10,7 +10,7 @@ import numpy as np
 from playwright.sync_api import expect
 
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.view.scene.board.camera import view_of
+from farhand.local_site.view.scene.board.boards import view_of
 from tests.browser.board_picture import await_point, seen_point
 from tests.browser.operator_page import BOARD_M, WAIT_MS, OperatorPage, Points
 from tests.browser.stack import Stack

@@ -8,14 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm import arm
-from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.dimensions import HIDDEN, Dimensions
 from farhand.common.arm.engine import MjData, MjModel, mujoco
 from farhand.common.arm.lathe import turned
-from farhand.common.arm.layers import HIDDEN
 from farhand.common.arm.poses import compose, inverse, rotation
 from farhand.common.arm.simulation import receptacle
-from farhand.common.arm.simulation.scene import compile_scene
-from farhand.common.arm.simulation.scenery import DECK
+from farhand.common.arm.simulation.scene import DECK, compile_scene
 from farhand.common.wire.scene_description import Colour, Link, Mesh, SceneDescription
 
 Array = NDArray[np.float64]

@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.arm.dimensions import Dimensions, Receptacle
+from farhand.common.arm.dimensions import HIDDEN, LINK, PLUG, UNTOUCHABLE, Dimensions, Receptacle
 from farhand.common.arm.engine import mjcf
 from farhand.common.arm.lathe import add_lathe
-from farhand.common.arm.layers import HIDDEN, LINK, PLUG, UNTOUCHABLE
 from farhand.common.arm.poses import rotation
 
 Array = NDArray[np.float64]

@@ -16,8 +16,8 @@ from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.engine import MjData, MjModel, mujoco
 from farhand.common.arm.poses import compose, inverse
 from farhand.common.arm.simulation import receptacle
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.scene import STEP_S, compile_scene
-from farhand.common.arm.simulation.surroundings import Surroundings
 from farhand.common.errors import FarhandError, InvalidInput
 
 Array = NDArray[np.float64]

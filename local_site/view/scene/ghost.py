@@ -1,15 +1,18 @@
-"""Where the robot is by now: the committed path at (stamp + time since receipt + half the round trip)."""
+"""The robot's expected pose now: the committed path at (stamp + time since receipt + half the round trip)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from msgspec import UNSET
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from farhand.common.control_mode import ControlMode
 from farhand.common.model.manifold import POSE, Manifold
-from farhand.common.wire.messages import PlannedPath
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.wire.messages import PlannedPath, Telemetry
 from farhand.common.wire.path_points import points_of
 from farhand.local_site.console.picture import Picture
 
@@ -63,3 +66,19 @@ def predict(picture: Picture, now_s: float) -> Ghost | None:
     space = POSE if points.shape[1] == POSE.n_coordinates else Manifold(points.shape[1])
     point = space.exp(points[low], part * space.log(points[low], points[high]))
     return Ghost(point, (last - at) * path.step_s, done=at >= last)
+
+
+def reported_frame(robot: Telemetry) -> Array:
+    """The task frame as the robot sees it. A pose. Shape (7,)."""
+    return _pose(robot.frame_origin_m, robot.frame_rotation_rad)
+
+
+def reported_tip(robot: Telemetry) -> Array:
+    """The tip of the robot's tool, in the task frame. A pose. Shape (7,)."""
+    turn = robot.arm.rotation_rad if robot.arm is not UNSET else (0.0, 0.0, 0.0)
+    return TaskFrame.at(reported_frame(robot)).to_local(_pose(robot.position_m, turn))
+
+
+def _pose(position_m: tuple[float, ...], rotation_rad: tuple[float, ...]) -> Array:
+    turn = Rotation.from_rotvec(rotation_rad or (0.0, 0.0, 0.0)).as_quat(scalar_first=True)
+    return np.concatenate([position_m, turn])

@@ -12,10 +12,10 @@ from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.poses import compose, moved
 from farhand.common.arm.servo import Servo, ServoSettings
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.rendering import Renderer, RenderingUnavailable
-from farhand.common.arm.simulation.scenery import CLOSE_UP, OPERATOR
+from farhand.common.arm.simulation.scene import CLOSE_UP, OPERATOR
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
-from farhand.common.arm.simulation.surroundings import Surroundings
 
 FOLDER = Path(__file__).parents[3] / "docs" / "pictures"
 SIZE = 1280, 720

@@ -8,8 +8,8 @@ import pytest
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.poses import difference
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import Simulation
-from farhand.common.arm.simulation.surroundings import Surroundings
 
 DIMENSIONS = Dimensions()
 HOME = np.array(DIMENSIONS.home_rad)

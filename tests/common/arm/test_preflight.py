@@ -9,7 +9,7 @@ from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.poses import moved
 from farhand.common.arm.preflight import REFUSED_BELOW, WARNED_BELOW, Preflight, Preflights
-from farhand.common.arm.simulation.surroundings import Surroundings
+from farhand.common.arm.simulation.disturbances import Surroundings
 
 DIMENSIONS = Dimensions()
 HOME = np.array(DIMENSIONS.home_rad)

@@ -5,7 +5,7 @@ import numpy as np
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.poses import difference
-from farhand.common.arm.simulation.surroundings import Surroundings
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.way_in import WAY_M, WayIn, in_bore
 
 DIMENSIONS = Dimensions()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from farhand.evaluation.human import handwriting
-from farhand.evaluation.metrics.dtw import dtw_rms
+from farhand.evaluation.metrics.motion_metrics import dtw_rms
 from farhand.local_site.teaching.foreign_recordings import read_recordings
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from farhand.evaluation.link import freshness, silence
 from farhand.evaluation.link.freshness import CLOCKS, DELAYS_S, RULES
-from farhand.evaluation.link.stamp_rule import StampRule
+from farhand.evaluation.link.freshness_world import StampRule
 from farhand.remote_site.motion import coupling
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from farhand.evaluation.link import link_profiles, precision, profile_jobs, real_profiles
+from farhand.evaluation.link import link_profiles, profile_jobs, real_profiles
 
 
 @pytest.fixture(scope="module")
@@ -24,19 +24,19 @@ def test_the_narrowest_link_carries_telemetry_models_and_a_stop(acoustic):
 
 
 def test_a_profile_that_is_too_slow_is_told(acoustic):
-    executions = [link_profiles.trial({"what": kind, "seed": 1_000_000}) for kind in precision.KINDS]
+    executions = [link_profiles.trial({"what": kind, "seed": 1_000_000}) for kind in link_profiles.KINDS]
     assert link_profiles.summarise([acoustic, *executions])[0]["passed"]
     slow = {**acoustic, "telemetry": {"at rest": {"rate_hz": 0.4, "age_p50_s": 1.0, "age_p95_s": 2.0}}}
     summary, text = link_profiles.summarise([slow, *executions])
     assert not summary["passed"] and "NOT on every profile" in text
-    for kind in precision.KINDS:
+    for kind in link_profiles.KINDS:
         assert all(difference < 0.01 for difference in summary["precision"][kind].values())  # mm, degrees
 
 
 def test_every_profile_is_measured_and_every_kind_of_model_executed():
     cases = link_profiles.cases(None, 0)
     assert [c["profile"] for c in cases if c["what"] == "profile"] == ["lan", "geo", "leo", "acoustic"]
-    assert all(sum(c["what"] == kind for c in cases) == 50 for kind in precision.KINDS)
+    assert all(sum(c["what"] == kind for c in cases) == 50 for kind in link_profiles.KINDS)
     assert real_profiles.cases(None, 0) == [{"profiles": ["lan", "geo", "leo", "acoustic"]}]
 
 
@@ -66,7 +66,7 @@ def test_the_age_is_that_of_the_newest_report_at_each_moment():
 
 
 def test_a_model_is_executed_as_learned_and_as_it_arrives():
-    found = precision.compare("poses", 3)
+    found = link_profiles.compare("poses", 3)
     assert found["single_bytes"] < 0.5 * found["double_bytes"]
     for measure, value in found["double"].items():
         assert found["single"][measure] == pytest.approx(value, abs=0.01)

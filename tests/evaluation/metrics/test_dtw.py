@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from numpy.typing import NDArray
 
-from farhand.evaluation.metrics.dtw import dtw_rms, resampled_by_length
+from farhand.evaluation.metrics.motion_metrics import dtw_rms, resampled_by_length
 from tests.strategies import seeds, stroke
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from farhand.evaluation.metrics.statistics import wilson_interval
+from farhand.evaluation.metrics.tables import wilson_interval
 
 
 @settings(deadline=None, derandomize=True, max_examples=200)

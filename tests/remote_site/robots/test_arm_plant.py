@@ -14,8 +14,8 @@ from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.poses import AT_ORIGIN, compose, difference, moved
 from farhand.common.arm.servo import ServoSettings
 from farhand.common.arm.setpoint import MotionLimits
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
-from farhand.common.arm.simulation.surroundings import Surroundings
 from farhand.common.arm.velocity_ik import JOINT_SPEEDS
 from farhand.common.errors import InvalidInput
 from farhand.remote_site.robots.arm_plant import ArmPlant

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from farhand.common.wire.scene_description import Mesh, SceneDescription
 from farhand.local_site.view.scene import palette
 from farhand.local_site.view.scene.arm.arm_camera import base_m
-from farhand.local_site.view.scene.solids import NO_SHADOW, moved
+from farhand.local_site.view.scene.nodes import NO_SHADOW, moved
 
 Array = NDArray[np.float64]
 

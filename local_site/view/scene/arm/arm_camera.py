@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.local_site.view.scene.board.camera import BOTTOM, TOP
+from farhand.local_site.view.scene.board.boards import BOTTOM, TOP
 
 Array = NDArray[np.float64]
 

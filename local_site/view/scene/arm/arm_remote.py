@@ -16,10 +16,8 @@ from farhand.local_site.view.scene.arm.arm_camera import base_m
 from farhand.local_site.view.scene.arm.ellipsoids import Ellipsoids
 from farhand.local_site.view.scene.arm.pose_curves import Curves
 from farhand.local_site.view.scene.arm.receptacle_drawing import ReceptacleDrawing, add_platform
-from farhand.local_site.view.scene.flat import show
-from farhand.local_site.view.scene.ghost import Ghost, predict, shown_path
-from farhand.local_site.view.scene.reported_pose import reported_frame
-from farhand.local_site.view.scene.solids import add_solids, put
+from farhand.local_site.view.scene.ghost import Ghost, predict, reported_frame, shown_path
+from farhand.local_site.view.scene.nodes import add_solids, put, show
 
 _GHOST_OPACITY = 0.55
 

@@ -1,14 +1,16 @@
-"""The arm task's scene: the operator's arm on the left, the robot on the right, seen alike."""
+"""The arm task's scene: the operator's arm on the left, the robot on the right, with light and water."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import viser
 
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
+from farhand.local_site.view.scene import palette
 from farhand.local_site.view.scene.arm.arm_bodies import LOCAL, REMOTE, ArmBodies
 from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, arm_camera, base_m
 from farhand.local_site.view.scene.arm.arm_remote import RemoteArm
@@ -16,7 +18,6 @@ from farhand.local_site.view.scene.arm.ellipsoids import Ellipsoids
 from farhand.local_site.view.scene.arm.hand_gizmo import Act, HandGizmo
 from farhand.local_site.view.scene.arm.pose_curves import Demonstrations
 from farhand.local_site.view.scene.arm.receptacle_drawing import ReceptacleDrawing, add_platform
-from farhand.local_site.view.scene.arm.water import add_water
 from farhand.local_site.view.scene.ghost import Ghost
 
 _LOCAL, _REMOTE, _ARMS, _ROBOT = "/local", "/remote", "/arms", "/robot"
@@ -87,3 +88,18 @@ class ArmScene:
         camera.up_direction = (0.0, 0.0, 1.0)
         camera.position = tuple(view.position_m)
         camera.look_at = tuple(view.centre_m)
+
+
+def add_water(scene: viser.SceneApi) -> None:
+    """Set the scene's background and lights."""
+    scene.configure_default_lights(enabled=False, cast_shadow=False)
+    scene.configure_environment_map(hdri=None)
+    below = np.linspace(0.0, 1.0, 256)[:, None, None]
+    water = (1.0 - below) * palette.WATER_ABOVE + below * palette.WATER
+    scene.set_background_image(np.broadcast_to(water, (256, 8, 3)).astype(np.uint8), format="png")
+    scene.add_light_ambient("/light/ambient", intensity=0.8)
+    scene.add_light_hemisphere(
+        "/light/surface", sky_color=(205, 238, 255), ground_color=(20, 45, 55), intensity=1.3
+    )
+    scene.add_light_directional("/light/key", intensity=2.2, position=(-2.5, -2.0, 4.0))
+    scene.add_light_directional("/light/fill", intensity=0.8, position=(-2.0, 3.0, 1.0))

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.view.scene import palette, shapes
-from farhand.local_site.view.scene.solids import NO_SHADOW
+from farhand.local_site.view.scene.nodes import NO_SHADOW
 
 Array = NDArray[np.float64]
 

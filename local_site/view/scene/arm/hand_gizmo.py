@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from farhand.common.clock import elapsed_s
 from farhand.local_site.console import intents
-from farhand.local_site.view.scene.solids import put
+from farhand.local_site.view.scene.nodes import put
 
 Array = NDArray[np.float64]
 Act = Callable[[int, Callable[[], None]], None]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.view.scene import palette
+from farhand.local_site.view.scene.nodes import SEEN_UNCHANGED, add_solids, put
 from farhand.local_site.view.scene.palette import Rgb
-from farhand.local_site.view.scene.solids import SEEN_UNCHANGED, add_solids, put
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""The operator's hand on the local board: strokes that teach, or drive the robot while coupled."""
+"""Drags on the boards: strokes that teach or drive, and the drag that moves the simulated target."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from collections.abc import Callable
 import numpy as np
 import viser
 
+from farhand.common.clock import elapsed_s
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import Board
-from farhand.local_site.view.scene.flat import LINE_Z_M, MARK_Z_M, add_flat, add_lines, place, show
+from farhand.local_site.view.scene.nodes import LINE_Z_M, MARK_Z_M, add_flat, add_lines, place, show
 
 HAND_SPEED_M_S = 0.3
 """A stroke is taken as drawn at this speed: the browser's event times are its own load, not the motion."""
@@ -110,3 +111,25 @@ class Drawing:
             self._lines = add_lines(
                 self._scene, f"{self._name}/strokes", np.concatenate(points), np.concatenate(colours), 3.0
             )
+
+
+_PERIOD_S = 0.1
+
+
+class TargetDrag:
+    """Sends where the U is dragged to, at most ten times a second, and where it was let go.
+
+    Args:
+        submit: To the console.
+    """
+
+    def __init__(self, submit: Callable[[intents.Intent], None]):
+        self._submit = submit
+        self._sent_s = float("-inf")
+
+    def drag(self, phase: str, position_m: tuple[float, float]) -> None:
+        """The U is held at this point of the board [m]."""
+        now_s = elapsed_s()
+        if phase == "end" or now_s - self._sent_s >= _PERIOD_S:
+            self._sent_s = now_s
+            self._submit(intents.MoveTarget(position_m))

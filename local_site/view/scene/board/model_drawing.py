@@ -7,7 +7,7 @@ import viser
 
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.view.scene import palette, shapes
-from farhand.local_site.view.scene.flat import MODEL_Z_M, add_lines
+from farhand.local_site.view.scene.nodes import MODEL_Z_M, add_lines
 
 _DEVIATIONS = 2.0
 _OPACITY = 0.35

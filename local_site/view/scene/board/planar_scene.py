@@ -10,12 +10,10 @@ import viser
 from farhand.common.task import PointTask
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
-from farhand.local_site.view.scene.board.boards import Board, add_mat
-from farhand.local_site.view.scene.board.camera import FOV_RAD, view_of
-from farhand.local_site.view.scene.board.drawing import Drawing
+from farhand.local_site.view.scene.board.boards import FOV_RAD, Board, add_mat, view_of
+from farhand.local_site.view.scene.board.drawing import Drawing, TargetDrag
 from farhand.local_site.view.scene.board.model_drawing import ModelDrawing
 from farhand.local_site.view.scene.board.robot_drawing import RobotDrawing, add_target
-from farhand.local_site.view.scene.board.target_drag import TargetDrag
 from farhand.local_site.view.scene.ghost import Ghost
 
 _LIGHT = 3.14

@@ -14,7 +14,8 @@ from farhand.local_site.console.picture import Picture
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import Board
 from farhand.local_site.view.scene.board.model_drawing import ModelDrawing
-from farhand.local_site.view.scene.flat import (
+from farhand.local_site.view.scene.ghost import Ghost, predict, shown_path
+from farhand.local_site.view.scene.nodes import (
     HIDDEN_Z_M,
     LINE_Z_M,
     MARK_Z_M,
@@ -24,7 +25,6 @@ from farhand.local_site.view.scene.flat import (
     place,
     show,
 )
-from farhand.local_site.view.scene.ghost import Ghost, predict, shown_path
 
 _POINT_RADIUS_M = 0.018
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from farhand.common.arm.dimensions import Dimensions, Plug
+from farhand.common.arm.dimensions import HIDDEN, Dimensions, Plug
 from farhand.common.arm.engine import mujoco
 from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.layers import HIDDEN
 from farhand.common.arm.poses import compose
 from farhand.common.arm.simulation.description import describe
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import Simulation
-from farhand.common.arm.simulation.surroundings import Surroundings
 from farhand.common.model.manifold import POSE
 from farhand.common.wire.scene_description import SceneDescription
 

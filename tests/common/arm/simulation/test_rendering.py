@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.rendering import Renderer, RenderingUnavailable
-from farhand.common.arm.simulation.scenery import CLOSE_UP, OPERATOR
+from farhand.common.arm.simulation.scene import CLOSE_UP, OPERATOR
 from farhand.common.arm.simulation.simulation import Simulation
-from farhand.common.arm.simulation.surroundings import Surroundings
 
 pytestmark = pytest.mark.rendering
 

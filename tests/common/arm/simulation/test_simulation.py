@@ -9,8 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from farhand.common.arm.dimensions import Dimensions, Receptacle
+from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, PhysicsFailed, Simulation
-from farhand.common.arm.simulation.surroundings import Surroundings
 from farhand.common.errors import InvalidInput
 
 DIMENSIONS = Dimensions()

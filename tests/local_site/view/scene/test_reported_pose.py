@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from farhand.common.control_mode import ControlMode
 from farhand.common.wire.messages import ArmState, Stamp, Telemetry
-from farhand.local_site.view.scene.reported_pose import reported_frame, reported_tip
+from farhand.local_site.view.scene.ghost import reported_frame, reported_tip
 
 
 def test_the_tip_is_seen_from_the_receptacle() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, arm_camera, base_m
-from farhand.local_site.view.scene.board.camera import BOTTOM, TOP
+from farhand.local_site.view.scene.board.boards import BOTTOM, TOP
 
 # The base, the plug at rest, and the corners of the panel's face, from an arm's base [m].
 SEEN = [(0.0, 0.0, 0.05), (0.62, 0.0, 0.4), *((0.83, y, z) for y in (-0.3, 0.3) for z in (0.08, 0.68))]

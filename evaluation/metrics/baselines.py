@@ -1,4 +1,6 @@
-"""ProMP beside our method: movement_primitives, fitted in batch, conditioned on start and goal (Sec. VI-A).
+"""Peers to compare with: the warped mean of the demonstrations, a straight line, and ProMP.
+
+ProMP is that of movement_primitives, fitted in batch, conditioned on start and goal (Sec. VI-A).
 
 The paper's setting is 15 basis functions, demonstrations aligned by dynamic time warping and a
 regularisation of 1e-3 of the weights' covariance. Since that is the setting of one task, a small grid
@@ -15,8 +17,7 @@ import numpy as np
 from movement_primitives.promp import ProMP
 from numpy.typing import NDArray
 
-from farhand.evaluation.metrics.dtw import warping_path
-from farhand.evaluation.metrics.motion_metrics import at_phases
+from farhand.evaluation.metrics.motion_metrics import at_phases, warping_path
 
 Array = NDArray[np.float64]
 
@@ -109,3 +110,22 @@ def _aligned(motion: Array, reference: Array) -> Array:
     total = np.zeros_like(reference)
     np.add.at(total, theirs, motion[ours])
     return total / np.bincount(theirs, minlength=len(reference))[:, None]
+
+
+def mean_warp(motions: Sequence[Array], start: Array, goal: Array) -> Array:
+    """The mean motion, moved linearly so that it begins and ends where it should.
+
+    Args:
+        motions: Demonstrations at the same phases, in one frame [m]. Shapes (N, D).
+        start: Where to begin [m]. Shape (D,).
+        goal: Where to end [m]. Shape (D,).
+    """
+    mean = np.mean(motions, axis=0)
+    to_go = np.linspace(1.0, 0.0, len(mean))[:, None]
+    return mean + to_go * (start - mean[0]) + (1.0 - to_go) * (goal - mean[-1])
+
+
+def straight_line(start: Array, goal: Array, n_points: int = 100) -> Array:
+    """From start to goal with a hand's timing. Shape (n_points, D) [m]."""
+    tau = np.linspace(0.0, 1.0, n_points)[:, None]
+    return start + tau**3 * (10.0 - 15.0 * tau + 6.0 * tau**2) * (goal - start)
