@@ -41,6 +41,7 @@ from farhand.common.wire.messages import (
 )
 from farhand.common.wire.path_points import thinned
 from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.planner import PlanRequest
 from farhand.remote_site.robots.embodiments import embodiment_of
 from farhand.remote_site.robots.plant_memory import PlantState
@@ -66,6 +67,7 @@ class Robot:
         request_plan: Hands a rollout to a worker, which answers with `take_path`; never blocks.
         write: Keeps an event; never blocks.
         remembered: Where the robot was in its last boot, None for its first.
+        embodiment: What moves; the simulated robot of the first task when not given.
     """
 
     def __init__(
@@ -77,6 +79,7 @@ class Robot:
         request_plan: Callable[[PlanRequest], None],
         write: Callable[..., Any],
         remembered: PlantState | None,
+        embodiment: Embodiment | None = None,
     ):
         self._config, self._n_dims, self._link = config, tasks.first.space.n_dims, link
         self._inbox: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
@@ -85,7 +88,7 @@ class Robot:
         self._ticks = 0
         self.overruns = 0
         """Control periods that came too late, as `RemoteSite` counts them."""
-        self.embodiment = embodiment_of(tasks.first, config, clock, remembered)
+        self.embodiment = embodiment or embodiment_of(tasks.first, config, clock, remembered)
         """What moves, with its control rate."""
         self.supervisor = Supervisor(
             tasks, config, self.embodiment, clock, self._announce, request_plan, write

@@ -7,6 +7,7 @@ counters of warnings; one that is not zero ends the trial, and is counted here. 
 
 from __future__ import annotations
 
+import gc
 import os
 from pathlib import Path
 
@@ -36,6 +37,7 @@ def trial(case: Case) -> Case:
     for number, seed in enumerate(case["seeds"]):
         scenario = {"scenario": names[number % len(names)], "seed": seed}
         row = Trial(taught(), conditions_of(scenario), seed).run().row()
+        gc.collect()  # what is still held is in use
         rows.append({**scenario, **row, "resident_mib": _resident_mib()})
     return {"rows": rows}
 

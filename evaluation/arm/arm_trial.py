@@ -1,38 +1,36 @@
-"""One task of the arm: a learned model, the robot's own sight, touch and guards, the servo, the physics."""
+"""One task of the arm, by commands: the robot as it is shipped, link included, in virtual time."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
+from msgspec import structs
 
 from farhand.common.arm.compliance import ComplianceSettings
-from farhand.common.arm.poses import AT_ORIGIN, compose, difference, inverse, moved
-from farhand.common.arm.servo import ServoSettings
-from farhand.common.arm.simulation.disturbances import CALM, Disturbances, DisturbanceSettings, Surroundings
+from farhand.common.arm.poses import compose, difference, inverse
 from farhand.common.arm.simulation.goals import Goal, Seated
-from farhand.common.arm.simulation.placement import ACCEPTANCE, Box, Placement
-from farhand.common.arm.simulation.simulation import TICK_S, PhysicsFailed, Simulation
-from farhand.common.errors import InvalidInput
-from farhand.common.model.manifold import POSE
+from farhand.common.arm.simulation.placement import Placement
+from farhand.common.arm.simulation.simulation import TICK_S
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.impairment.impairment import LinkSettings
+from farhand.common.impairment.virtual_link import VirtualLink
+from farhand.common.impairment.virtual_time import VirtualTime
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.task import Limits
+from farhand.common.repertoire import Repertoire
+from farhand.common.task import ArmTask
+from farhand.deploy.places import find_task
 from farhand.evaluation.arm.arm_record import HELD_S, Record
-from farhand.remote_site.insertion.insertion import Insertion
-from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS, Recovery
-from farhand.remote_site.perception.adaptive_filter import AdaptiveFilter
-from farhand.remote_site.perception.marker_tracker import CLEAN, MarkerTracker, TrackerNoise
-from farhand.remote_site.perception.perception import SimulatedPerception
-from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
-from farhand.remote_site.robots.arm_plant import ArmPlant
+from farhand.evaluation.harness.commander import Commander, NotDone
+from farhand.evaluation.harness.virtual_sites import Hooks, VirtualRobot
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.robots.arm_embodiment import ArmConditions, ArmEmbodiment
+from farhand.remote_site.supervision.supervisor import Supervisor
 
-Array = NDArray[np.float64]
+STIFF = ComplianceSettings(lateral_m_s_n=0.0, tilt_rad_s_nm=0.0)
+"""An arm that does not give way sideways."""
 
-SETTINGS = ExecutorSettings(dt_s=TICK_S, horizon_s=0.6)
 _ENOUGH_S = 2.0
 _NEVER_S = 1e6
 _LOST_FROM_M = -0.040
@@ -40,62 +38,19 @@ _SINGULAR_EVERY = 10
 
 
 @dataclass(frozen=True)
-class Conditions:
+class Conditions(ArmConditions):
     """What a trial has to cope with.
 
     Args:
-        noise: Of the tracker.
-        disturbances: What moves.
-        box: Where the receptacle may be.
         jump_within_m: The step of the receptacle begins when the tip is so far before the mouth [m]; at its
             own time when not given.
         lost_s: From 40 mm before the mouth on the receptacle is out of sight for so long [s].
-        correcting: Whether contact corrects the frame.
-        admittance: Whether the arm gives way sideways.
-        attempts: How often it may go back from a jam.
-        obeying: Whether the kinematic pre-flight, which is asked in any case, is obeyed.
+        obeying: Whether a preview that was refused keeps the operator from executing.
     """
 
-    noise: TrackerNoise = CLEAN
-    disturbances: DisturbanceSettings = CALM
-    box: Box = ACCEPTANCE
     jump_within_m: float | None = None
     lost_s: float = 0.0
-    correcting: bool = True
-    admittance: bool = True
-    attempts: int = MAX_ATTEMPTS
     obeying: bool = False
-
-
-class Sea:
-    """What surrounds the arm in a trial, at any time.
-
-    Args:
-        conditions: What there is to cope with.
-        rest: Where the receptacle rests. A pose. Shape (7,).
-        seed: Of the disturbances.
-    """
-
-    def __init__(self, conditions: Conditions, rest: Array, seed: int):
-        self._rest, self._seed = rest, (seed, 2)  # not the tracker's numbers again
-        settings = conditions.disturbances
-        if conditions.jump_within_m is not None:
-            settings = replace(settings, step_at_s=_NEVER_S)  # until it is triggered
-        self._happening = Disturbances(settings, self._seed)
-
-    def jump(self, now_s: float) -> None:
-        """Let the step of the receptacle begin now."""
-        self._happening = Disturbances(replace(self._happening.settings, step_at_s=now_s), self._seed)
-
-    def __call__(self, time_s: float) -> Surroundings:
-        """All that acts on the arm at a time [s]."""
-        happening = self._happening
-        return Surroundings(
-            moved(self._rest, happening.receptacle(time_s)),
-            moved(AT_ORIGIN, happening.vehicle(time_s)),
-            happening.current_m_s(time_s),
-            happening.push_n(time_s),
-        )
 
 
 class Trial:
@@ -119,92 +74,121 @@ class Trial:
         limit_s: float = 18.0,
         goal: Goal | None = None,
     ):
-        simulation = Simulation()
-        random = np.random.default_rng([seed, 1])
-        placed = placement or Placement.sample(random, conditions.box, simulation.dimensions)
-        self._conditions = conditions
-        self._sea = Sea(conditions, placed.receptacle, seed)
-        gains = ComplianceSettings() if conditions.admittance else _STIFF
-        self.arm = ArmPlant(simulation, self._sea, ServoSettings(compliance=gains), placed.joints_rad)
-        noise = conditions.noise
-        self.perception = SimulatedPerception(
-            lambda _: simulation.mouth,
-            MarkerTracker(POSE, noise, seed),
-            AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
+        if conditions.jump_within_m is not None:  # not before it is triggered
+            never = replace(conditions.disturbances, step_at_s=_NEVER_S)
+            conditions = replace(conditions, disturbances=never)
+        self._conditions, self._limit_s = conditions, limit_s
+        self._model, self._goal, self._began_s = model, goal or Seated(), 0.0
+        config, tasks = RemoteConfig(seed=seed), _tasks(self._goal.enters, conditions.obeying)
+        assert isinstance(tasks.first, ArmTask)
+        self.embodiment = ArmEmbodiment(tasks.first, config, None, None, conditions, placement)
+        """The robot's arm."""
+        self._time = VirtualTime()
+        link = VirtualLink(self._time, LinkSettings())
+        self._robot_end, operator_end = link.remote_end(), link.local_end()
+        self._running = VirtualRobot(
+            self._time, self._robot_end, config, tasks, hooks=lambda: self._hooks, embodiment=self.embodiment
         )
+        self._hooks = Hooks()
+        self._operator = Commander(self._time, operator_end)
         self._lost_until_s, self._jumped = math.nan, conditions.jump_within_m is None
-        self._limit_s = limit_s
-        self._begin(model, goal or Seated())
+        self._running.start()
+
+    @property
+    def began_s(self) -> float:
+        """When the present task was begun, on the simulation's clock [s]."""
+        return self._began_s
 
     def go_on(self, model: TPHSMM, goal: Goal) -> None:
-        """Another task from where everything is now; `run` runs it.
+        """Prepare another task from where everything is now; `run` runs it.
 
         Args:
             model: The learned task.
             goal: What is to be reached.
         """
-        self._begin(model, goal, look_s=0.0)
-
-    def _begin(self, model: TPHSMM, goal: Goal, **how: float) -> None:
-        conditions, arm = self._conditions, self.arm
-        self.record, self._goal = Record(), goal
-        recovery = Recovery(conditions.correcting, conditions.attempts, enters=goal.enters)
-        preflight = _preflight(arm, self.record, conditions.obeying)
-        self.insertion = Insertion(
-            arm, self.perception, model, SETTINGS, Limits(), recovery, preflight, arm.time_s, **how
-        )
-        self._held_s, self._until_s = 0.0, arm.time_s + self._limit_s
+        self._model, self._goal = model, goal
 
     def run(self) -> Record:
-        """Until the goal was held, a guard acts, or its time is over."""
-        record, began_s = self.record, time.process_time()
-        while self._held_s < _ENOUGH_S:
-            if self.arm.time_s >= self._until_s:
+        """Command the task, and watch it until the goal was held, a guard acts, or its time is over."""
+        self.record, self._held_s = Record(), 0.0
+        try:
+            self._begin()
+        except NotDone as refusal:
+            self.record.cause = str(refusal)
+            self._observe()  # where everything is
+            return self.record
+        began_s, record = time.process_time(), self.record
+        until_s = self._began_s + self._limit_s
+        while not record.cause and self._held_s < _ENOUGH_S:
+            if self.embodiment.plant.time_s >= until_s:
                 record.cause = "" if self._held_s >= HELD_S else "time"
                 break
-            try:
-                record.cause = self.insertion.tick(self.arm.time_s)
-            except (PhysicsFailed, InvalidInput) as error:
-                record.cause = str(error)
-            self._look()
-            if record.cause:
-                break
+            self._time.run_until(self._time.now_s() + TICK_S)
+            if (
+                self._supervisor.mode is not ControlMode.AUTONOMOUS
+                or self._supervisor.motion.execution is None
+            ):
+                record.cause = self._operator.events[-1].text  # by now it has arrived
+        self._hooks = Hooks()
         record.tick_s = (time.process_time() - began_s) / max(len(record.local), 1)
         return record
 
+    def _begin(self) -> None:
+        """Do what an operator does: take control, send the model, preview, execute."""
+        operator, name = self._operator, _NAMES[self._goal.enters]
+        if operator.report is None:
+            operator.take_control()
+        elif self._supervisor.mode is ControlMode.AUTONOMOUS and not self._supervisor.phase.at_end:
+            operator.do(Action.ABORT)
+        named = {"task": name, "model_sha256": operator.send(self._model, name)}
+        plan_id = 0
+        try:
+            plan_id = operator.do(Action.PREVIEW, **named).plan_id
+        except NotDone as refusal:
+            self.record.refusal = str(refusal).removeprefix("refused: ")
+            if self._conditions.obeying:
+                raise
+        operator.ask(Action.EXECUTE, **named, plan_id=plan_id)
+        self._began_s = self.embodiment.plant.time_s
+        self._hooks = Hooks(after=self._look)
+
+    @property
+    def _supervisor(self) -> Supervisor:
+        return self._running.robot.supervisor
+
     def _look(self) -> None:
         """Write down what happened, and let happen what depends on where the plug is."""
-        arm, record = self.arm, self.record
-        simulation, force, now_s = arm.simulation, arm.servo.wrist.force, arm.time_s
+        depth_m, now_s = self._observe(), self.embodiment.plant.time_s
+        if not self._jumped and depth_m > -(self._conditions.jump_within_m or 0.0):
+            self._jumped = True
+            self.embodiment.environment.jump(now_s)
+        if self._conditions.lost_s and math.isnan(self._lost_until_s) and depth_m > _LOST_FROM_M:
+            self._lost_until_s = now_s + self._conditions.lost_s
+        self.embodiment.perception.in_sight = not now_s < self._lost_until_s
+
+    def _observe(self) -> float:
+        """Write down where the plug is and what it feels; return how deep it is [m]."""
+        arm, record = self.embodiment.plant, self.record
+        simulation, force = arm.simulation, arm.servo.wrist.force
         tip = simulation.tip
         local = compose(inverse(simulation.mouth), tip)
         record.local.append(local)
         if not arm.servo.governor.active:
             record.behind.append(difference(arm.servo.setpoint.pose, tip))
         record.force_n.append(math.sqrt(force @ force))
-        depth_m = float(local[2])
         if len(record.local) % _SINGULAR_EVERY == 0:
             record.least_singular_value.append(arm.servo.kinematics.least_singular_value())
         good = self._goal.reached(local, record.force_n[-1], simulation)
         self._held_s = self._held_s + TICK_S if good else 0.0
         if good and math.isnan(record.inserted_s):
-            record.inserted_s = now_s
-        if not self._jumped and depth_m > -(self._conditions.jump_within_m or 0.0):
-            self._jumped = True
-            self._sea.jump(now_s)
-        if self._conditions.lost_s and math.isnan(self._lost_until_s) and depth_m > _LOST_FROM_M:
-            self._lost_until_s = now_s + self._conditions.lost_s
-        self.perception.in_sight = not now_s < self._lost_until_s
+            record.inserted_s = arm.time_s - self._began_s
+        return float(local[2])
 
 
-def _preflight(arm: ArmPlant, record: Record, obeying: bool) -> Callable[[Array], str]:
-    """Ask, write down, and obey or not; no method of the trial, which would then live until it is found as garbage."""
-
-    def ask(receptacle: Array) -> str:
-        record.refusal = arm.preflight(receptacle).refusal
-        return record.refusal if obeying else ""
-
-    return ask
+_NAMES = {True: "hot-stab", False: "hot-unstab"}
 
 
-_STIFF = ComplianceSettings(lateral_m_s_n=0.0, tilt_rad_s_nm=0.0)
+def _tasks(enters: bool, obeying: bool) -> Repertoire:
+    """Return both tasks, the one that the trial begins with first."""
+    names = (_NAMES[enters], _NAMES[not enters])
+    return Repertoire([structs.replace(find_task(name), require_preview=obeying) for name in names])

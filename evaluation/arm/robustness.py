@@ -26,7 +26,7 @@ from farhand.common.arm.simulation.disturbances import PRESETS, DisturbanceSetti
 from farhand.common.arm.simulation.placement import WIDE
 from farhand.evaluation.arm.arm_record import Record
 from farhand.evaluation.arm.arm_table import HEADER, row_of, summary_of
-from farhand.evaluation.arm.arm_trial import Conditions, Trial
+from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught
 from farhand.evaluation.arm.robustness_figure import Rate, draw_rates
 from farhand.evaluation.metrics.tables import rate, table, wilson_interval
@@ -66,7 +66,7 @@ BIASES: dict[str, tuple[Conditions, float]] = {
     for mm, degrees in ((5, 4), (15, 2))
 }
 ROBOTS = {
-    "stiff": {"admittance": False, "correcting": False, "attempts": 0},
+    "stiff": {"compliance": STIFF, "correcting": False, "attempts": 0},
     "gives way": {"correcting": False, "attempts": 0},
     "gives way, corrects, retries": {},
 }

@@ -11,11 +11,14 @@ from farhand.common.clock import BootClock
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_link import VirtualLink
 from farhand.common.impairment.virtual_time import VirtualTime
+from farhand.common.link.link import Link
+from farhand.common.repertoire import Repertoire
 from farhand.local_site.console.console import PERIOD_S, Console
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.own_place import own_place
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.motion.planner import PlanRequest, plan
+from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.motion.planner import PlanRequest, answer
 from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.plant_memory import PlantState
 
@@ -38,6 +41,70 @@ class Hooks:
     before: Callable[[], None] = lambda: None
     between: Callable[[], None] = lambda: None
     after: Callable[[], None] = lambda: None
+
+
+_NO_HOOKS = Hooks()
+
+
+class VirtualRobot:
+    """A robot as in its own process but for threads and files: it runs as the time passes.
+
+    Args:
+        time: The time.
+        end: Its end of the link.
+        config: Of the robot.
+        tasks: What it does.
+        life: How often it was started, this start included; its clock has nothing to do with that of before.
+        remembered: Where it was in its last life.
+        hooks: Those of who watches it, asked for in every period.
+        embodiment: What moves; the simulated robot of the first task when not given.
+    """
+
+    def __init__(
+        self,
+        time: VirtualTime,
+        end: Link,
+        config: RemoteConfig,
+        tasks: Repertoire,
+        life: int = 1,
+        remembered: PlantState | None = None,
+        hooks: Callable[[], Hooks] = lambda: _NO_HOOKS,
+        embodiment: Embodiment | None = None,
+    ):
+        self._time, self._hooks, self._ended = time, hooks, False
+        self.written: list[dict[str, Any]] = []
+        """Its log."""
+        clock = BootClock(f"boot {life}", lambda: time.now_ns() + round(life * _CLOCK_APART_S * 1e9))
+        self.robot = Robot(
+            config, tasks, clock, end, self._plan, lambda **fields: self.written.append(fields), remembered,
+            embodiment,
+        )  # fmt: skip
+        self._period_s = 1.0 / self.robot.embodiment.control_hz
+
+    def start(self) -> None:
+        """Run from now on."""
+        self._tick(self._time.now_s())
+
+    def end(self) -> None:
+        """Run no more."""
+        self._ended = True
+
+    def _tick(self, due_s: float) -> None:
+        if self._ended:
+            return
+        hooks = self._hooks()
+        hooks.before()
+        self.robot.handle()
+        hooks.between()
+        self.robot.move()
+        hooks.after()
+        due_s += self._period_s
+        self._time.call_at(due_s, partial(self._tick, due_s))
+
+    def _plan(self, request: PlanRequest) -> None:
+        """Roll out previews; the committed path, which is for show alone, is not rolled out."""
+        if request.plan_id:
+            self._time.call_later(_PLANNING_S, lambda: self.robot.take_path(request, *answer(request)))
 
 
 class VirtualSites:
@@ -63,11 +130,19 @@ class VirtualSites:
         self.link = VirtualLink(self.time, settings)
         self.console_frozen = False
         """The console's process hangs: it does and sends nothing, and takes no time of its own."""
-        self.written: list[dict[str, Any]] = []
-        """The robot's log of this boot."""
         self._robot_lives = self._console_lives = 0
         self.restart_robot()
         self.restart_console()
+
+    @property
+    def robot(self) -> Robot:
+        """The robot of this boot."""
+        return self._running.robot
+
+    @property
+    def written(self) -> list[dict[str, Any]]:
+        """The robot's log of this boot."""
+        return self._running.written
 
     def run(self, duration_s: float) -> None:
         """Let time pass [s]."""
@@ -78,6 +153,7 @@ class VirtualSites:
         remembered: PlantState | None = None
         if self._robot_lives:
             remembered = PlantState.of(self.robot.supervisor.sensing, self.robot.supervisor.motion)
+            self._running.end()
             self._robot_end.close()
         self._robot_lives += 1
         if down_s:
@@ -99,33 +175,13 @@ class VirtualSites:
     # The robot ----------------------------------------------------------------------------------
 
     def _start_robot(self, remembered: PlantState | None, life: int) -> None:
-        self._robot_end = self.link.remote_end()
-        self.written = []
-        clock = BootClock(f"boot {life}", lambda: self.time.now_ns() + round(life * _CLOCK_APART_S * 1e9))
-        self.robot = Robot(
-            self.config, self.library.tasks, clock, self._robot_end, self._plan,
-            lambda **fields: self.written.append(fields), remembered,
-        )  # fmt: skip
-        self._robot_tick(life, self.time.now_s())
-
-    def _robot_tick(self, life: int, due_s: float) -> None:
         if life != self._robot_lives:
-            return
-        self.hooks.before()
-        self.robot.handle()
-        self.hooks.between()
-        self.robot.move()
-        self.hooks.after()
-        due_s += 1.0 / self.robot.embodiment.control_hz
-        self.time.call_at(due_s, partial(self._robot_tick, life, due_s))
-
-    def _plan(self, request: PlanRequest) -> None:
-        """Previews are rolled out; the committed path, which is for show alone, is not."""
-        if request.plan_id:
-            self.time.call_later(_PLANNING_S, partial(self._planned, self.robot, request))
-
-    def _planned(self, robot: Robot, request: PlanRequest) -> None:
-        robot.take_path(request, plan(request), "")
+            return  # it was killed again before it had started
+        self._robot_end = self.link.remote_end()
+        self._running = VirtualRobot(
+            self.time, self._robot_end, self.config, self.library.tasks, life, remembered, lambda: self.hooks
+        )
+        self._running.start()
 
     # The console --------------------------------------------------------------------------------
 

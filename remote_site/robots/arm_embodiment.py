@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.common.arm.compliance import ComplianceSettings
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.poses import AT_ORIGIN, difference
@@ -15,10 +17,10 @@ from farhand.common.arm.preflight import Preflights
 from farhand.common.arm.servo import ServoSettings
 from farhand.common.arm.setpoint import MotionLimits
 from farhand.common.arm.simulation.description import describe
+from farhand.common.arm.simulation.disturbances import CALM, Disturbances, DisturbanceSettings
 from farhand.common.arm.simulation.disturbances import PRESETS as DISTURBANCES
-from farhand.common.arm.simulation.disturbances import Disturbances
 from farhand.common.arm.simulation.goals import Seated, Withdrawn
-from farhand.common.arm.simulation.placement import ACCEPTANCE, Placement
+from farhand.common.arm.simulation.placement import ACCEPTANCE, Box, Placement
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
 from farhand.common.control_mode import Action, Phase
 from farhand.common.errors import InvalidConfiguration, InvalidInput
@@ -27,19 +29,19 @@ from farhand.common.model.manifold import POSE
 from farhand.common.task import AnyTask, ArmTask
 from farhand.common.wire.messages import ArmState
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.insertion.recovery import Recovery
+from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS, Recovery
 from farhand.remote_site.insertion.touch import BACK_M_S, Touch, pose_of
 from farhand.remote_site.interface.embodiment import Check, Guidance, Way
 from farhand.remote_site.motion.manoeuvre import BACK_OFF_M, BACK_OFF_S, Straight, giving_way
 from farhand.remote_site.perception.adaptive_filter import AdaptiveFilter
+from farhand.remote_site.perception.marker_tracker import CLEAN, MarkerTracker, TrackerNoise
 from farhand.remote_site.perception.marker_tracker import PRESETS as TRACKERS
-from farhand.remote_site.perception.marker_tracker import MarkerTracker
 from farhand.remote_site.perception.perception import SimulatedPerception
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 from farhand.remote_site.robots.arm_memory import ArmMemory
 from farhand.remote_site.robots.arm_plant import ArmPlant
-from farhand.remote_site.robots.arm_stage import Stage
+from farhand.remote_site.robots.arm_stage import SimulatedEnvironment
 from farhand.remote_site.robots.arm_ways import AlongAxis, confined, free_speed_m_s, in_bore, shifted
 from farhand.remote_site.robots.plant_memory import PlantState
 from farhand.remote_site.robots.plug_record import PlugRecord
@@ -56,6 +58,33 @@ _LOOK_S = 0.5
 """Before an execution begins the receptacle is looked at, and the wrist's sensor tared, for so long [s]."""
 _DEPTH_M, _LATERAL_M = (0.075, 0.095), 0.010
 """A plug is seated when it is believed to be so deep, and not further from the axis than sight is wrong."""
+_COMPLIANCE = ComplianceSettings()
+
+
+@dataclass(frozen=True)
+class ArmConditions:
+    """What a simulated arm has to cope with, and with what it copes.
+
+    Args:
+        noise: Of the tracker.
+        disturbances: What moves.
+        box: Where the receptacle may be.
+        compliance: How the arm gives way.
+        correcting: Whether contact corrects the frame.
+        attempts: How often it may go back from a jam.
+    """
+
+    noise: TrackerNoise = CLEAN
+    disturbances: DisturbanceSettings = CALM
+    box: Box = ACCEPTANCE
+    compliance: ComplianceSettings = _COMPLIANCE
+    correcting: bool = True
+    attempts: int = MAX_ATTEMPTS
+
+    @classmethod
+    def of(cls, task: ArmTask) -> ArmConditions:
+        """Return those that a task names."""
+        return cls(TRACKERS[task.tracker], DISTURBANCES[task.disturbances])
 
 
 class ArmEmbodiment:
@@ -66,6 +95,8 @@ class ArmEmbodiment:
         config: Its seed.
         remembered: Where it was in its last boot.
         dimensions: Of the arm and its surroundings.
+        conditions: What it has to cope with; what the task names when not given.
+        placement: Where everything is at first; drawn from the seed when not given.
 
     Raises:
         InvalidConfiguration: When another control rate is configured.
@@ -79,12 +110,14 @@ class ArmEmbodiment:
         config: RemoteConfig,
         remembered: PlantState | None,
         dimensions: Dimensions | None = None,
+        conditions: ArmConditions | None = None,
+        placement: Placement | None = None,
     ):
         if config.control_hz not in (None, CONTROL_HZ):
             expected = f"{CONTROL_HZ:g} for an arm, got {config.control_hz:g}"
             raise InvalidConfiguration("remote configuration", "control_hz", expected)
         limits = MotionLimits()
-        self.task = task
+        self.task, self._conditions = task, conditions or ArmConditions.of(task)
         self.max_speed_m_s = min(task.limits.speed_m_s, limits.speed_m_s)
         self._acceleration = min(task.limits.acceleration_m_s2, limits.acceleration_m_s2)
         self.settings = ExecutorSettings(
@@ -94,15 +127,17 @@ class ArmEmbodiment:
             max_angular_speed_rad_s=limits.angular_speed_rad_s,
         )
         self.simulation = Simulation(dimensions)
-        self._happening = Disturbances(DISTURBANCES[task.disturbances], (config.seed, 2))
-        self.plant, self._stage = self._start(remembered.arm if remembered else None, config.seed)
-        noise = TRACKERS[task.tracker]
+        self._happening = Disturbances(self._conditions.disturbances, (config.seed, 2))
+        self.plant, self.environment = self._start(
+            remembered.arm if remembered else None, config.seed, placement
+        )
+        noise = self._conditions.noise
         self.perception = SimulatedPerception(
             lambda _: self.simulation.mouth,
             MarkerTracker(POSE, noise, config.seed),
             AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
         )
-        self._touch = Touch(self.plant, self.perception, Recovery(), _LOOK_S)
+        self._touch = Touch(self.plant, self.perception, self._new_recovery(), _LOOK_S)
         kinematics = Kinematics(self.simulation.dimensions)
         self._home = kinematics.tip
         self._preflights = Preflights(kinematics)
@@ -114,23 +149,30 @@ class ArmEmbodiment:
         """See `Embodiment`."""
         return self.task.skill == "insert"
 
-    def _start(self, remembered: ArmMemory | None, seed: int) -> tuple[ArmPlant, Stage]:
-        """The arm where it was, or else where its seed puts it."""
+    def _start(
+        self, remembered: ArmMemory | None, seed: int, placement: Placement | None
+    ) -> tuple[ArmPlant, SimulatedEnvironment]:
+        """Put the arm where it was, or else where it is to be, or else where its seed says."""
         limits = MotionLimits(speed_m_s=self.max_speed_m_s, acceleration_m_s2=self._acceleration)
-        settings = ServoSettings(limits=limits)
+        settings, box = ServoSettings(limits, self._conditions.compliance), self._conditions.box
         if remembered is not None:
-            stage = Stage(np.array(remembered.receptacle), self._happening, ACCEPTANCE, remembered.time_s)
+            rest = np.array(remembered.receptacle)
+            around = SimulatedEnvironment(rest, self._happening, box, remembered.time_s)
             try:
-                plant = ArmPlant(self.simulation, stage, settings, np.array(remembered.joints_rad))
+                plant = ArmPlant(self.simulation, around, settings, np.array(remembered.joints_rad))
             except InvalidInput as error:
                 _log.warning("the arm starts anew: %s", error)
             else:
                 plant.servo.wrist.restore(np.array(remembered.tare))
-                return plant, stage
-        place = Placement.sample if self.must_seat else Placement.seated
-        placed = place(np.random.default_rng([seed, 1]), ACCEPTANCE, self.simulation.dimensions)
-        stage = Stage(placed.receptacle, self._happening, ACCEPTANCE)
-        return ArmPlant(self.simulation, stage, settings, placed.joints_rad), stage
+                return plant, around
+        if placement is None:
+            place = Placement.sample if self.must_seat else Placement.seated
+            placement = place(np.random.default_rng([seed, 1]), box, self.simulation.dimensions)
+        around = SimulatedEnvironment(placement.receptacle, self._happening, box)
+        return ArmPlant(self.simulation, around, settings, placement.joints_rad), around
+
+    def _new_recovery(self) -> Recovery:
+        return Recovery(self._conditions.correcting, self._conditions.attempts, enters=self.must_seat)
 
     # In every control period ---------------------------------------------------------------------
 
@@ -146,7 +188,7 @@ class ArmEmbodiment:
         """See `Embodiment`: in free water what was felt is forgotten, and the wrist's sensor tared."""
         assert isinstance(task, ArmTask)
         self.task = task
-        recovery = Recovery(enters=self.must_seat)
+        recovery = self._new_recovery()
         if self.plant.servo.governor.active:
             recovery.correction = self._touch.recovery.correction
         else:
@@ -205,7 +247,7 @@ class ArmEmbodiment:
 
     def move_target(self, position_m: Array) -> None:
         """See `Embodiment`."""
-        self._stage.move_to(position_m, self.plant.time_s)
+        self.environment.move_to(position_m, self.plant.time_s)
 
     # What is told --------------------------------------------------------------------------------
 
@@ -218,8 +260,8 @@ class ArmEmbodiment:
         time_s, still = self.plant.time_s, self.task.disturbances == "calm"
         return ArmMemory(
             tuple(self.simulation.joints_rad.tolist()),
-            tuple(self._stage.rest(time_s).tolist()),
-            0.0 if still else self._stage.disturbed_s(time_s),
+            tuple(self.environment.rest(time_s).tolist()),
+            0.0 if still else self.environment.disturbed_s(time_s),
             tuple(self.plant.servo.wrist.bias.tolist()),
         )
 

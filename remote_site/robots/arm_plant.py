@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm.compliance import SeenReceptacle
-from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.preflight import Preflight, Preflights
 from farhand.common.arm.servo import Servo, ServoSettings
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
@@ -61,18 +58,6 @@ class ArmPlant:
         A plug that is to come out is not to be pressed in: see `Servo.see`.
         """
         self.servo.see(receptacle, presses)
-
-    def preflight(self, receptacle: Array) -> Preflight:
-        """Go from where the arm is into a receptacle, in thought.
-
-        Args:
-            receptacle: Its pose. Shape (7,).
-        """
-        return self._preflights.examine(self.simulation.joints_rad, receptacle)
-
-    @cached_property
-    def _preflights(self) -> Preflights:
-        return Preflights(Kinematics(self.simulation.dimensions))
 
     def read(self) -> EffectorState:
         """See `Plant.read`."""

@@ -213,6 +213,8 @@ class Supervisor:
     def _sense(self, now_s: float, dt_s: float) -> Trip | None:
         try:
             self.sensing.update(now_s)
+            if not self.sensing.effector.is_finite:  # it must not enter any estimate
+                return Trip(Guard.FAULT, "a measured number is not finite")
             self.embodiment.attend(self.sensing, self.motion.executing, now_s, dt_s)
         except InvalidInput as error:
             return Trip(Guard.FAULT, f"a measurement is wrong: {error}")

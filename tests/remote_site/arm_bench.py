@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -21,7 +22,8 @@ from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.robots.arm_embodiment import ArmEmbodiment
+from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS
+from farhand.remote_site.robots.arm_embodiment import ArmConditions, ArmEmbodiment
 from farhand.remote_site.robots.plant_memory import PlantState
 from tests.remote_site.bench import Bench
 
@@ -59,10 +61,12 @@ class ArmBench(Bench):
         remembered: PlantState | None = None,
         dimensions: Dimensions | None = None,
         also: Sequence[ArmTask] = (),
+        attempts: int = MAX_ATTEMPTS,
         **changes: Any,
     ):
         task = structs.replace(HOT_STAB, **changes)
-        self.arm = ArmEmbodiment(task, RemoteConfig(seed=seed), remembered, dimensions)
+        conditions = replace(ArmConditions.of(task), attempts=attempts)
+        self.arm = ArmEmbodiment(task, RemoteConfig(seed=seed), remembered, dimensions, conditions)
         super().__init__(task, embodiment=self.arm, also=also)
         self.taught = hot_stab_model()
 

@@ -96,7 +96,7 @@ class Disturbances:
 
     def __init__(self, settings: DisturbanceSettings, seed: int | Sequence[int]):
         random = np.random.default_rng(seed)
-        self.settings = settings
+        self.settings, self._seed = settings, seed
         # All are drawn in any case, so that one seed means the same in all settings.
         self._receptacle = _Swaying(settings.receptacle, random)
         self._vehicle = _Swaying(settings.vehicle, random)
@@ -106,6 +106,10 @@ class Disturbances:
         self._heading_rad = random.uniform(0.0, 2.0 * np.pi)
         self._gust_hz = 1.0 / random.uniform(*_GUST_S, (2, 3))  # of the speed, and of the heading
         self._gust_phases = random.uniform(0.0, 2.0 * np.pi, (2, 3))
+
+    def stepping_at(self, time_s: float) -> Disturbances:
+        """Return the same disturbances, but with the step at a given time [s]."""
+        return Disturbances(replace(self.settings, step_at_s=time_s), self._seed)
 
     def receptacle(self, time_s: float) -> Array:
         """Where the receptacle is, from where it is at rest [m, rad]. Shape (6,)."""

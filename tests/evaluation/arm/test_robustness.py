@@ -44,5 +44,5 @@ def test_the_grid_is_seen_by_three_robots_that_differ_in_touch_alone():
     seeds = {case["seed"] for case in grid}
     assert len(grid) == 36 * len(seeds) == 36
     conditions = [robustness.conditions_of(case) for case in grid]
-    assert len({(c.admittance, c.correcting, c.attempts) for c in conditions}) == 3
+    assert len({(c.compliance, c.correcting, c.attempts) for c in conditions}) == 3
     assert seeds <= set(reporting_seeds(0, 100)) and seeds.isdisjoint(tuning_seeds(0, 10_000))

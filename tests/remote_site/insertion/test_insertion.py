@@ -1,4 +1,4 @@
-"""The real arm, physics, perception and model; what is wrong is made wrong for real."""
+"""The robot as it is shipped, by commands: arm, physics, perception, model; what is wrong is made wrong for real."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ from farhand.common.arm.simulation.disturbances import DisturbanceSettings, Sway
 from farhand.common.arm.simulation.goals import Withdrawn
 from farhand.common.arm.simulation.placement import WIDE, Placement
 from farhand.common.arm.simulation.receptacle import FACING_QUAT
+from farhand.common.control_mode import ControlMode
 from farhand.evaluation.arm import hot_unstab
-from farhand.evaluation.arm.arm_trial import Conditions, Trial
+from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught
 from farhand.remote_site.perception.marker_tracker import TYPICAL
+from tests.remote_site.arm_bench import ArmBench
 
 
 @pytest.mark.parametrize(
@@ -62,23 +64,31 @@ def test_a_preflight_that_is_obeyed_keeps_the_arm_where_it_is():
     conditions, above = Conditions(noise=TYPICAL, box=WIDE, obeying=True), np.array([0.80, 0.0, 0.50])
     placed = Placement(np.concatenate([above, FACING_QUAT]), np.array(Dimensions().home_rad))
     trial = Trial(taught(), conditions, 8, placed)
-    start = trial.arm.simulation.tip
+    start = trial.embodiment.simulation.tip
     record = trial.run()
     assert record.cause == f"refused: {record.refusal}" and record.refusal
     assert record.kind_of_failure.startswith("refused")
-    np.testing.assert_allclose(trial.arm.simulation.tip[:3], start[:3], atol=1e-3)
+    np.testing.assert_allclose(trial.embodiment.simulation.tip[:3], start[:3], atol=1e-3)
 
 
 def test_a_sensor_that_breaks_ends_it_before_anything_moves_on(monkeypatch: pytest.MonkeyPatch):
-    trial = Trial(taught(), Conditions(), 6, limit_s=2.0)
-    wrist = trial.arm.servo.wrist
-    monkeypatch.setattr(wrist, "force", np.full(3, np.nan))
-    assert trial.insertion.tick(0.0) == "a measured number is not finite"
+    bench = ArmBench(seed=6).executing()
+    bench.run(1.0)
+    assert bench.mode is ControlMode.AUTONOMOUS
+    with monkeypatch.context() as broken:
+        broken.setattr(bench.arm.plant.servo.wrist, "force", np.full(3, np.nan))
+        bench.run(bench.dt_s)
+    assert bench.mode is ControlMode.STOPPED
+    assert bench.events("stopped")[-1].text == "a measured number is not finite"
+    bench.run(1.0)
+    assert bench.speed_m_s < 2e-3
+    assert len(bench.events("stopped")) == 1  # nothing of it is left in what is estimated
+    assert np.isfinite(bench.robot.sensing.frames[0].b).all()
 
 
 @pytest.mark.parametrize("seed", [5])
 def test_an_error_that_the_arm_cannot_give_way_to_fails(seed: int):
     """Contact is real: far off the bore, without compliance, correction or retry, the plug does not go in."""
     noise = replace(TYPICAL, bias_m=0.04, bias_rad=0.15)
-    conditions = Conditions(noise=noise, admittance=False, correcting=False, attempts=0)
+    conditions = Conditions(noise=noise, compliance=STIFF, correcting=False, attempts=0)
     assert not Trial(taught(), conditions, seed).run().success

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 import pytest
 from msgspec import structs
@@ -15,8 +13,6 @@ from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import StopAck
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.insertion.recovery import Recovery
-from farhand.remote_site.robots import arm_embodiment
 from farhand.remote_site.robots.arm_embodiment import ArmEmbodiment
 from farhand.remote_site.robots.arm_stage import SLIDE_M_S
 from tests.remote_site.arm_bench import HOT_STAB, ArmBench, hot_stab_model, seated
@@ -202,10 +198,9 @@ def test_an_insertion_that_is_out_of_reach_is_refused_at_its_preview():
     assert failed.action == Action.PREVIEW and "out of the arm's reach" in failed.text
 
 
-def test_a_plug_that_jams_again_and_again_gives_up_and_holds(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(arm_embodiment, "Recovery", functools.partial(Recovery, attempts=1))
+def test_a_plug_that_jams_again_and_again_gives_up_and_holds():
     blocked = Dimensions(receptacle=Receptacle(depth_m=0.030))  # where the robot expects 85 mm
-    bench = ArmBench(seed=1, dimensions=blocked, tracker="clean").executing()
+    bench = ArmBench(seed=1, dimensions=blocked, attempts=1, tracker="clean").executing()
     bench.run_until(Phase.RECOVERING)
     for _ in range(60):
         bench.run(0.5)
