@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class ControlMode(StrEnum):
-    """What the robot does with the operator's input and with a learned model."""
+    """The robot's mode: how it uses the operator's input and a learned model."""
 
     DISARMED = "disarmed"
     """Start-up and every restart: holds its position, accepts no motion."""
@@ -27,12 +27,12 @@ class ControlMode(StrEnum):
 
     @property
     def coupled(self) -> bool:
-        """Whether the robot follows the operator."""
+        """True while the robot follows the operator."""
         return self is ControlMode.DIRECT
 
 
 class Phase(StrEnum):
-    """What AUTONOMOUS is at; `NONE` in every other mode."""
+    """The phase of AUTONOMOUS; `NONE` in every other mode."""
 
     NONE = ""
     APPROACHING = "approaching"
@@ -49,12 +49,12 @@ class Phase(StrEnum):
 
     @property
     def at_end(self) -> bool:
-        """Whether the motion has come to its end, from where it can be left or replaced directly."""
+        """True when the motion has reached its end, from where it can be left or replaced directly."""
         return self in (Phase.ARRIVED, Phase.SEATED)
 
 
 class Action(StrEnum):
-    """What an operator may ask of the robot."""
+    """A request of the operator to the robot."""
 
     ARM = "arm"
     DISARM = "disarm"
@@ -76,7 +76,7 @@ class Action(StrEnum):
 
 
 class Guard(StrEnum):
-    """What the robot itself ends or changes a motion for, whatever the operator asks."""
+    """A cause by which the robot itself ends or changes a motion, whatever the operator asks."""
 
     COUPLING_ENDED = "coupling ended"
     """The drag ended, no input, the lease was lost, silence, the link's delay changed."""
@@ -144,7 +144,7 @@ TABLE: dict[Cause, Row] = {
 
 
 def mode_after(mode: ControlMode, phase: Phase, cause: Cause) -> ControlMode | None:
-    """The mode that an action or a guard leads to, or None where the table has no such transition.
+    """Return the mode that an action or a guard leads to, or None where the table has no such transition.
 
     Args:
         mode: The mode now.
@@ -164,7 +164,7 @@ def allowed_actions(mode: ControlMode, phase: Phase) -> frozenset[Action]:
 
 
 def modes_allowing(action: Action) -> str:
-    """The modes in which an action is allowed, in words fit for a refusal."""
+    """Return the modes in which an action is allowed, in words fit for a refusal."""
     row = TABLE[action]
     names = [mode.name for mode in ControlMode if mode in row.modes]
     if row.at_end:

@@ -1,4 +1,4 @@
-"""What happened, kept on disk: one JSON object a line, written by a thread of its own.
+"""A log of events on disk: one JSON object a line, written by a thread of its own.
 
 A log that reaches its size is renamed to `.1` and begun anew, so that it never fills a disk. A disk that
 is full or gone stops the log, not the site.
@@ -69,6 +69,6 @@ class EventLog:
 
     @staticmethod
     def _cut_short(file: BinaryIO) -> bool:
-        """Whether the last line was not written whole: the next one must not become part of it."""
+        """Decide whether the last line was cut short: the next line must not become part of it."""
         file.seek(-1, os.SEEK_END)
         return file.read(1) != b"\n"

@@ -23,7 +23,7 @@ class RateLimitFilter(logging.Filter):
         self._silent: dict[tuple[str, int], int] = {}
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Whether the record is let through."""
+        """Decide whether a record is let through."""
         place, now_s = (record.pathname, record.lineno), time.monotonic()
         if now_s - self._last_s.get(place, -self._period_s) < self._period_s:
             self._silent[place] = self._silent.get(place, 0) + 1
@@ -35,7 +35,7 @@ class RateLimitFilter(logging.Filter):
 
 
 def loop_logger(name: str) -> logging.Logger:
-    """A logger for code that runs many times a second."""
+    """Return a rate-limited logger for code that runs many times a second."""
     logger = logging.getLogger(name)
     if not any(isinstance(present, RateLimitFilter) for present in logger.filters):
         logger.addFilter(RateLimitFilter())

@@ -42,11 +42,11 @@ class Repertoire:
         return tuple(self._by_name)
 
     def get(self, name: str) -> AnyTask | None:
-        """The task with this name, or None."""
+        """Return the task with this name, or None."""
         return self._by_name.get(name)
 
     def refusal(self, name: str) -> str:
-        """Why a task with this name is not done; empty when it is."""
+        """Return the reason why a task with this name is not done; empty when it is."""
         known = " and ".join(map(repr, self._by_name))
         return "" if name in self._by_name else f"this robot does {known}, not {name!r}"
 

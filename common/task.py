@@ -20,7 +20,7 @@ S = TypeVar("S", bound=Struct)
 
 
 class Limits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the robot never exceeds in this task."""
+    """Limits that the robot never exceeds in this task."""
 
     speed_m_s: Positive = 0.6
     acceleration_m_s2: Positive = 4.0
@@ -43,7 +43,7 @@ class Learning(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Target(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the simulated target is and how it moves: a plain oscillation about its mean."""
+    """The simulated target and its motion: a plain oscillation about its mean."""
 
     origin_m: Vector
     amplitude_m: Vector
@@ -60,7 +60,7 @@ class Sample(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="robot"):
-    """What every task says, whatever the robot: `PointTask` and `ArmTask` say the rest."""
+    """The fields common to all tasks; `PointTask` and `ArmTask` add theirs."""
 
     name: Annotated[str, Meta(pattern="^[a-z0-9][a-z0-9-]{0,31}$")]
     frame_names: Annotated[tuple[str, ...], Meta(min_length=1, max_length=8)]
@@ -77,7 +77,7 @@ class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_fi
 
     @property
     def space(self) -> Manifold:
-        """What its demonstrations, models and inputs are made of: positions or poses."""
+        """Space of demonstrations, models and inputs: positions or poses."""
         raise NotImplementedError
 
     def __post_init__(self) -> None:
@@ -105,7 +105,7 @@ class PointTask(Task, frozen=True, kw_only=True, tag="point"):
 
     @property
     def space(self) -> Manifold:
-        """See `Task.space`."""
+        """Space of demonstrations, models and inputs: positions or poses."""
         return Manifold(self.n_dims)
 
     def __post_init__(self) -> None:
@@ -131,7 +131,7 @@ class ArmTask(Task, frozen=True, kw_only=True, tag="arm"):
 
     @property
     def space(self) -> Manifold:
-        """See `Task.space`."""
+        """Space of demonstrations, models and inputs: positions or poses."""
         return POSE
 
 
@@ -140,7 +140,7 @@ _ANY_TASK: type[AnyTask] = AnyTask  # pyright: ignore[reportAssignmentType]
 
 
 def load_toml(path: Path, kind: type[S]) -> S:
-    """A validated structure from a TOML file.
+    """Read and validate a structure from a TOML file.
 
     Raises:
         InvalidConfiguration: When the file cannot be read, is not TOML, or a field is unknown, missing,
@@ -164,5 +164,5 @@ def load_toml(path: Path, kind: type[S]) -> S:
 
 
 def load_task(path: Path) -> AnyTask:
-    """The task in a file; its `robot` says which kind. See `load_toml` for the errors."""
+    """Read a task from a file; its `robot` names the kind. See `load_toml` for the errors."""
     return load_toml(path, _ANY_TASK)

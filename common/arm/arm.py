@@ -24,7 +24,7 @@ _GRIP_RAD = {"b_finger": 0.95, "b_finger_tip": 0.55}
 
 
 def make_arm(dimensions: Dimensions) -> Any:
-    """The arm with its tool. Its MJCF root, to be attached where the base is."""
+    """Build the arm with its tool and return its MJCF root, to be attached at the base."""
     arm = kinova.JacoArm()
     arm.wrist_site.attach(_make_tool(dimensions))
     root = arm.mjcf_model
@@ -38,7 +38,7 @@ def make_arm(dimensions: Dimensions) -> Any:
 
 
 def _make_tool(dimensions: Dimensions) -> Any:
-    """The hand with its fingers closed for good about the plug."""
+    """Build the hand with its fingers closed permanently around the plug."""
     root = kinova.JacoHand().mjcf_model
     hand = root.find("body", "hand")
     for joint in root.find_all("joint"):
@@ -97,7 +97,7 @@ def _add_plug(root: Any, hand: Any, dimensions: Dimensions) -> None:
 
 
 def _plug_profiles(plug: Plug) -> dict[str, list[tuple[float, float]]]:
-    """What is seen of the plug: its stock and collar, the body with a round tip, three seals."""
+    """Return the visible profiles of the plug: stock and collar, body with a round tip, three seals."""
     r, tip, back = plug.radius_m, plug.reach_m, plug.reach_m - plug.length_m
     arc = np.linspace(0.0, 0.5 * np.pi, 12)
     nose = [(float(r * np.cos(a)), float(tip - r + r * np.sin(a))) for a in arc[:-1]]
@@ -122,7 +122,7 @@ def _paint(root: Any) -> None:
 
 
 def _product(quat: Any, angle_rad: float) -> np.ndarray:
-    """A quaternion turned further about its own z."""
+    """Turn a quaternion further about its own z axis."""
     w, x, y, z = quat
     c, s = np.cos(0.5 * angle_rad), np.sin(0.5 * angle_rad)
     return np.array([w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s])

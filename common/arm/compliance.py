@@ -1,4 +1,4 @@
-"""How the arm gives way to contact: sideways and in tilt by admittance, along the bore by a governor of force."""
+"""The arm's compliance: admittance sideways and in tilt, a force governor along the bore."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class ComplianceSettings:
 
 
 class SeenReceptacle(NamedTuple):
-    """Where the receptacle is believed to be.
+    """The estimated pose and velocity of the receptacle.
 
     Args:
         pose: Shape (7,).
@@ -63,7 +63,10 @@ class SeenReceptacle(NamedTuple):
     velocity: Array
 
     def velocity_at(self, pose: Array) -> Array:
-        """How a body at a pose moves that moves with the receptacle: a tangent there. Shape (6,)."""
+        """Return the velocity of a body that moves rigidly with the receptacle, as a tangent at its pose.
+
+        Shape (6,).
+        """
         turn = rotation(self.pose) @ self.velocity[3:]
         out, arm = np.empty(6), pose[:3] - self.pose[:3]
         out[0] = self.velocity[0] + turn[1] * arm[2] - turn[2] * arm[1]
@@ -74,7 +77,7 @@ class SeenReceptacle(NamedTuple):
 
 
 def admittance(settings: ComplianceSettings, wrench: Array, tip: Array) -> Array:
-    """The twist with which the tool gives way. Shape (6,).
+    """Compute the twist with which the tool yields to a wrench. Shape (6,).
 
     Args:
         settings: Gains.
@@ -138,7 +141,7 @@ class Governor:
         self.force_n = -float(force @ self.axis)
 
     def speed(self, wanted_m_s: float, lead_m: float, lead_m_s: float, holds: bool) -> float:
-        """The speed along the bore, relative to the receptacle [m/s].
+        """Return the speed along the bore, relative to the receptacle [m/s].
 
         Args:
             wanted_m_s: What the motion asks for [m/s].

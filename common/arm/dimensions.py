@@ -16,7 +16,7 @@ Joints = Annotated[tuple[float, ...], Meta(min_length=6, max_length=6)]
 
 
 class Plug(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the hand holds: a cylinder with a round tip."""
+    """The tool in the hand: a cylinder with a round tip."""
 
     radius_m: Positive = 0.0195
     length_m: Positive = 0.120
@@ -50,7 +50,7 @@ class Receptacle(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Contact(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How plug and receptacle touch."""
+    """Contact parameters between plug and receptacle."""
 
     friction: Positive = 0.2
     """Wet steel, guessed."""
@@ -59,7 +59,7 @@ class Contact(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Water(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What surrounds everything."""
+    """Properties of the surrounding water."""
 
     density_kg_m3: Positive = 1000.0
     viscosity_pa_s: Positive = 0.001

@@ -46,18 +46,18 @@ class Kinematics:
         self.update(np.array(dimensions.home_rad))
 
     def update(self, joints_rad: Array) -> None:
-        """The arm is at these angles now. Shape (6,) [rad]."""
+        """Set the joint angles. Shape (6,) [rad]."""
         self.configuration.update(joints_rad)
 
     def place_panel(self, receptacle: Array | None) -> None:
-        """The panel is about a receptacle with this pose, or nowhere. Shape (7,)."""
+        """Place the panel around a receptacle with this pose, or remove it. Shape (7,)."""
         pose = _ELSEWHERE if receptacle is None else compose(receptacle, self._board_in_receptacle)
         data = self.configuration.data
         data.mocap_pos[0], data.mocap_quat[0] = pose[:3], pose[3:]
 
     @property
     def joints_rad(self) -> Array:
-        """Where the arm is. Shape (6,) [rad]."""
+        """Joint angles. Shape (6,) [rad]."""
         return self.configuration.q.copy()
 
     @property
@@ -76,7 +76,7 @@ class Kinematics:
         return J
 
     def least_singular_value(self) -> float:
-        """Of the Jacobian with a radian worth 0.3 m: zero where the tool cannot move in some direction."""
+        """Least singular value of the Jacobian, a radian counted as 0.3 m; zero at a singularity."""
         J = self.jacobian()
         J[3:] *= _METRES_PER_RADIAN
         return float(np.linalg.svd(J, compute_uv=False)[-1])

@@ -34,7 +34,7 @@ def add_lathe(root: MjcfElement, name: str, profile_m: Sequence[tuple[float, flo
 def turned(
     profile_m: Sequence[tuple[float, float]], n_segments: int = _SEGMENTS
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """A profile turned about z.
+    """Turn a profile about z into a mesh.
 
     Args:
         profile_m: Radius and height of each corner, with the body to the left of the way along them [m].
@@ -58,7 +58,7 @@ def turned(
 
 
 def _ring(point: NDArray[np.float64], n: int) -> NDArray[np.float64]:
-    """A radius and a height turned about z. Shape (n, 3)."""
+    """Return the points of a circle of this radius and height about z. Shape (n, 3)."""
     angle = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
     return np.stack([point[0] * np.cos(angle), point[0] * np.sin(angle), np.full(n, point[1])], axis=1)
 

@@ -17,41 +17,41 @@ AT_ORIGIN = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def compose(first: Array, second: Array) -> Array:
-    """The pose ``T_a_c`` of ``T_a_b`` and ``T_b_c``. Shape (7,)."""
+    """Return ``T_a_c`` from ``T_a_b`` and ``T_b_c``. Shape (7,)."""
     out = np.empty(7)
     mujoco.mju_mulPose(out[:3], out[3:], first[:3], first[3:], second[:3], second[3:])
     return out
 
 
 def inverse(pose: Array) -> Array:
-    """The pose ``T_b_a`` of ``T_a_b``. Shape (7,)."""
+    """Return ``T_b_a`` from ``T_a_b``. Shape (7,)."""
     out = np.empty(7)
     mujoco.mju_negPose(out[:3], out[3:], pose[:3], pose[3:])
     return out
 
 
 def rotation(pose: Array) -> Array:
-    """The orientation of a pose as a matrix. Shape (3, 3)."""
+    """Return the orientation of a pose as a matrix. Shape (3, 3)."""
     out = np.empty(9)
     mujoco.mju_quat2Mat(out, pose[3:])
     return out.reshape(3, 3)
 
 
 def moved(pose: Array, tangent: Array) -> Array:
-    """Where a tangent leads to from a pose. Shape (7,)."""
+    """Return the pose that a tangent leads to. Shape (7,)."""
     out = np.empty(7)
     exp_at(pose, tangent, out)
     return out
 
 
 def difference(base: Array, pose: Array) -> Array:
-    """The tangent that leads from one pose to another. Shape (6,)."""
+    """Return the tangent that leads from one pose to another. Shape (6,)."""
     out = np.empty(6)
     log_at(base, pose, out)
     return out
 
 
 def shortened(vector: Array, longest: float) -> Array:
-    """A vector of at most this length, its direction kept."""
+    """Clip a vector to a maximum length and keep its direction."""
     length = math.sqrt(vector @ vector)
     return vector if length <= longest else vector * (longest / length)

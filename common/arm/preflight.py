@@ -26,7 +26,7 @@ _WORST_M, _WORST_RAD = 0.002, np.radians(1.0)
 
 @dataclass(frozen=True)
 class Preflight:
-    """What was found.
+    """The result of a pre-flight.
 
     Args:
         least_singular_value: Of the Jacobian along the way, with a radian worth 0.3 m.
@@ -40,7 +40,7 @@ class Preflight:
 
     @property
     def refusal(self) -> str:
-        """Why the insertion should not be begun; empty when it may be."""
+        """Reason not to begin the insertion; empty when it may begin."""
         if self.worst_m > _WORST_M or self.worst_rad > _WORST_RAD:
             away = f"{1e3 * self.worst_m:.0f} mm and {np.degrees(self.worst_rad):.0f} degrees"
             return f"the receptacle is out of the arm's reach: the way in is missed by {away}"
@@ -50,7 +50,7 @@ class Preflight:
 
     @property
     def warning(self) -> str:
-        """What the operator should know before; empty for nothing."""
+        """Warning for the operator before the insertion; empty for none."""
         if not self.refusal and self.least_singular_value < WARNED_BELOW:
             return f"the wrist is nearly straight on the way in ({self.least_singular_value:.3f})"
         return ""

@@ -29,7 +29,7 @@ _OVERDRIVE_M, _OVERDRIVE_FROM_M, _OVERDRIVE_FULL_M = 0.015, 0.040, 0.070
 
 @dataclass(frozen=True)
 class ServoSettings:
-    """How the arm moves.
+    """Settings of the servo.
 
     Args:
         limits: Of its motion.
@@ -66,7 +66,7 @@ class Servo:
         """The newest, with what the limits took away from it."""
 
     def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
-        """Where the receptacle is believed to be, None while it is not known; valid until said anew.
+        """Set the estimated pose of the receptacle, None while it is unknown; valid until the next call.
 
         Args:
             receptacle: Its pose and velocity.
@@ -77,7 +77,7 @@ class Servo:
         self.kinematics.place_panel(receptacle.pose if receptacle else None)
 
     def measure(self, joints_rad: Array, wrench: Array) -> None:
-        """What is measured now.
+        """Take the present measurements.
 
         Args:
             joints_rad: Shape (6,) [rad].

@@ -21,7 +21,7 @@ _LEAD_M, _LEAD_RAD = 0.010, 0.1
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """What the arm never exceeds, whatever is asked of it.
+    """Limits that the arm never exceeds, whatever is commanded.
 
     Args:
         speed_m_s: Of the tip, relative to the receptacle where that is near [m/s].

@@ -38,7 +38,7 @@ JOINT_ACCELERATIONS = np.array([6.0, 6.0, 6.0, 2.5, 2.5, 2.5])
 
 
 class Solution(NamedTuple):
-    """What the inverse kinematics found.
+    """A solution of the inverse kinematics.
 
     Args:
         joint_velocities: Shape (6,) [rad/s].
@@ -101,7 +101,10 @@ class VelocityIk:
         return Solution(velocities, _length(missing[:3]), _length(missing[3:]))
 
     def _displacement(self) -> Array | None:
-        """Of the joints within `_AHEAD_S`; None when the limits leave no way. Shape (6,) [rad]."""
+        """Solve for the joints' displacement within `_AHEAD_S`.
+
+        Shape (6,) [rad]; None when the limits leave no solution.
+        """
         configuration, ranges = self._kinematics.configuration, self._ranges
         W, error, _ = self.task.compute_qp_residual(configuration)
         H = W.T @ W

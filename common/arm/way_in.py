@@ -66,7 +66,7 @@ class WayIn:
 
 
 def in_bore(receptacle: Array, depth_m: float) -> Array:
-    """A pose on the axis of a receptacle, so far behind its mouth [m]. Shape (7,)."""
+    """Return a pose on the axis of a receptacle, at this depth behind its mouth [m]. Shape (7,)."""
     return compose(receptacle, np.array([0.0, 0.0, depth_m, 1.0, 0.0, 0.0, 0.0]))
 
 

@@ -17,7 +17,7 @@ _TARE_TICKS = 40
 
 
 class Wrist:
-    """What acts on the tool.
+    """Compensated force and torque sensor at the wrist.
 
     Args:
         kinematics: Of the arm, up to date.
@@ -38,11 +38,11 @@ class Wrist:
         """Force and torque about the tip in the axes of the tool, low-passed [N, Nm]. Shape (6,)."""
 
     def tare(self) -> None:
-        """What is measured in the next 0.4 s is not a contact: from then on it counts as nothing."""
+        """Tare the sensor: the mean of the next 0.4 s becomes its zero. Nothing may be touched meanwhile."""
         self._to_tare, self._sum = _TARE_TICKS, np.zeros(6)
 
     def restore(self, bias: Array) -> None:
-        """What is measured when nothing is touched is known already; it is not tared. Shape (6,)."""
+        """Restore a known zero of the sensor instead of taring it. Shape (6,)."""
         self.bias, self._to_tare = bias, 0
 
     def update(self, measured: Array, tip: Array) -> None:
@@ -67,5 +67,5 @@ class Wrist:
 
 
 def _cross(a: Array | tuple[float, ...], b: Array) -> Array:
-    """What numpy's own takes twenty times as long for."""
+    """Compute a cross product; numpy's own takes twenty times as long for one pair."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

@@ -48,7 +48,7 @@ class DelayLine:
 
     @property
     def next_due_s(self) -> float | None:
-        """When the oldest piece arrives [s], None if nothing is under way."""
+        """Arrival time of the oldest piece [s], None if nothing is under way."""
         return self._time.of_caller(self._queue[0][0]) if self._queue else None
 
     def push(self, now_s: float, n_bytes: int) -> float:
@@ -116,11 +116,11 @@ class LineTime:
         self._behind_s = 0.0
 
     def on_line(self, now_s: float) -> float:
-        """The line's time at the caller's `now_s` [s]."""
+        """Convert the caller's time into the line's [s]."""
         return max(now_s, self._resume_s) - self._behind_s
 
     def of_caller(self, line_s: float) -> float:
-        """The caller's time when the line's is `line_s` [s], unless there is another stall before that."""
+        """Convert the line's time into the caller's [s], assuming no further stall until then."""
         return line_s + self._behind_s
 
     def stall(self, now_s: float, until_s: float) -> None:

@@ -50,7 +50,7 @@ _RANGES = {
 
 
 class DirectionSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How one direction of the link treats what passes.
+    """Impairment of one direction of the link.
 
     Raises:
         ValueError: A value is not finite, negative, out of range or contradicts another one.
@@ -133,7 +133,7 @@ class LinkSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """From the remote site back."""
 
     def short_queues(self) -> list[str]:
-        """A warning for each direction whose queue limits its rate."""
+        """List a warning for each direction whose queue limits its rate."""
         return [
             f"{name}: queue_bytes {direction.queue_limit_bytes} is less than rate times delay "
             f"({direction.bandwidth_delay_bytes:.0f}), so the queue is the limit"

@@ -32,7 +32,7 @@ class Jitter:
         self._z: float | None = None
 
     def draw_s(self, settings: DirectionSettings) -> float:
-        """The next delay [s]; never negative."""
+        """Draw the next delay [s]; never negative."""
         delay_ms, jitter_ms = settings.delay_ms, settings.jitter_ms
         if not jitter_ms:
             return delay_ms / 1000
@@ -64,7 +64,7 @@ def _truncated(z: float, bound: float) -> float:
 
 
 def _pareto(z: float) -> float:
-    """The standardised Pareto deviate at the quantile of z."""
+    """Return the standardised Pareto deviate at the quantile of z."""
     beyond = math.erfc(z / math.sqrt(2)) / 2  # P(Z > z)
     beyond = max(beyond, _PARETO_CUTOFF**-3)
     return (beyond ** (-1 / 3) - _PARETO_MEAN) / _PARETO_DEVIATION

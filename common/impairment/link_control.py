@@ -1,4 +1,4 @@
-"""How to ask the link process what it does and to change it: a line of JSON there, a line of JSON back.
+"""The link process's control protocol and its client: one line of JSON per request, one per answer.
 
 This goes over a socket of its own, never over the link, and works while the link is down.
 
@@ -28,7 +28,7 @@ MAX_LINE_BYTES = 65536
 
 
 class _Request(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What all requests have in common."""
+    """The common base of all requests."""
 
 
 class StatusRequest(_Request, frozen=True, tag_field="request", tag="status"):
@@ -63,7 +63,7 @@ Request = StatusRequest | ProfileRequest | SetRequest | OutageRequest | ClearReq
 
 
 class Refusal(msgspec.Struct, frozen=True, kw_only=True):
-    """Why a request was refused; the arguments of `InvalidInput`."""
+    """The reason of a refused request; the arguments of `InvalidInput`."""
 
     source: str
     field: str
@@ -78,7 +78,7 @@ class Answer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 def decode_request(line: bytes) -> Request:
-    """The request in a line.
+    """Decode a request from a line.
 
     Raises:
         InvalidMessage: It is no JSON, or not a request; names the field.
@@ -92,7 +92,7 @@ def decode_request(line: bytes) -> Request:
 
 
 def refuse(error: InvalidInput) -> Answer:
-    """The answer to a request that was refused."""
+    """Encode the answer to a refused request."""
     return Answer(error=Refusal(source=error.source, field=error.field, expected=error.expected))
 
 
@@ -115,7 +115,7 @@ class RelayControl:
         self._host, self._port, self._timeout_s = host, port, timeout_s
 
     def status(self) -> dict[str, Any]:
-        """What goes on: settings, outage, connections, traffic, the relay's own lateness."""
+        """Ask for settings, outage, connections, traffic and the relay's own lateness."""
         return self._ask(StatusRequest())
 
     def profile(self, name: str) -> dict[str, Any]:

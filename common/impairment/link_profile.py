@@ -60,7 +60,7 @@ def load_profiles(path: Path) -> dict[str, LinkProfile]:
 
 
 def find_profile(profiles: Mapping[str, LinkProfile], name: str) -> LinkProfile:
-    """The profile of that name.
+    """Return the profile with this name.
 
     Raises:
         InvalidConfiguration: There is none; names those there are.
@@ -90,7 +90,7 @@ def _profile_of(table: object, source: str, name: str) -> LinkProfile:
 
 
 def _figures(profile: LinkProfile) -> set[str]:
-    """The fields that a profile sets; a seed is no claim about the world."""
+    """Return the fields that a profile sets; a seed is no claim about the world."""
     named = [name for step in profile.timeline for name in (*step.uplink, *step.downlink)]
     directions = (msgspec.to_builtins(each) for each in (profile.uplink, profile.downlink))
     defaults = msgspec.to_builtins(DirectionSettings())

@@ -30,7 +30,7 @@ class GilbertElliott:
 
     @classmethod
     def of(cls, settings: DirectionSettings) -> GilbertElliott | None:
-        """The chain of these settings; None where nothing is lost."""
+        """Make the chain of these settings; None where nothing is lost."""
         if settings.gemodel_p:
             return cls(
                 settings.gemodel_p / 100,

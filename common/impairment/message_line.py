@@ -1,4 +1,4 @@
-"""What a bad link does to messages: each may be late, lost, doubled or overtaken."""
+"""A bad link's effect on messages: each may be late, lost, duplicated or reordered."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class MessageLine:
 
     @property
     def next_arrival_s(self) -> float | None:
-        """When the next of what is under way arrives [s]; None for nothing."""
+        """Arrival time of the next message under way [s]; None for none."""
         return self._under_way[0][0] if self._under_way else None
 
     def free_bytes(self, now_s: float) -> int:

@@ -17,7 +17,7 @@ _ROUNDING_S = 1e-9
 
 
 class TimelineStep(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What differs from the profile from a moment on, until the next step."""
+    """Changes to the profile from a moment on, until the next step."""
 
     at_s: float
     """When it begins [s]."""
@@ -75,18 +75,18 @@ class Timeline:
             settings.require_stream(self._source, f"timeline[{number - 1}]" if number else "")
 
     def at(self, elapsed_s: float) -> LinkSettings:
-        """The settings so many seconds after the beginning."""
+        """Return the settings at a time after the beginning [s]."""
         return self._settings[self._place(elapsed_s)[1]]
 
     def next_change_s(self, elapsed_s: float) -> float | None:
-        """When the settings next change [s after the beginning]; None if they never do again."""
+        """Return the time of the next change [s after the beginning]; None if none follows."""
         begin_s, steps_taken = self._place(elapsed_s)
         if steps_taken < len(self._times_s):
             return begin_s + self._times_s[steps_taken]
         return begin_s + self._repeat_s if self._repeat_s and self._times_s else None
 
     def _place(self, elapsed_s: float) -> tuple[float, int]:
-        """When the present round began [s], and how many of its steps are taken."""
+        """Return the beginning of the present round [s] and the number of its steps taken."""
         elapsed_s += _ROUNDING_S
         begin_s = elapsed_s // self._repeat_s * self._repeat_s if self._repeat_s else 0.0
         return begin_s, bisect_right(self._times_s, elapsed_s - begin_s)
@@ -124,7 +124,7 @@ def update_settings(
 
 
 def name_fields(path: str, text: str) -> str:
-    """An error's text, with the fields there are where it complains of an unknown one."""
+    """Add the existing fields to an error that complains of an unknown one."""
     if "unknown field" in text and path.split(".")[-1] in {"uplink", "downlink"}:
         return f"{text} (there are {', '.join(DirectionSettings.__struct_fields__)})"
     return text

@@ -111,11 +111,11 @@ class VirtualLink:
         self.downlink = Way(time, settings.downlink, "downlink")
 
     def local_end(self) -> VirtualEnd:
-        """A new end at the operator's site, instead of the one before."""
+        """Open a new end at the operator's site and close the one before."""
         return VirtualEnd(self._time, self.uplink, self.downlink)
 
     def remote_end(self) -> VirtualEnd:
-        """A new end at the robot's site, instead of the one before."""
+        """Open a new end at the robot's site and close the one before."""
         return VirtualEnd(self._time, self.downlink, self.uplink)
 
     def change(self, settings: LinkSettings) -> None:

@@ -22,11 +22,11 @@ class VirtualTime:
         self._order = count()
 
     def now_s(self) -> float:
-        """The time [s]."""
+        """Return the time [s]."""
         return self._now_s
 
     def now_ns(self) -> int:
-        """The time [ns], for a `BootClock`."""
+        """Return the time [ns], for a `BootClock`."""
         return round(self._now_s * 1e9)
 
     def call_at(self, time_s: float, job: Job) -> None:

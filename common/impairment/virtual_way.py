@@ -16,7 +16,7 @@ from farhand.common.wire.keys import Channel, Urgency
 
 
 class Kind(Enum):
-    """What a packet is."""
+    """The kind of a packet."""
 
     PUT = auto()
     QUESTION = auto()

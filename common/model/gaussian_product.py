@@ -91,7 +91,9 @@ def product(means, precisions, frames):
 
 @kernel
 def _step(world, factors, x, H, room):
-    """One Gauss-Newton step of x towards the product, Eq. 9 in the tangent space of x; returns its length.
+    """Take one Gauss-Newton step of x towards the product, Eq.
+
+    9 in the tangent space of x; return its length.
 
     The error in frame j is e_j = log(mu_j, x), and log(mu_j, exp(x, t)) = e_j + J(e_j)^-1 t.
     """

@@ -55,7 +55,7 @@ class Manifold:
 
     @classmethod
     def of(cls, n_coordinates: int, n_tangent: int) -> Manifold:
-        """The space with so many coordinates and tangent numbers.
+        """Return the space with these numbers of coordinates and tangent numbers.
 
         Raises:
             InvalidInput: When there is none.
@@ -108,7 +108,7 @@ class Manifold:
         return out
 
     def exp(self, base: ArrayLike, tangent: ArrayLike) -> Array:
-        """The points that the tangents lead to from the bases. Shape (..., C)."""
+        """Return the points that the tangents lead to from the bases. Shape (..., C)."""
         base, tangent = np.asarray(base, dtype=float), np.asarray(tangent, dtype=float)
         shape = np.broadcast_shapes(base.shape[:-1], tangent.shape[:-1])
         a = np.broadcast_to(base, (*shape, self.n_coordinates))
@@ -118,7 +118,9 @@ class Manifold:
         return out
 
     def jacobian(self, tangent: ArrayLike) -> Array:
-        """How exp(x, tangent) moves, in its own axes, when the tangent changes. Shape (..., T, T).
+        """Return the derivative of exp(x, tangent), in its own axes, with respect to the tangent.
+
+        Shape (..., T, T).
 
         ``log(exp(x, t), exp(x, t + d)) = J(t) d`` to first order in d: the identity for positions, the
         right Jacobian of the rotation group for orientations.
@@ -151,7 +153,7 @@ def _rows(array: Array) -> Array:
 
 @kernel
 def _checked(points, n_dims):
-    """Whether all numbers are finite and all quaternions of unit length; a rounding error is mended."""
+    """Check that all numbers are finite and all quaternions of unit length; mend rounding errors."""
     unit = True
     for row in range(points.shape[0]):
         for k in range(points.shape[1]):

@@ -35,7 +35,7 @@ _KEYS = {"kind", "schema", *_FIELDS}
 
 
 def encode(model: TPHSMM) -> bytes:
-    """The model as bytes; equal models give equal bytes."""
+    """Encode a model as bytes; equal models give equal bytes."""
     content = {
         "kind": KIND,
         "schema": SCHEMA_VERSION,
@@ -49,18 +49,18 @@ def encode(model: TPHSMM) -> bytes:
 
 
 def part_sizes(data: bytes) -> dict[str, int]:
-    """How many bytes of a model are its header, and each of its parts."""
+    """Count the bytes of a model's header and of each of its parts."""
     parts = {name: len(part) for name, part in _unpacked(data, "model")["parts"].items()}
     return {"header": len(data) - sum(parts.values()), **parts}
 
 
 def content_hash(data: bytes) -> str:
-    """What identifies a model on both sites: the SHA-256 of its bytes, in hexadecimal."""
+    """Return the identity of a model on both sites: the SHA-256 of its bytes, in hexadecimal."""
     return hashlib.sha256(data).hexdigest()
 
 
 def decode(data: bytes, source: str = "model") -> TPHSMM:
-    """The model that the bytes describe.
+    """Decode a model from bytes.
 
     Args:
         data: What `encode` gave.
@@ -93,7 +93,7 @@ def save(model: TPHSMM, path: Path | str) -> str:
 
 
 def load(path: Path | str) -> TPHSMM:
-    """The model in a file.
+    """Read a model from a file.
 
     Raises:
         InvalidModel: When the file cannot be read or is not a model; the text names file and field.
@@ -106,7 +106,7 @@ def load(path: Path | str) -> TPHSMM:
 
 
 def _unpacked(data: bytes, source: str) -> dict[str, Any]:
-    """The outer map, its keys and plain fields checked."""
+    """Unpack the outer map and check its keys and plain fields."""
     if len(data) > MAX_BYTES:
         raise InvalidModel(source, "", f"at most {MAX_BYTES} bytes, got {len(data)}")
     try:

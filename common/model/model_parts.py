@@ -24,7 +24,7 @@ PARTS = ("priors", "means", "covariances", "transitions", "durations", "extensio
 
 
 def pack(model: TPHSMM) -> dict[str, bytes]:
-    """The bytes of each part."""
+    """Encode each part of a model as bytes."""
     space = model.manifold
     return {
         "priors": _of_rows(model.initial[None]) + model.terminal.tobytes() + _bytes(model.counts, "<u4"),
@@ -46,7 +46,7 @@ def pack(model: TPHSMM) -> dict[str, bytes]:
 
 
 def unpack(parts: dict[str, bytes], P: int, K: int, space: Manifold, source: str) -> dict[str, NDArray]:
-    """The arrays of a model of P frames and K components.
+    """Decode the arrays of a model of P frames and K components.
 
     Raises:
         InvalidModel: When a part is longer or shorter than such a model's, or its transitions are malformed.
@@ -94,7 +94,7 @@ def _bytes(array: NDArray, dtype: str = "<f4") -> bytes:
 
 
 def _of_symmetric(matrices: NDArray, dtype: str = "<f4") -> bytes:
-    """The lower triangles."""
+    """Encode the lower triangles of symmetric matrices."""
     rows, columns = np.tril_indices(matrices.shape[-1])
     return _bytes(matrices[..., rows, columns], dtype)
 
@@ -121,7 +121,7 @@ class _Reader:
         self._source, self._name, self._data, self._at = source, name, data, 0
 
     def take(self, dtype: str, *shape: int) -> NDArray:
-        """The next array."""
+        """Read the next array."""
         end = self._at + math.prod(shape) * np.dtype(dtype).itemsize
         if end > len(self._data):
             raise self._wrong(f"{end} bytes or more for such a model, got {len(self._data)}")

@@ -54,12 +54,12 @@ class TaskFrame:
 
     @classmethod
     def identity(cls, n_dims: int) -> TaskFrame:
-        """The world itself as a frame."""
+        """Return the world itself as a frame."""
         return cls(np.eye(n_dims), np.zeros(n_dims))
 
     @classmethod
     def at(cls, point: Array) -> TaskFrame:
-        """The frame of a body at a position (D,), its axes those of the world, or at a pose (7,)."""
+        """Return the frame of a body at a position (D,), with the axes of the world, or at a pose (7,)."""
         if point.size != POSE.n_coordinates:
             return cls(np.eye(point.size), point)
         A = np.empty((3, 3))
@@ -105,7 +105,7 @@ class TaskFrame:
         return turn @ covariances @ turn.T
 
     def _turn(self, points: Array) -> Array:
-        """What turns the orientations of the points, if they have any."""
+        """Turn the orientations of the points, if they have any."""
         if points.shape[-1] == self.n_dims:
             return _NO_ORIENTATION
         if points.shape[-1] != self.n_dims + 4:
@@ -127,7 +127,7 @@ class FrameArrays(NamedTuple):
 
     @classmethod
     def of(cls, frames: Sequence[TaskFrame], oriented: bool) -> FrameArrays:
-        """The frames' arrays.
+        """Stack the arrays of some frames.
 
         Raises:
             InvalidInput: When orientations are wanted of frames that have none.
@@ -246,7 +246,7 @@ def _quaternion(A, out):
 
 @kernel
 def _turn(w, x, y, z, q, out):
-    """Write the rotation q, then (w, x, y, z), to out."""
+    """Turn the orientations of the points, if they have any."""
     out[0] = w * q[0] - x * q[1] - y * q[2] - z * q[3]
     out[1] = w * q[1] + x * q[0] + y * q[3] - z * q[2]
     out[2] = w * q[2] - x * q[3] + y * q[0] + z * q[1]

@@ -212,7 +212,7 @@ class TPHSMM:
 
 
 def _checked(name: str, value: object, shape: tuple[int, ...], kind: type) -> NDArray:
-    """A read-only, finite copy of the given kind; integers are not taken for probabilities' floats."""
+    """Return a read-only, finite copy of the given kind; integers are refused where floats are expected."""
     raw = np.asarray(value)
     if raw.shape != shape:
         raise InvalidModel("model", name, f"shape {shape}, got {raw.shape}")

@@ -21,14 +21,14 @@ MAX_BYTES = 4_100_000
 
 
 def encode(message: Message) -> bytes:
-    """The MessagePack bytes of a message. Telemetry travels in single precision, for its budget."""
+    """Encode a message as MessagePack bytes. Telemetry travels in single precision, for its budget."""
     plain = msgspec.to_builtins(message, builtin_types=(bytes,))
     packer = msgpack.Packer(use_single_float=isinstance(message, Telemetry))
     return packer.pack(plain)
 
 
 def decode(data: bytes, kind: type[M]) -> M:
-    """The message in some bytes.
+    """Decode a message from bytes.
 
     Args:
         data: What arrived.
@@ -71,7 +71,7 @@ def _check_schema(plain: Any, kind: type[Message]) -> None:
 
 @cache
 def _schema_key(kind: type[Message]) -> str:
-    """What the schema is called on the wire; finding out takes longer than all the rest of decoding."""
+    """Return the schema's name on the wire; looking it up takes longer than all the rest of decoding."""
     return next(field.encode_name for field in msgspec.structs.fields(kind) if field.name == "schema")
 
 
@@ -88,6 +88,6 @@ def numbers(plain: Any, path: str = "") -> Iterator[tuple[str, float]]:
 
 
 def field_of(error: msgspec.ValidationError) -> tuple[str, str]:
-    """The field at fault and the text of a validation error."""
+    """Return the field at fault and the text of a validation error."""
     text, _, path = str(error).partition(" - at ")
     return re.sub(r"^\$\.?", "", path.strip("`")), text

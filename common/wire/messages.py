@@ -35,7 +35,7 @@ Pace = Annotated[float, Meta(ge=SLOWEST_PACE, le=1.0)]
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What all messages have."""
+    """The base of all messages."""
 
     schema: int = SCHEMA
 
@@ -48,7 +48,7 @@ class Stamp(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
 
 
 class ArmState(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
-    """What an arm reports beyond what a point does."""
+    """An arm's report beyond that of a point."""
 
     rotation_rad: tuple[float, float, float]
     """Orientation of its tool: a rotation vector [rad]."""
@@ -122,7 +122,7 @@ class Heartbeat(Message, frozen=True, kw_only=True):
 
 
 class OperatorInput(Message, frozen=True, kw_only=True):
-    """Where the operator's hand is. Counts only with the present coupling and lease."""
+    """The pose of the operator's hand. Accepted only with the present coupling and lease."""
 
     seq: Count
     echo: Stamp
@@ -143,7 +143,7 @@ class MoveTarget(Message, frozen=True, kw_only=True):
 
 
 class Wish(StrEnum):
-    """What a local site wants of the control of the robot."""
+    """A local site's request about the control of the robot."""
 
     CONTROL = "control"
     """Have it when it is free, keep it while it has it."""
@@ -165,7 +165,7 @@ class LeaseRequest(Message, frozen=True, kw_only=True):
 
 
 class LeaseReply(Message, frozen=True, kw_only=True):
-    """Whether the asker holds the lease, and what the robot is."""
+    """The answer to a lease request, with the robot's kind."""
 
     granted: bool
     lease_id: Id
@@ -293,7 +293,7 @@ class RecordingOffer(Struct, frozen=True, forbid_unknown_fields=True, array_like
 
 
 class CatalogueReply(Message, frozen=True, kw_only=True):
-    """What the robot has to fetch, each by its hash."""
+    """The contents that the robot offers, each by its hash."""
 
     scene_sha256: Sha256 = ""
     """What the robot looks like, see `farhand.common.wire.scene_description`; empty for a point."""
@@ -367,7 +367,7 @@ class ReportRequest(Message, frozen=True, kw_only=True):
 
 
 class ExecutionReport(Message, frozen=True, kw_only=True):
-    """How the newest execution went, measured at the robot."""
+    """The outcome of the newest execution, measured at the robot."""
 
     began: Stamp | None = None
     task: Id = ""

@@ -24,7 +24,7 @@ def packed(points: ArrayLike) -> bytes:
 
 
 def points_of(path: PlannedPath) -> Array:
-    """The points of a path in the task frame; quaternions of unit length. Shape (N, C).
+    """Return the points of a path in the task frame; quaternions of unit length. Shape (N, C).
 
     Raises:
         InvalidMessage: When it is no whole number of points.
@@ -39,7 +39,7 @@ def points_of(path: PlannedPath) -> Array:
 
 
 def thinned(path: PlannedPath, max_bytes: int) -> PlannedPath:
-    """A path in longer steps, so that its points have no more bytes; the same when they have not.
+    """Lengthen the steps of a path until its points fit into a number of bytes.
 
     Its last point stays the last, at the end of a whole step: up to a step later than it was.
 

@@ -31,7 +31,7 @@ MAX_GAP_S = 0.1
 
 
 class Samples(NamedTuple):
-    """What was recorded, T samples.
+    """The recorded samples, T of them.
 
     Args:
         time_s: Since the first one [s]. Shape (T,).
@@ -60,7 +60,7 @@ class RecordedMotion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
     @classmethod
     def from_bytes(cls, data: bytes) -> RecordedMotion:
-        """The motion in some bytes.
+        """Decode a motion from bytes.
 
         Raises:
             InvalidMessage: When they are something else.
@@ -79,11 +79,11 @@ class RecordedMotion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
     @property
     def space(self) -> Manifold:
-        """Of its points."""
+        """Space of the points."""
         return Manifold(self.n_dims, oriented=self.oriented)
 
     def samples(self) -> Samples:
-        """All of them.
+        """All samples.
 
         Raises:
             InvalidMessage: When a row is not whole, a number not finite, or there is a gap.
@@ -107,7 +107,7 @@ class RecordedMotion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
 
 def packed_row(time_s: float, point: Array, frames: Sequence[TaskFrame]) -> bytes:
-    """One sample as `RecordedMotion.rows` has it.
+    """Pack one sample as a row of `RecordedMotion.rows`.
 
     Args:
         time_s: Since the first one [s].

@@ -1,4 +1,4 @@
-"""What an arm and its surroundings look like and how its links hang together: enough to draw them.
+"""A description of an arm and its surroundings for drawing: links, joints and shapes.
 
 Made from the compiled model where that is (`farhand.common.arm.simulation.description`), so that who draws needs no physics,
 and draws the robot that is there. It is one value, told from others by its hash.
@@ -38,7 +38,7 @@ class Mesh(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
 
     @classmethod
     def of(cls, colour: Colour, vertices_m: ArrayLike, faces: ArrayLike) -> Mesh:
-        """A mesh of some triangles.
+        """Make a mesh from triangles.
 
         Args:
             colour: Of all of it.
@@ -92,7 +92,7 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     @classmethod
     def from_bytes(cls, data: bytes) -> SceneDescription:
-        """The description in some bytes.
+        """Decode a description from bytes.
 
         Raises:
             InvalidMessage: When they are something else, a link comes before its parent, or a mesh is broken.
@@ -116,7 +116,7 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     @cached_property
     def sha256(self) -> str:
-        """Of its bytes."""
+        """SHA-256 of the description's bytes."""
         return hashlib.sha256(self.content).hexdigest()
 
     @property
@@ -125,7 +125,7 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return self.links[-1]
 
     def link_poses(self, joints_rad: ArrayLike) -> Array:
-        """Where the links are, from the base: forward kinematics. Shape (links, 7).
+        """Compute the poses of the links from the base by forward kinematics. Shape (links, 7).
 
         Args:
             joints_rad: One angle for each link but the base [rad].
@@ -141,11 +141,11 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return out
 
     def tip_pose(self, joints_rad: ArrayLike) -> Array:
-        """Where the tool's tip is, from the base. Shape (7,)."""
+        """Compute the pose of the tool's tip from the base. Shape (7,)."""
         return TaskFrame.at(self.link_poses(joints_rad)[-1]).to_world(np.array(self.tip))
 
     def tool_at(self, tip: Array) -> Array:
-        """Where the last link is when its tip is at a pose. Shape (7,)."""
+        """Return the pose of the last link for a pose of its tip. Shape (7,)."""
         return TaskFrame.at(tip).to_world(TaskFrame.at(np.array(self.tip)).to_local(_AT_ORIGIN))
 
     def _check(self) -> None:

@@ -27,7 +27,7 @@ _ROUND = 20
 
 @cache
 def describe(dimensions: Dimensions) -> SceneDescription:
-    """What a scene of these dimensions looks like."""
+    """Describe the looks of a scene with these dimensions."""
     return _Reader(compile_scene(dimensions)).read(dimensions)
 
 
@@ -70,7 +70,7 @@ class _Reader:
         )
 
     def _meshes(self, origin: Array, bodies: list[int]) -> tuple[Mesh, ...]:
-        """All that is drawn of some bodies, seen from a pose."""
+        """Collect the visible meshes of some bodies, seen from a pose."""
         model = self._model
         shown = np.isin(model.geom_bodyid, bodies) & (model.geom_group != HIDDEN)
         return self._drawn(origin, np.flatnonzero(shown).tolist())
@@ -88,7 +88,7 @@ class _Reader:
 
 
 def _shape(model: MjModel, geom: int) -> Shape:
-    """A geom in its own axes."""
+    """Return the shape of a geom in the geom's own axes."""
     r, half, _ = size = model.geom_size[geom]
     kind = mujoco.mjtGeom(int(model.geom_type[geom]))
     match kind.name:
@@ -104,7 +104,7 @@ def _shape(model: MjModel, geom: int) -> Shape:
 
 
 def _asset(model: MjModel, mesh: int) -> Shape:
-    """A mesh with a vertex for each of its normals: an edge is sharp where two faces share none."""
+    """Return a mesh asset with one vertex per normal, so that edges between faces stay sharp."""
     first, n = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
     corners = np.stack([model.mesh_face[first : first + n], model.mesh_facenormal[first : first + n]], axis=2)
     pairs, faces = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)

@@ -45,7 +45,7 @@ class Sway:
 
 @dataclass(frozen=True)
 class DisturbanceSettings:
-    """How much of each.
+    """Amplitudes of the disturbances.
 
     Args:
         receptacle: Sway of the receptacle.
@@ -87,7 +87,7 @@ PRESETS = {"calm": CALM, "typical": TYPICAL, "rough": ROUGH}
 
 
 class Disturbances:
-    """What happens at any time; the same seed gives the same.
+    """Disturbances as functions of time; equal seeds give equal disturbances.
 
     Args:
         settings: How much.
@@ -112,13 +112,13 @@ class Disturbances:
         return Disturbances(replace(self.settings, step_at_s=time_s), self._seed)
 
     def receptacle(self, time_s: float) -> Array:
-        """Where the receptacle is, from where it is at rest [m, rad]. Shape (6,)."""
+        """Return the displacement of the receptacle from rest [m, rad]. Shape (6,)."""
         moved = self._receptacle.at(time_s)
         moved[:3] += self.settings.step_m * self._stepped(time_s) * self._step
         return moved
 
     def vehicle(self, time_s: float) -> Array:
-        """Where the vehicle is, from where it is at rest [m, rad]. Shape (6,)."""
+        """Return the displacement of the vehicle from rest [m, rad]. Shape (6,)."""
         return self._vehicle.at(time_s)
 
     def current_m_s(self, time_s: float) -> Array:
@@ -193,18 +193,18 @@ class Surroundings:
         return cls(np.concatenate([dimensions.receptacle_m, FACING_QUAT]))
 
     def with_receptacle(self, pose: Array) -> Surroundings:
-        """The same with the receptacle elsewhere."""
+        """Return a copy with the receptacle at another place."""
         return replace(self, receptacle=pose)
 
     def receptacle_from_vehicle(self) -> Array:
-        """The receptacle's pose in the vehicle's axes. Shape (7,)."""
+        """Return the receptacle's pose in the vehicle's axes. Shape (7,)."""
         return compose(inverse(self.vehicle), self.receptacle)
 
     def to_vehicle(self, vector: Array) -> Array:
-        """A vector of the earth in the vehicle's axes. Shape (3,)."""
+        """Turn a vector from the earth's axes into the vehicle's. Shape (3,)."""
         return self._earth @ vector
 
     @cached_property
     def _earth(self) -> Array:
-        """The axes of the earth in those of the vehicle. Shape (3, 3)."""
+        """Return the earth's axes in the vehicle's. Shape (3, 3)."""
         return rotation(self.vehicle).T

@@ -1,4 +1,4 @@
-"""What a task of the arm has to reach, judged by the truth."""
+"""Goals of the arm's tasks, judged by the simulation's truth."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Goal(Protocol):
     """Whether the plug is to go into the bore, and not to come out of it."""
 
     def reached(self, local: Array, force_n: float, simulation: Simulation) -> bool:
-        """Whether it is reached in this control period.
+        """Decide whether the goal is reached in this control period.
 
         Args:
             local: The tip in the true frame of the receptacle. A pose. Shape (7,).
@@ -47,7 +47,7 @@ class Seated:
     enters = True
 
     def reached(self, local: Array, force_n: float, simulation: Simulation) -> bool:
-        """See `Goal.reached`."""
+        """Decide whether the goal is reached in this control period."""
         deep = DEPTH_M[0] <= float(local[2]) <= DEPTH_M[1]
         return deep and math.hypot(local[0], local[1]) < LATERAL_M
 
@@ -71,7 +71,7 @@ class Withdrawn:
         self._way = deque[Array](maxlen=round(REST_S / TICK_S) + 1)
 
     def reached(self, local: Array, force_n: float, simulation: Simulation) -> bool:
-        """See `Goal.reached`."""
+        """Decide whether the goal is reached in this control period."""
         self.dragged_m = max(self.dragged_m, simulation.deflection_m)
         self._way.append(local[:3])
         if math.isnan(self.out_s) and local[2] < 0.0:

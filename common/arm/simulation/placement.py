@@ -1,4 +1,4 @@
-"""Where a task begins: the receptacle somewhere in a box before the arm, the arm near its rest or plugged in."""
+"""Start conditions of a task: the receptacle in a box, the arm near its rest or plugged in."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Box:
-    """Where the receptacle's mouth may be, from the arm's base.
+    """The box that contains the receptacle's mouth, from the arm's base.
 
     Args:
         low_m: Least coordinates. Length 3 [m].
@@ -34,7 +34,7 @@ class Box:
     tilt_rad: float = math.radians(15.0)
 
     def sample(self, random: np.random.Generator) -> Array:
-        """Pose of a receptacle in the box. Shape (7,)."""
+        """Draw a receptacle anywhere in a box, with the arm near its rest."""
         mouth = random.uniform(self.low_m, self.high_m)
         about, tilt = random.uniform(0.0, 2.0 * np.pi), random.uniform(0.0, self.tilt_rad)
         turn = tilt * np.array([np.cos(about), np.sin(about), 0.0])
@@ -50,7 +50,7 @@ _JOINT_STD_RAD = np.array([0.12, 0.12, 0.12, 0.07, 0.07, 0.07])
 
 
 class Placement(NamedTuple):
-    """Where everything is at first.
+    """The initial state of arm and receptacle.
 
     Args:
         receptacle: Its pose from the arm's base. Shape (7,).
@@ -62,13 +62,13 @@ class Placement(NamedTuple):
 
     @classmethod
     def sample(cls, random: np.random.Generator, box: Box, dimensions: Dimensions) -> Placement:
-        """The receptacle anywhere in a box, the arm near its rest."""
+        """Draw a receptacle anywhere in a box, with the arm near its rest."""
         receptacle = box.sample(random)
         return cls(receptacle, np.array(dimensions.home_rad) + random.normal(size=6) * _JOINT_STD_RAD)
 
     @classmethod
     def seated(cls, random: np.random.Generator, box: Box, dimensions: Dimensions) -> Placement:
-        """The receptacle anywhere in a box, the plug in it."""
+        """Draw a receptacle anywhere in a box, with the plug seated in it."""
         receptacle, joints_rad = cls.sample(random, box, dimensions)
         way_in = WayIn(Kinematics(dimensions))
         for _ in way_in.go(joints_rad, receptacle):

@@ -31,7 +31,7 @@ _SIDES = 16
 
 
 def make_receptacle(dimensions: Dimensions) -> Any:
-    """The receptacle on its spring. Its MJCF root, to be attached at the arm's base."""
+    """Build the receptacle on its spring and return its MJCF root, to be attached at the arm's base."""
     root = mjcf.RootElement(model="receptacle")
     body = root.worldbody.add("body", name="receptacle", quat=FACING_QUAT, gravcomp=1)
     _add_spring(root, body, dimensions.receptacle)
@@ -129,7 +129,7 @@ def _add_looks(root: Any, body: Any, receptacle: Receptacle) -> None:
 
 
 def joints_at(pose: Array) -> Array:
-    """The joints that put the receptacle at a pose. Shape (6,) [m, rad]."""
+    """Return the joint positions that put the receptacle at a pose. Shape (6,) [m, rad]."""
     first, second, third = (FACING.T @ rotation(pose)).tolist()  # = Rx(a) Ry(b) Rz(c)
     out = np.empty(6)
     out[:3] = pose[:3]

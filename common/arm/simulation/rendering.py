@@ -49,7 +49,7 @@ class Renderer:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._drawing)
 
     def render(self, camera: str) -> NDArray[np.uint8]:
-        """The picture of a camera of `scenery`. Shape (height, width, 3)."""
+        """Render the picture of one of the scene's cameras. Shape (height, width, 3)."""
         height, width = self._size
         self._context.make_current()
         self._camera.fixedcamid = self._model.camera(camera).id

@@ -17,7 +17,7 @@ STEP_S = 0.002
 
 
 def make_scene(dimensions: Dimensions) -> Any:
-    """The scene's MJCF root."""
+    """Build the scene and return its MJCF root."""
     root = mjcf.RootElement(model="scene")
     root.attach(make_arm(dimensions))
     root.attach(make_receptacle(dimensions))
@@ -41,7 +41,7 @@ def _compiled(dimensions: Dimensions) -> MjModel:
 
 
 def compile_scene(dimensions: Dimensions) -> MjModel:
-    """The scene's model, to be changed by its owner alone."""
+    """Compile the scene into a model that the caller owns and may change."""
     return _compiled(dimensions).__copy__()
 
 
@@ -120,7 +120,7 @@ def _add_water(root: MjcfElement) -> None:
 
 
 def _add_vehicle(world: MjcfElement) -> None:
-    """The porch that the arm stands on."""
+    """Add the porch that the arm stands on."""
 
     def box(pos: Point, size: Point, material: str, **named: str) -> None:
         world.add("geom", type="box", pos=pos, size=size, material=material, **UNTOUCHABLE, **named)
@@ -140,7 +140,7 @@ def _add_vehicle(world: MjcfElement) -> None:
 
 
 def _add_panel(root: MjcfElement, body: MjcfElement, dimensions: Dimensions) -> None:
-    """The face of the panel, the ring about the mouth, bolts, two markers, a valve and a capped port."""
+    """Add the panel's face, the ring around the mouth, bolts, two markers, a valve and a capped port."""
     receptacle = dimensions.receptacle
     face, outer = receptacle.panel_behind_m, receptacle.outer_radius_m
     width, height = (0.5 * edge for edge in receptacle.panel_m)
@@ -176,7 +176,7 @@ def _add_panel(root: MjcfElement, body: MjcfElement, dimensions: Dimensions) -> 
 
 
 def _add_marker(root: MjcfElement, body: MjcfElement, pos: tuple[float, float, float]) -> None:
-    """A board of squares, which a camera tracks."""
+    """Add a board of squares for a camera to track."""
     if root.find("material", "squares") is None:
         root.asset.add(
             "texture",
@@ -230,7 +230,7 @@ def _add_lights(root: MjcfElement) -> None:
 
 
 def _add_camera(root: MjcfElement, name: str, pos_m: Point, at_m: Point, fovy_deg: float) -> None:
-    """A camera that looks at a point, upright."""
+    """Add an upright camera that looks at a point."""
     back = np.subtract(pos_m, at_m)
     right = np.cross([0.0, 0.0, 1.0], back)
     up = np.cross(back, right)

@@ -35,7 +35,7 @@ class PhysicsFailed(FarhandError):
 
 @dataclass(frozen=True)
 class Insertion:
-    """Where the plug's tip is in the receptacle.
+    """Pose of the plug's tip relative to the receptacle.
 
     Args:
         depth_m: Behind the mouth, along the bore [m].
@@ -93,7 +93,7 @@ class Simulation:
         self._check()
 
     def step(self, joint_velocities: Array, surroundings: Surroundings) -> None:
-        """One control period.
+        """Simulate one control period.
 
         Args:
             joint_velocities: What the arm's velocity servos are told. Shape (6,) [rad/s].
@@ -128,12 +128,14 @@ class Simulation:
 
     @property
     def joint_velocities(self) -> Array:
-        """Of the arm. Shape (6,) [rad/s]."""
+        """Joint velocities of the arm. Shape (6,) [rad/s]."""
         return self._data.qvel[:_N].copy()
 
     @property
     def wrench(self) -> Array:
-        """What acts on the tool, mean over the last period: force [N] and torque about the wrist [Nm]. Shape (6,).
+        """Wrench on the tool, mean over the last period: force [N] and torque about the wrist [Nm].
+
+        Shape (6,).
 
         In the axes of the tool. Its weight is in it, as a real sensor has it.
         """
@@ -151,14 +153,14 @@ class Simulation:
 
     @property
     def insertion(self) -> Insertion:
-        """Where the plug's tip is in the receptacle."""
+        """Pose of the plug's tip relative to the receptacle."""
         x, y, z, _, qx, qy, _ = compose(inverse(self.mouth), self.tip)
         cosine = 1.0 - 2.0 * (qx * qx + qy * qy)
         return Insertion(float(z), float(np.hypot(x, y)), float(np.arccos(np.clip(cosine, -1.0, 1.0))))
 
     @property
     def deflection_m(self) -> float:
-        """How far the receptacle is pushed or pulled from where its spring rests [m]."""
+        """Distance of the receptacle from the rest of its spring [m]."""
         return self._spring.deflection_m(self._data)
 
     def model_and_data(self) -> tuple[MjModel, MjData]:
@@ -199,12 +201,12 @@ class _Spring:
         data.qpos[_N:] = data.ctrl[_N:] = self._target
 
     def deflection_m(self, data: MjData) -> float:
-        """How far the receptacle is from where it should be [m]."""
+        """Distance of the receptacle from the rest of its spring [m]."""
         away = data.qpos[_N : _N + 3] - self._target[:3]
         return float(np.sqrt(away @ away))
 
     def path(self, pose: Array) -> Array:
-        """What the servos are told on the way to a pose. Shape (steps, 6)."""
+        """Return the servo targets on the way to a pose. Shape (steps, 6)."""
         start, self._target = self._target, receptacle.joints_at(pose)
         change = self._target - start
         return start + change * _FRACTIONS + self._lag_s * change / TICK_S
