@@ -83,10 +83,10 @@ Case = dict[str, Any]
 
 
 class Study(Protocol):
-    """What a study's module offers."""
+    """The interface of a study's module."""
 
     def cases(self, trials: int | None, seed: int) -> list[Case]:
-        """What to run."""
+        """List the cases to run."""
         ...
 
     def trial(self, case: Case) -> Case:
@@ -173,7 +173,7 @@ def _run_all(name: str, trial: Callable[[Case], Case], cases: list[Case]) -> lis
 
 
 def _shown(name: str, items: Iterator, total: int) -> Iterator:
-    """The items, with their progress on the terminal."""
+    """Iterate over the items with a progress bar on the terminal."""
     return iter(track(items, description=name, total=total, console=Console(file=sys.stderr)))
 
 

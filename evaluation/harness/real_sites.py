@@ -46,7 +46,7 @@ class Heard:
 
     @property
     def boot(self) -> str:
-        """Of the robot."""
+        """Identity of the robot's boot."""
         return self.report.stamp.boot
 
     @property
@@ -145,13 +145,13 @@ class RealSites:
 
     @property
     def robot_events(self) -> Path:
-        """What the robot has written down, a line of JSON each."""
+        """Read the robot's event log, one JSON object per line."""
         return self.folder / "robot" / EndpointSettings().vehicle / "events.jsonl"
 
     def open_console(
         self, site_name: str = "operator", wish: Wish = Wish.CONTROL, folder: Path | None = None
     ) -> float:
-        """The operator's site begins; when its transport was open, on this process's clock [s].
+        """Start the operator's site and return when its transport opened, on this process's clock [s].
 
         Args:
             site_name: What it is called.
@@ -169,7 +169,7 @@ class RealSites:
         return opened_s
 
     def close_console(self) -> None:
-        """The operator's site ends."""
+        """End the operator's site."""
         self.console.close()
         self.link.close()
 
@@ -192,7 +192,7 @@ class RealSites:
             raise ProcessFailed(f"waited {PATIENCE_S:.0f} s for {what}")
 
     def wait_until_heard(self, what: str, fits: Callable[[Heard], bool]) -> Heard:
-        """The first report that fits, when it has come.
+        """Wait for the first report that fits, and return it.
 
         Raises:
             ProcessFailed: When none came in time.

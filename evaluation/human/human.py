@@ -45,7 +45,7 @@ _HUMAN_LIKE = 1.5
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """All folds of all files; the seed turns and shifts the scenes."""
+    """List all folds of all files; the seed turns and shifts the scenes."""
     every = [
         {"set": name, "file": str(file), "left_out": k, "seed": seed}
         for name in SETS
@@ -56,7 +56,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """One fold, as recorded and with two ways to do it."""
+    """Measure one fold, as recorded and with two ways to do it."""
     taught, last = fold(case["set"], case["file"], case["left_out"])
     motion = last.in_frame()
     unit = 1e-3 if case["set"] != "lasa" else float(np.ptp(motion, axis=0).max()) / 100.0
@@ -94,7 +94,7 @@ def _orientation(taught: list[Demonstration], last: Demonstration, moved: Demons
 
 
 def _moved(demonstration: Demonstration, seed: int) -> Demonstration:
-    """The same demonstration in a scene that is turned and shifted at random."""
+    """Turn and shift the scene of a demonstration at random."""
     random = np.random.default_rng([seed, demonstration.time_s.size])
     if demonstration.n_dims == 2:
         c, s = np.cos(angle := random.uniform(-np.pi, np.pi)), np.sin(angle)
@@ -117,7 +117,7 @@ def _turned(R: Array, quat_wxyz: Array) -> Array:
 
 
 def _baselines(taught: list[Demonstration], motion: Array) -> dict[str, Array]:
-    """The other methods' motions from the same start to the same goal, in the goal's frame."""
+    """Compute the peers' motions from the same start to the same goal, in the goal's frame."""
     times, motions = [d.time_s for d in taught], [d.in_frame() for d in taught]
     both = ((0.0, motion[0]), (1.0, motion[-1]))
     found = {"paper": PrompBaseline.fit(times, motions, PAPER).motion(*both)}
@@ -128,7 +128,7 @@ def _baselines(taught: list[Demonstration], motion: Array) -> dict[str, Array]:
 
 
 def _two_ways(case: Case) -> dict[str, bool]:
-    """Whether each method's motion is human-like where every second person did it the other way round."""
+    """Judge each method's motion when every second person moved the other way round: human-like or not."""
     every = recordings(case["set"], case["file"])
     mixed = [replace(_mirrored(d) if n % 2 else d, quat_wxyz=None) for n, d in enumerate(every)]
     last = mixed.pop(case["left_out"])

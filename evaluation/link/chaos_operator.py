@@ -105,7 +105,7 @@ class ChaosOperator:
             self._sites.time.call_later(_HAND_PERIOD_S, self._drag)
 
     def _forged(self, packet: Packet) -> Packet:
-        """An old message again, as it was or as another command."""
+        """Replay an old message, unchanged or as another command."""
         if packet.channel is not keys.COMMAND or self._random.random() < 0.5:
             return packet
         command = decode(packet.data, Command)

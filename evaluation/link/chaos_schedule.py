@@ -1,4 +1,4 @@
-"""What goes wrong in one run: a link and a list of mishaps, all from one seed."""
+"""The faults of one run: a link and a list of mishaps, all drawn from one seed."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Schedule:
 
 
 def random_schedule(seed: int) -> Schedule:
-    """The schedule of a seed."""
+    """Draw the schedule of a seed."""
     random = Random(f"schedule {seed}")
     base = LinkSettings(uplink=_direction(random, seed), downlink=_direction(random, seed))
     times_s = sorted(random.uniform(0.0, DURATION_S) for _ in range(random.randint(0, 3)))

@@ -45,13 +45,13 @@ class ChaosWatch:
         self.n_ran = self.n_arrived = 0
 
     def on_packet(self, packet: Packet) -> None:
-        """A packet reaches the robot."""
+        """Record a packet that reaches the robot."""
         kind = _WATCHED.get(packet.channel.key)
         if kind is not None and packet.kind is not Kind.ANSWER:
             self._arrived.append(Arrived(decode(packet.data, kind), packet.sent_s, self._now_s()))
 
     def before(self, robot: Robot) -> None:
-        """A control period begins."""
+        """Record the state before a control period."""
         if robot is not self._robot:
             self._robot = robot
             self._arrived, self._ran = [], []  # what came while there was no robot
@@ -59,11 +59,11 @@ class ChaosWatch:
         self._before = _snapshot(robot)
 
     def between(self, robot: Robot) -> None:
-        """What had arrived was done."""
+        """Record the state after the arrived messages were handled."""
         self._between = _snapshot(robot)
 
     def after(self, robot: Robot) -> None:
-        """The period is over: check it."""
+        """Check the control period that has ended."""
         after = _snapshot(robot)
         period = Period(
             self._now_s(), self._dt_s, self._before, self._between, after, tuple(self._arrived),

@@ -44,7 +44,7 @@ _MARGIN_M = 0.05
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One cut for each seed."""
+    """List one cut per seed."""
     return [_draw(each, number) for number, each in enumerate(reporting_seeds(seed, trials or _TRIALS))]
 
 
@@ -60,7 +60,7 @@ def _draw(seed: int, number: int) -> Case:
 
 
 def trial(case: Case) -> Case:
-    """One seed without and with its cut."""
+    """Run one seed without and with its cut."""
     logging.disable(logging.WARNING)
     try:
         uncut, cut = _virtually(case, None), _virtually(case, _outage(case))
@@ -90,7 +90,7 @@ def _virtually(case: Case, outage: PlannedOutage | None) -> Case:
 
 
 def told(result: Case) -> Case:
-    """What is kept of the result of a job."""
+    """Reduce the result of a job to the figures that are kept."""
     rms_m = result["execution"]["rms_error_m"]
     return {
         "success": result["success"],
@@ -102,12 +102,12 @@ def told(result: Case) -> Case:
 
 
 def described(case: Case) -> str:
-    """The cut in words."""
+    """Describe the cut in words."""
     return f"{case['kind']} for {case['duration_s']:.1f} s after {case['at']:.0%} of the motion"
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """What was lost, by kind of cut."""
+    """Count the lost executions by kind of cut."""
     begun = [result for result in results if result["uncut"]["success"]]
     lost = [result for result in begun if result["lost"]]
     cut_in = Counter(result["cut"].get("cut_in", "") for result in results)

@@ -1,4 +1,4 @@
-"""What is fresh, and what happens when nothing is: ages on the robot's clock alone, and silence while driving.
+"""Freshness and silence: ages on the robot's clock alone, and silence while driving.
 
 An operator drives for 90 s (longer where the delay is long) while nothing is said about how the two sites'
 clocks stand. Once everything on the line waits for 2 to 8 s and then arrives at once; once the robot's process
@@ -67,7 +67,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """One drive: how many inputs arrived, and what each rule did wrong with them; or one silence."""
+    """Run one drive and count each rule's errors about its inputs; or run one silence."""
     if "silence" in case:
         return silence.trial(case)
     judge = _Judge(case["delay_s"], *CLOCKS[case["clocks"]])
@@ -99,7 +99,7 @@ def trial(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """The drives and the silences."""
+    """Make the tables of drives and silences."""
     summary, text = _drives([result for result in results if "silence" not in result])
     silences = [result for result in results if "silence" in result]
     if silences:
@@ -173,7 +173,7 @@ class _Judge:
             self.refused[name] += not accepted and in_time and arrival.current
 
     def restart(self) -> None:
-        """The robot was started again."""
+        """Restart the rule with the robot."""
         for rule in self._rules.values():
             rule.restart()
 

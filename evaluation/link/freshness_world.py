@@ -62,7 +62,7 @@ class Arrival:
 
 @dataclass(frozen=True)
 class Report:
-    """What the operator is shown of the robot."""
+    """A report of the robot as the operator sees it."""
 
     stamp: Stamp
     made_s: float
@@ -116,7 +116,7 @@ class World:
         self.robot = self._boot()
 
     def step(self) -> None:
-        """One control period."""
+        """Run one control period."""
         self.now_s += DT_S
         self._tick += 1
         self.up.deliver(self.now_s)
@@ -131,7 +131,7 @@ class World:
         self._operate()
 
     def arrive(self, message: OperatorInput, sent_s: float, age_shown_s: float) -> None:
-        """An input is at the robot, for the first time or once more."""
+        """Deliver an input to the robot, for the first time or again."""
         coupling = self.robot.motion.coupling
         newest = coupling.newest_seq if coupling else None
         current = coupling is not None and (message.echo.boot, message.lease_id, message.coupling_id) == (
@@ -199,7 +199,7 @@ class World:
 
 
 def a_stall(random: Random, first_s: float, last_s: float) -> tuple[float, float]:
-    """A moment and an end of an outage in which everything waits [s]."""
+    """Draw the beginning and end of an outage in which everything waits [s]."""
     begins_s = random.uniform(first_s, last_s)
     return begins_s, begins_s + random.uniform(2.0, 8.0)
 
@@ -224,7 +224,7 @@ class StampRule:
         self._newest_seq = -1
 
     def accepts(self, seq: int, stamp_s: float, now_s: float) -> bool:
-        """Whether a message counts.
+        """Decide whether a message is fresh.
 
         Args:
             seq: Its sequence number.

@@ -46,7 +46,7 @@ _ATTEMPTS = 25
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One trial for each seed from the given one on."""
+    """List one trial per seed, from the given seed on."""
     return [{"seed": seed + number} for number in range(trials or TRIALS)]
 
 
@@ -97,7 +97,7 @@ class _Run:
         self._began_s = sites.time.now_s()
 
     def play(self) -> None:
-        """The schedule to its end."""
+        """Play the schedule to its end."""
         for mishap in self.schedule.mishaps:
             self.sites.time.call_at(self._began_s + mishap.at_s, functools.partial(self._befall, mishap))
         elapsed_s = 0.0
@@ -156,7 +156,7 @@ class _Run:
 
 @functools.cache
 def _taught() -> tuple[PointTask, Library]:
-    """The task and its samples, learned once in each process; nothing is recorded during a trial."""
+    """Learn the task's samples once per process; nothing is recorded during a trial."""
     task = load_toml(_TASK_FILE, PointTask)
     library = Library(Repertoire([task]), Path(tempfile.mkdtemp(prefix="farhand-chaos-")))
     library.chosen.learn(sample_strokes(task))

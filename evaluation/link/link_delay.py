@@ -1,4 +1,4 @@
-"""What the software adds to the delay of the link: transport, relay and a whole command, with real processes.
+"""The delay that the software adds to the link's: transport, relay and a whole command, with real processes.
 
 For each one-way delay, without jitter: questions at 50 Hz straight from transport to transport through a
 relay; then commands (Arm and Disarm in turn) of the shipped console to the shipped robot; then the whole planar job by
@@ -42,7 +42,7 @@ _LONGEST_S = 60.0
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One case after the other in one process: they would disturb each other."""
+    """List one case per run: concurrent cases would disturb each other."""
     del seed  # nothing here is random
     return [{"commands": trials or _COMMANDS, "questions": 10 * (trials or _QUESTIONS // 10)}]
 
@@ -53,7 +53,7 @@ def trial(case: Case) -> Case:
 
 
 def scheduling() -> str:
-    """How this process and its children are scheduled: on a busy machine that decides about milliseconds."""
+    """Describe this process's scheduling, which decides about milliseconds on a busy machine."""
     if os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
         return "real-time priority"
     file = Path("/proc/self/autogroup")
@@ -62,7 +62,7 @@ def scheduling() -> str:
 
 
 def group_niceness(line: str) -> int:
-    """The niceness in what Linux says of a session's group, "/autogroup-12 nice 0": nothing outside of any group."""
+    """Parse the niceness of a session's group as Linux reports it, "/autogroup-12 nice 0"."""
     return int(line.split()[-1]) if line.strip() else 0
 
 
@@ -86,7 +86,7 @@ def _measure(delay_s: float, case: Case) -> Case:
 
 
 def _demo(delay_s: float) -> Case:
-    """The whole job over this delay."""
+    """Run the whole job over this delay."""
     try:
         with RealSites(delay_s, with_console=False) as sites:
             demo = sites.run_demo()
@@ -96,7 +96,7 @@ def _demo(delay_s: float) -> Case:
 
 
 def _transport_ms(delay_s: float, n: int) -> list[float]:
-    """What relay and transport add to one way, for each question [ms]."""
+    """Measure the time that relay and transport add to one way, for each question [ms]."""
     port = free_port()
     echo = ZenohLink(EndpointSettings(listen=f"tcp/{HOST}:{port}"))
     echo.serve(keys.REPORT, lambda request: request.answer(request.data))
@@ -117,7 +117,7 @@ def _transport_ms(delay_s: float, n: int) -> list[float]:
 
 
 def _round_trips_s(asker: ZenohLink, n: int) -> list[float]:
-    """Of questions at the robot's control rate, as the streams of the sites go: none waits for an answer."""
+    """Measure round trips of questions at the robot's control rate; no question waits for an answer."""
     trips_s: queue.SimpleQueue[float] = queue.SimpleQueue()
     pace = Rate(_QUESTION_S, threading.Event())
     for _ in range(n):
@@ -131,7 +131,7 @@ def _round_trips_s(asker: ZenohLink, n: int) -> list[float]:
 
 
 def _commands_ms(sites: RealSites, delay_s: float, n: int) -> list[float]:
-    """What a command's round trip takes beyond both delays [ms]."""
+    """Measure a command's round trip beyond both delays [ms]."""
     for number in range(n):
         action, mode = ((Action.ARM, ControlMode.HOLD), (Action.DISARM, ControlMode.DISARMED))[number % 2]
         while not _done(sites, action, mode, number):

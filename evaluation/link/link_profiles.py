@@ -1,4 +1,4 @@
-"""What each link profile does to models and telemetry, and what single precision on the wire costs.
+"""Effects of each link profile on models and telemetry, and of single precision on executions.
 
 Both sites' own code in virtual time over each profile of `deploy/link_profiles.toml`, each message with
 70 bytes for transport and network on top of its own: telemetry for a minute at rest and for a minute of
@@ -50,19 +50,19 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """One of them."""
+    """Run one case."""
     if case["what"] == "profile":
         return {**case, **profile_jobs.measure(case["profile"])}
     return {**case, **compare(case["what"], case["seed"])}
 
 
 def age_limit_s(one_way_s: float) -> float:
-    """What 95 % of the ages of the telemetry may not exceed [s]."""
+    """Return the bound on the 95th percentile of the telemetry's age [s]."""
     return ONE_WAYS * one_way_s + SLACK_S
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """A row for each profile, and one for each kind of model."""
+    """Make one row per profile, and one per kind of model."""
     profiles = [r for r in results if r["what"] == "profile"]
     told = {kind: [r for r in results if r["what"] == kind] for kind in KINDS}
     summary: Case = {
@@ -78,7 +78,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
 
 
 def holds(result: Case) -> bool:
-    """Whether telemetry is as often and as young as it must be, whatever else goes on."""
+    """Decide whether telemetry is frequent and fresh enough, whatever else goes on."""
     return all(
         phase["rate_hz"] >= LEAST_HZ and phase["age_p95_s"] <= age_limit_s(result["one_way_s"])
         for phase in result["telemetry"].values()
@@ -86,7 +86,7 @@ def holds(result: Case) -> bool:
 
 
 def verdict(passed: bool) -> str:
-    """The limits, and whether every profile keeps to them."""
+    """State the limits, and whether every profile keeps them."""
     return (
         f"Telemetry at least {LEAST_HZ:g} Hz and its age p95 at most {ONE_WAYS:g} x one way + {SLACK_S:g} s "
         f"{'on every profile' if passed else 'NOT on every profile'}."
@@ -176,7 +176,7 @@ def compare(kind: str, seed: int) -> Case:
 
 
 def _planar(seed: int) -> tuple[TPHSMM, Measure]:
-    """A model of the task's strokes, and how far from the U an execution of it stays."""
+    """Learn the task's strokes, and measure an execution's distance from the U."""
     task = find_point_task("planar")
     strokes = sample_strokes(task, seed)
     settings = LearnerSettings(task.learning.max_distance_m or 0.22, task.learning.min_std_m)
@@ -197,7 +197,7 @@ def _planar(seed: int) -> tuple[TPHSMM, Measure]:
 
 
 def _poses(seed: int) -> tuple[TPHSMM, Measure]:
-    """A model of the synthetic approach, and where an execution of it ends."""
+    """Learn the synthetic approach, and measure where an execution ends."""
 
     def measure(model: TPHSMM) -> dict[str, float]:
         event, _, start = scene(seed, "static", oriented=True)

@@ -1,4 +1,4 @@
-"""How soon fresh data is there again after an outage or a restart, with real processes.
+"""Time until fresh data after an outage or a restart, with real processes.
 
 Fresh is a report that is at most 0.1 s older than reports usually are when they come. Counted from the moment
 at which the relay forwards again, the restarted robot says that it is ready, or the restarted operator's site
@@ -29,13 +29,13 @@ _RESTART_S, _WAYS = 1.5, 6
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One case after the other in one process: they would disturb each other."""
+    """List one case per run: concurrent cases would disturb each other."""
     del seed  # nothing here is random
     return [{"repeats": trials or _REPEATS}]
 
 
 def trial(case: Case) -> Case:
-    """All outages and restarts at all delays."""
+    """Run all outages and restarts at all delays."""
     results = []
     for delay_s in DELAYS_S:
         with RealSites(delay_s) as sites:
@@ -97,7 +97,7 @@ def _usual_apart_s(sites: RealSites) -> float:
 
 
 def limit_s(what: str, delay_s: float) -> float:
-    """How long it may take [s]."""
+    """Return the bound on the recovery time [s]."""
     return delay_s + _STALL_SLACK_S if what == "stall" else _RESTART_S + _WAYS * delay_s
 
 

@@ -54,7 +54,7 @@ def rate_bps(profile: LinkProfile) -> float:
 
 
 def measure(name: str) -> Case:
-    """All of it over the profile of that name."""
+    """Run all jobs over the profile with this name."""
     logging.disable(logging.WARNING)
     try:
         with tempfile.TemporaryDirectory(prefix="farhand-profile-") as folder:
@@ -84,7 +84,7 @@ class _VirtualProfile:
         self._other = ModelSender(inquiries, self._place.now_s, rate)
 
     def run(self) -> Case:
-        """All of it, one thing after the other."""
+        """Run all jobs one after the other."""
         self._await("control of the robot", lambda picture: picture.in_control)
         telemetry = {"at rest": self._watch()}
         models = {"planar": self._send_planar()}

@@ -23,12 +23,12 @@ _JOBS, _AT_ONCE = 24, 3
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """All jobs in one process, which starts the others."""
+    """List all jobs as one case: one process starts the others."""
     return [{"jobs": cuts.cases(trials or _JOBS, seed)}]
 
 
 def trial(case: Case) -> Case:
-    """All jobs, some at once."""
+    """Run all jobs, some of them concurrently."""
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         return {
             "jobs": list(pool.map(_job, case["jobs"])),

@@ -1,4 +1,4 @@
-"""What each link profile does to telemetry, a model and the whole job, with real processes over the real relay.
+"""Effects of each link profile on telemetry, a model and the whole job, with real processes.
 
 Robot and link are processes, the operator's console is in this one; bytes are counted by the relay, so TCP's
 and IP's own are not among them. Age is that of what the operator sees, at every moment of half a minute at
@@ -28,13 +28,13 @@ _WATCHED_S = 30.0
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One profile after the other in one process: they would disturb each other."""
+    """List one case per run: concurrent cases would disturb each other."""
     del seed  # nothing here is random
     return [{"profiles": list(load_profiles(PROFILES_FILE))[:trials]}]
 
 
 def trial(case: Case) -> Case:
-    """All profiles."""
+    """Run all profiles."""
     profiles = [_measure(name) for name in case["profiles"]]
     return {"profiles": profiles, "scheduling": scheduling(), "load": os.getloadavg()[0]}
 
@@ -84,7 +84,7 @@ def _job(name: str, rate: float) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """A row for each profile."""
+    """Make one row per profile."""
     profiles = results[0]["profiles"]
     kept = all(holds(each) for each in profiles)
     passed = kept and all(each["job"]["success"] for each in profiles)

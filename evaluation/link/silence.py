@@ -70,7 +70,7 @@ def cases(trials: int, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """One drive and its end."""
+    """Run one drive and its end."""
     logging.disable(logging.WARNING)
     try:
         with tempfile.TemporaryDirectory(prefix="farhand-silence-") as folder:
@@ -156,7 +156,7 @@ class _Drive:
         raise FarhandError(f"{action} did not lead to {mode}")
 
     def _move_hand(self) -> None:
-        """The hand, until it moves no more."""
+        """Move the hand until it falls silent."""
         if self._hand_moves:
             angle = _TURN_RAD_S * (self._sites.time.now_s() - self._began_s)
             position_m = (_RADIUS_M * math.cos(angle), _RADIUS_M * math.sin(angle))
@@ -176,7 +176,7 @@ class _Drive:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """How soon the robot stood, by what fell silent and by the delay."""
+    """Tabulate how soon the robot stood, by what fell silent and by the delay."""
     late = [r for r in results if r["stood_after_s"] > LIMIT_S]
     summary = {
         "n": len(results),

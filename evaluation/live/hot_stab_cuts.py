@@ -17,7 +17,7 @@ _EACH, _CUT_S = 10, 20
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """All jobs in one process, which starts the others; `trials` of each kind."""
+    """List all jobs as one case, `trials` of each kind: one process starts the others."""
     return [
         {
             "jobs": [
@@ -30,7 +30,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """All jobs, two at once."""
+    """Run all jobs, two at a time."""
     return run_jobs(case["jobs"])
 
 

@@ -15,7 +15,7 @@ DELAYS_S = (0.0, 0.3, 1.0, 3.0, 5.0)
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """All jobs in one process, which starts the others; `trials` seeds on each link."""
+    """List all jobs as one case, `trials` seeds on each link: one process starts the others."""
     jobs: list[Case] = []
     for number in range(100 * seed, 100 * seed + (trials or 1)):
         jobs += [job("hot-stab", number, "lan", delay_s) for delay_s in DELAYS_S]
@@ -24,7 +24,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """All jobs, two at once."""
+    """Run all jobs, two at a time."""
     return run_jobs(case["jobs"])
 
 

@@ -22,14 +22,14 @@ _JOBS, _TWICE = 20, 3
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """All jobs in one process, which starts the others; `farhand demo --seed` repeats each."""
+    """List all jobs as one case: one process starts the others. `farhand demo --seed` repeats each."""
     n = trials or _JOBS
     seeds = [*range(n), *range(min(_TWICE, n))]
     return [{"jobs": [job("hot-stab", 100 * seed + number) for number in seeds]}]
 
 
 def trial(case: Case) -> Case:
-    """All jobs, two at once."""
+    """Run all jobs, two at a time."""
     return run_jobs(case["jobs"])
 
 
@@ -66,7 +66,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
 
 
 def _alike(one: Case, other: Case) -> tuple[bool, float | None]:
-    """Whether two jobs of one seed came to the same, and how far apart their plugs ended [m]."""
+    """Compare two jobs of one seed: same outcome, and distance between their plugs' ends [m]."""
     if not (one["success"] and other["success"]):
         return one["success"] == other["success"], None
     a, b = one["execution"], other["execution"]

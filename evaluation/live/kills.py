@@ -55,7 +55,7 @@ _KILLS = [("robot", "autonomous"), ("operator", "autonomous"), ("robot", "direct
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One kill each; `trials` of each kind."""
+    """List one kill per case; `trials` of each kind."""
     return [
         {
             "task": _TASK,
@@ -70,7 +70,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """A job, a kill, and what did not hold then."""
+    """Run a job with a kill, and list what did not hold."""
     task = find_task(case["task"])
     warm_up(task.space, len(task.frame_names))  # not at the moment that is measured
     try:
@@ -102,7 +102,7 @@ def _kill(sites: RealSites, kill: Case) -> list[str]:
 
 
 def _hash_of(folder: Path) -> str:
-    """Of every file in a folder, by name and content."""
+    """Hash every file in a folder by name and content."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     return hashlib.sha256(b"".join(str(f).encode() + b"\0" + f.read_bytes() for f in files)).hexdigest()
 
@@ -160,7 +160,7 @@ def _operator_killed(sites: RealSites, operator: Process, mode: str) -> list[str
 
 
 def _operator_again(sites: RealSites, before: Telemetry) -> list[str]:
-    """The operator's next process: what it has, shows and may do."""
+    """Start the operator's next process, and check what it has, shows and may do."""
     opened_s = sites.open_console()
     try:
         first = sites.wait_until_heard("a report", lambda heard: heard.arrived_s > opened_s)
@@ -179,7 +179,7 @@ def _operator_again(sites: RealSites, before: Telemetry) -> list[str]:
 
 
 def _executed(picture: Picture) -> PlannedPath | None:
-    """The path that the robot says it follows, when it is there."""
+    """Wait until the robot reports the path that it follows, and return its id."""
     path, robot = picture.path, picture.robot
     return path if path is not None and robot is not None and path.path_id == robot.path_id else None
 

@@ -65,7 +65,7 @@ def _run(case: Case) -> Case:
 
 
 def job_table(groups: Sequence[tuple[str, Sequence[Case]]]) -> str:
-    """A row for each group of jobs: how many were done, and how the plug sat."""
+    """Make one row per group of jobs: successes, and how the plug sat."""
     return table(
         (
             "jobs", "done", "depth min, median, max mm", "off the axis max mm", "peak force median, max N",
@@ -76,7 +76,7 @@ def job_table(groups: Sequence[tuple[str, Sequence[Case]]]) -> str:
 
 
 def footnotes(result: Case) -> list[str]:
-    """What the processes ran with, and why jobs failed."""
+    """State the processes' settings, and the reasons of failures."""
     lines = [
         "",
         f"Two jobs at a time. Scheduled with {result['scheduling']}; load of the machine {result['load']:.1f}.",

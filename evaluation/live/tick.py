@@ -29,7 +29,7 @@ _TIMES = [f"{what}_{part}_ms" for what in ("cpu", "late") for part in ("p50", "p
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One case; `trials` is its length in minutes."""
+    """List one case; `trials` is its length in minutes."""
     return [{"task": "hot-stab", "seed": seed, "duration_s": 60.0 * (trials or _MINUTES)}]
 
 
@@ -59,7 +59,7 @@ def trial(case: Case) -> Case:
 
 
 def tick_lines(events: Path) -> list[Case]:
-    """What a robot wrote down about its control periods, a dictionary for each minute."""
+    """Read a robot's records of its control periods, one dictionary per minute."""
     lines = [json.loads(line) for line in events.read_text().splitlines()]
     return [line for line in lines if line["kind"] == "ticks"]
 

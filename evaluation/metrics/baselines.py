@@ -27,7 +27,7 @@ _RIDGE = 1e-6
 
 @dataclass(frozen=True)
 class PrompSettings:
-    """How a ProMP is fitted.
+    """Settings of a ProMP's fit.
 
     Args:
         n_weights: Basis functions per dimension.
@@ -62,7 +62,7 @@ class PrompBaseline:
     def fit(
         cls, times: Sequence[Array], motions: Sequence[Array], settings: PrompSettings = PAPER
     ) -> PrompBaseline:
-        """The ProMP of some motions.
+        """Fit a ProMP to some motions.
 
         Args:
             times: Times of each motion [s]. Shapes (T,).
@@ -75,7 +75,7 @@ class PrompBaseline:
     def fit_all(
         cls, times: Sequence[Array], motions: Sequence[Array], settings: Sequence[PrompSettings] = GRID
     ) -> list[PrompBaseline]:
-        """The ProMPs of the same motions with each of the settings."""
+        """Fit a ProMP to the same motions with each of the settings."""
         n_dims, extent = motions[0].shape[1], float(np.ptp(np.concatenate(motions), axis=0).max())
         plain = [at_phases(t, p, _N_PHASES) for t, p in zip(times, motions, strict=True)]
         aligned = [_aligned(one, plain[0]) for one in plain]
@@ -91,7 +91,7 @@ class PrompBaseline:
         return found
 
     def motion(self, *conditions: tuple[float, Array], n_points: int = _N_PHASES) -> Array:
-        """The mean motion that passes through points at phases from 0 to 1. Shape (n_points, D) [m]."""
+        """Compute the mean motion conditioned on points at phases from 0 to 1. Shape (n_points, D) [m]."""
         promp = self._promp
         for phase, point in conditions:
             promp = promp.condition_position(point, 1e-10 * np.eye(promp.n_dims), t=phase)  # pyright: ignore[reportArgumentType]
@@ -105,7 +105,7 @@ def _weights(motions: Sequence[Array], n_weights: int) -> Array:
 
 
 def _aligned(motion: Array, reference: Array) -> Array:
-    """The motion at the phases of the reference to which dynamic time warping takes it. Shape (N, D)."""
+    """Resample the motion at the phases that dynamic time warping aligns with the reference. Shape (N, D)."""
     ours, theirs = warping_path(motion, reference)
     total = np.zeros_like(reference)
     np.add.at(total, theirs, motion[ours])
@@ -113,7 +113,7 @@ def _aligned(motion: Array, reference: Array) -> Array:
 
 
 def mean_warp(motions: Sequence[Array], start: Array, goal: Array) -> Array:
-    """The mean motion, moved linearly so that it begins and ends where it should.
+    """Compute the mean motion, moved linearly to the given start and end.
 
     Args:
         motions: Demonstrations at the same phases, in one frame [m]. Shapes (N, D).

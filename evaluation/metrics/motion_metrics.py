@@ -23,7 +23,7 @@ _N_PHASES = 200
 
 
 class Approach(NamedTuple):
-    """How a motion came into a receptacle."""
+    """Errors of a motion's approach to a receptacle."""
 
     end_m: float  # distance of its last point from the mouth
     angle_deg: float  # between its last 5 cm and the axis
@@ -31,7 +31,7 @@ class Approach(NamedTuple):
 
     @property
     def success(self) -> bool:
-        """Whether all three are within their tolerances."""
+        """True when all three errors are within their tolerances."""
         return self.end_m <= MAX_END_M and self.lateral_m <= MAX_LATERAL_M and self.angle_deg <= MAX_ANGLE_DEG
 
 
@@ -52,7 +52,7 @@ def approach_of(local: Array) -> Approach:
 
 
 def at_phases(time_s: Array, position: Array, n_phases: int = _N_PHASES) -> Array:
-    """A motion at equally spaced fractions of its duration. Shape (n_phases, D)."""
+    """Resample a motion at equal fractions of its duration. Shape (n_phases, D)."""
     phase = (time_s - time_s[0]) / (time_s[-1] - time_s[0])
     at = np.linspace(0.0, 1.0, n_phases)
     return np.stack([np.interp(at, phase, axis) for axis in position.T], axis=1)
@@ -119,7 +119,7 @@ def turns_of(demonstration: Demonstration) -> Rotation:
 
 
 def mean_turns(taught: Sequence[Rotation], start: Rotation) -> Rotation:
-    """The mean of the demonstrations' orientations, turned so that it begins where it should."""
+    """Compute the mean of the demonstrations' orientations, turned to the given start."""
     mean = Rotation.concatenate(
         [Rotation.concatenate([turns[n] for turns in taught]).mean() for n in range(_N)]
     )

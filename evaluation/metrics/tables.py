@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A Markdown table; numbers with three digits."""
+    """Format a Markdown table; numbers have three digits."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(_text(cell) for cell in line) + " |" for line in lines)
 

@@ -230,6 +230,6 @@ class Violation:
 
 
 def violations(invariants: Iterable[Invariant], period: Period) -> list[Violation]:
-    """All violations in one period."""
+    """List all violations in one period."""
     found = ((invariant.number, invariant.violation(period)) for invariant in invariants)
     return [Violation(number, period.time_s, text) for number, text in found if text]

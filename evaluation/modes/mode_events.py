@@ -40,7 +40,7 @@ class Step:
 
 
 def steps(n_operators: int) -> list[Step]:
-    """All of them."""
+    """List all events."""
     found = [*_surroundings()]
     for number in range(n_operators):
         found += _operator_steps(number)
@@ -176,5 +176,5 @@ def _broken(world: World) -> None:
 
 
 def is_moving(mode: ControlMode) -> bool:
-    """Whether something may move the robot in a mode."""
+    """Decide whether anything may move the robot in a mode."""
     return mode in (ControlMode.DIRECT, ControlMode.AUTONOMOUS)

@@ -24,7 +24,7 @@ _M = ControlMode
 
 @contextmanager
 def _row(cause: Cause, **changes: Any) -> Iterator[None]:
-    """The table with one row changed."""
+    """Change one row of the table."""
     shipped = TABLE[cause]
     TABLE[cause] = shipped._replace(**changes)
     try:
@@ -35,7 +35,7 @@ def _row(cause: Cause, **changes: Any) -> Iterator[None]:
 
 @contextmanager
 def _method(owner: type, name: str, body: Callable[..., Any]) -> Iterator[None]:
-    """One method replaced by another."""
+    """Replace one method by another."""
     shipped = getattr(owner, name)
     setattr(owner, name, body)
     try:

@@ -52,7 +52,7 @@ _MUST = {
 
 @dataclass(frozen=True)
 class Before:
-    """What the rules need of the world as it was.
+    """The state that the rules need from before an event.
 
     Args:
         mode: The mode.
@@ -72,7 +72,7 @@ class Before:
 
     @classmethod
     def of(cls, world: World) -> Before:
-        """The world now."""
+        """Record the present state."""
         robot = world.robot
         return cls(
             robot.mode,
@@ -90,7 +90,7 @@ class Before:
 
 
 def broken_rule(before: Before, step: Step, accepted: bool | None, world: World) -> str:
-    """The rule that an event broke, in words; empty when it broke none.
+    """Return the rule that an event broke, in words; empty when it broke none.
 
     Args:
         before: The world as it was.
@@ -135,7 +135,7 @@ def _other_rules(before: Before, step: Step, accepted: bool | None, world: World
 
 
 def _should_accept(before: Before, step: Step, world: World) -> bool:
-    """A refusal for the mode alone would be wrong here: lease, age, model and plan are in order."""
+    """Decide whether only the mode could justify a refusal: lease, age, model and plan are in order."""
     operator = world.operators[step.operator]
     holds = bool(before.lease_id) and operator.lease_id == before.lease_id
     needs_more = step.action in (Action.EXECUTE, Action.PREVIEW)

@@ -20,7 +20,7 @@ from farhand.evaluation.modes.mode_world import World
 
 @dataclass
 class Exploration:
-    """What a search found.
+    """The result of a search.
 
     Args:
         n_states: States that were reached.
@@ -40,7 +40,7 @@ class Exploration:
 
 
 def state_of(world: World) -> Hashable:
-    """What is told apart. Which of two operators is which is not: they may do the same."""
+    """Return the part of the state that is told apart; two operators are interchangeable."""
     robot, lease = world.robot, world.robot.contact.lease
     motion = robot.motion
     execution, coupling, manoeuvre = motion.execution, motion.coupling, motion.manoeuvre

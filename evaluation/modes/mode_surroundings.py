@@ -1,4 +1,4 @@
-"""What the exhaustive check of the modes puts around the shipped supervisor: task, model, clock, plant and sight."""
+"""Surroundings of the shipped supervisor in the exhaustive check: task, model, clock, plant and sight."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ CONFIG = RemoteConfig(control_hz=1.0 / DT_S)
 
 @cache
 def good_model() -> ModelTransfer:
-    """A model of the task, as it travels."""
+    """Return an encoded model of the task."""
     learner = OnlineLearner(LearnerSettings(max_distance_m=0.1, min_std_m=0.01), 2, TASK.frame_names)
     frames = [TaskFrame(np.eye(2), np.array(_ORIGIN_M))]
     for stroke in sample_strokes(TASK):

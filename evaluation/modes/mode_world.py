@@ -96,7 +96,7 @@ class World:
         )  # fmt: skip
 
     def restart(self) -> None:
-        """The remote process ends and is started again; the plant stays where it stopped."""
+        """Restart the remote process; the plant stays where it stopped."""
         position = self.plant.read().position_m
         self.plant = FeelingPlant(position, np.ones(2), 0.6, 4.0)
         self._boot()
@@ -119,19 +119,19 @@ class World:
             self.plan_request = request
 
     def echo(self, age_s: float = ROUND_TRIP_S) -> Stamp:
-        """The stamp that a message of this age echoes."""
+        """Return the stamp that a message of this age echoes."""
         return Stamp(self.clock.boot, max(0, self.source.ns - round(age_s * 1e9)))
 
     # What operators send ------------------------------------------------------------------------
 
     def ask_lease(self, operator: Operator, wish: Wish = Wish.CONTROL) -> None:
-        """A renewal, or a request."""
+        """Send a lease renewal or request."""
         request = LeaseRequest(session=operator.name, site_name=operator.name, wish=wish, echo=self.echo())
         reply = self.robot.on_lease(request)
         operator.lease_id = reply.lease_id if reply.granted else operator.lease_id
 
     def command(self, operator: Operator, action: Action, **changes: Any) -> CommandReply:
-        """A fresh command of an operator, but for what is changed in it."""
+        """Send a fresh command of an operator, with the given changes."""
         self.counter += 1
         command = Command(
             command_id=f"{operator.name} {self.n_boots} {self.counter}", session=operator.name,
@@ -143,7 +143,7 @@ class World:
         return self.robot.on_command(command)
 
     def hand(self, operator: Operator, age_s: float = ROUND_TRIP_S, coupling_id: int | None = None) -> None:
-        """One input of an operator's hand, away from the target."""
+        """Send one input of an operator's hand, away from the target."""
         self.counter += 1
         self.robot.on_input(
             OperatorInput(
@@ -156,12 +156,12 @@ class World:
         )
 
     def stop(self, operator: Operator) -> None:
-        """A stop."""
+        """Send a stop."""
         self.counter += 1
         self.robot.on_stop(Stop(stop_id=f"stop {self.counter}", site_name=operator.name))
 
     def finish_plan(self) -> None:
-        """The worker has made the plan that was asked for last."""
+        """Finish the plan that was requested last."""
         request, self.plan_request = self.plan_request, None
         if request is None:
             return
@@ -204,12 +204,12 @@ class World:
 
     @property
     def speed_m_s(self) -> float:
-        """Of the effector [m/s]."""
+        """Speed of the effector [m/s]."""
         return float(np.linalg.norm(self.plant.read().velocity_m_s))
 
     @property
     def phase(self) -> Phase:
-        """Of the robot."""
+        """Phase of the robot."""
         return self.robot.phase
 
 

@@ -16,7 +16,7 @@ _SHORT_MUTANTS = ("couple is allowed in DISARMED", "stop leads to DISARMED", "an
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """The two searches and one search per mutant; a short form of each when a number of trials is given."""
+    """List the two searches and one search per mutant; shortened when a number of trials is given."""
     del seed  # nothing here is random
     if trials is not None:
         short = {"max_depth": _SHORT_DEPTH}
@@ -30,7 +30,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """One search."""
+    """Run one search."""
     began_s = time.monotonic()
     if case["mutant"]:
         with MUTANTS[case["mutant"]]():
@@ -41,7 +41,7 @@ def trial(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Whether the shipped modes keep every rule and every mutant breaks one."""
+    """State whether the shipped modes keep every rule and every mutant breaks one."""
     shipped = [result for result in results if not result["mutant"]]
     mutants = [result for result in results if result["mutant"]]
     caught = [result for result in mutants if result["broken"]]

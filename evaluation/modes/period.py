@@ -28,7 +28,7 @@ class Arrived:
 
     @property
     def flight_s(self) -> float:
-        """How long it was under way [s]."""
+        """Time under way [s]."""
         return self.arrived_s - self.sent_s
 
 
@@ -100,7 +100,7 @@ class Period:
     usual_age_s: float
 
     def did(self, *actions: Action) -> list[Ran]:
-        """The commands of these actions that were done; without any given, all."""
+        """List the completed commands of these actions; without arguments, of all."""
         return [ran for ran in self.ran if not actions or ran.command.action in actions]
 
 
@@ -114,4 +114,4 @@ class Invariant(ABC):
 
     @abstractmethod
     def violation(self, period: Period) -> str:
-        """How it was violated; empty when it was not."""
+        """Describe the violation; empty when there was none."""
