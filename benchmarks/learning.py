@@ -167,7 +167,7 @@ def _growth() -> Row:
 
     early, late = states
     best = best_times_us({"first": lambda: block(early), "last": lambda: block(late)}, seconds=4.0)
-    sizes = [sum(a.nbytes for part in state if part is not None for a in part) for state in states]
+    sizes = [sum(array.nbytes for array in state.arrays()) for state in states]
     assert sizes[0] == sizes[1], "what is remembered grew"
     what = f"learning, the last 100,000 of 1,000,000 points, a point ({sizes[1]} bytes remembered, as after 2,000)"
     return Row(what, best["last"] / 1e5, "the first 100,000", best["first"] / 1e5, "<= 1.2 of the first")

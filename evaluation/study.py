@@ -49,6 +49,7 @@ STUDIES = {
     "algorithm-1": "farhand.evaluation.paper.algorithm_1",
     "online-batch": "farhand.evaluation.paper.online_batch",
     "assignment": "farhand.evaluation.paper.assignment",
+    "noise": "farhand.evaluation.paper.noise",
     "human": "farhand.evaluation.human.human",
     "handwriting": "farhand.evaluation.human.handwriting",
     "link-chaos": "farhand.evaluation.link.link_chaos",

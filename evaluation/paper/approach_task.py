@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from farhand.common.model.task_frame import TaskFrame
+from farhand.evaluation.metrics.sensor import TRACKER, Sensor
 from farhand.local_site.teaching.demonstration import Demonstration
 
 Array = NDArray[np.float64]
@@ -109,15 +110,23 @@ def demonstrate(
 
 
 def demonstrations(
-    random: np.random.Generator, n: int = N_DEMONSTRATIONS, oriented: bool = False
+    random: np.random.Generator,
+    n: int = N_DEMONSTRATIONS,
+    oriented: bool = False,
+    sensor: Sensor = TRACKER,
 ) -> list[Demonstration]:
-    """Demonstrations from random starts; the receptacle is elsewhere in each, but not by much."""
-    return [
+    """Demonstrations from random starts; the receptacle is elsewhere in each, but not by much.
+
+    The sensor's noise has random numbers of its own: the hands are the same whatever records them.
+    """
+    noises = random.spawn(n)
+    hands = [
         demonstrate(
             random, TAUGHT_STARTS.sample(random), random_frame(random, reach_m=0.1, turn_rad=0.25), oriented
         )
         for _ in range(n)
     ]
+    return [sensor.record(hand, noise) for hand, noise in zip(hands, noises, strict=True)]
 
 
 def _hand(random: np.random.Generator, start: Array) -> tuple[Array, Array]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
+from farhand.evaluation.metrics.sensor import EXACT, TRACKER, Sensor
 from farhand.evaluation.paper.approach_events import Held, Jump, LateJump, Push, Static, Sway
 from farhand.evaluation.paper.approach_task import (
     FAR_STARTS,
@@ -37,11 +38,20 @@ SCENARIOS: dict[str, Callable[[TaskFrame, np.random.Generator], Event]] = {
 
 
 def taught(
-    seed: int, n: int = N_DEMONSTRATIONS, lambda_m: float = LAMBDA_M, oriented: bool = False
+    seed: int,
+    n: int = N_DEMONSTRATIONS,
+    lambda_m: float = LAMBDA_M,
+    oriented: bool = False,
+    sensor: Sensor = TRACKER,
 ) -> tuple[list[Demonstration], TPHSMM]:
-    """Demonstrations of the synthetic hand, and what is learned from them."""
-    shown = demonstrations(np.random.default_rng([seed, 0]), n, oriented)
+    """Demonstrations of the synthetic hand as the sensor recorded them, and what is learned from them."""
+    shown = demonstrations(np.random.default_rng([seed, 0]), n, oriented, sensor)
     return shown, learn(shown, LearnerSettings(lambda_m))
+
+
+def hands(seed: int, n: int = N_DEMONSTRATIONS, oriented: bool = False) -> list[Demonstration]:
+    """The same demonstrations as the hand really went."""
+    return demonstrations(np.random.default_rng([seed, 0]), n, oriented, EXACT)
 
 
 def scene(seed: int, scenario: str, oriented: bool = False) -> tuple[Event, TaskFrame, Array]:

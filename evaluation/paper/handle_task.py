@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.model.task_frame import TaskFrame
+from farhand.evaluation.metrics.sensor import TRACKER, Sensor
 from farhand.evaluation.paper.approach_task import minimum_jerk
 from farhand.local_site.teaching.demonstration import Demonstration
 
@@ -66,8 +67,11 @@ def random_scene(random: np.random.Generator) -> Scene:
     )
 
 
-def demonstrate(random: np.random.Generator, scene: Scene, names: tuple[str, ...]) -> Demonstration:
+def demonstrate(
+    random: np.random.Generator, scene: Scene, names: tuple[str, ...], sensor: Sensor = TRACKER
+) -> Demonstration:
     """One demonstration in a scene, seen from the frames of these names; the last is the goal's."""
+    noise = random.spawn(1)[0]
     duration_s = _DURATION_S * float(np.exp(random.normal(0.0, _DURATION_SPREAD)))
     time_s = np.arange(0.0, duration_s, _PERIOD_S)
     path = scene.path()
@@ -79,7 +83,7 @@ def demonstrate(random: np.random.Generator, scene: Scene, names: tuple[str, ...
         random.normal(0.0, _DEVIATION_M, (3, 2)) / harmonics[:, None]
     )
     frames = scene.frames(names)
-    return Demonstration(
+    hand = Demonstration(
         time_s=time_s,
         position_m=position,
         frame_origin_m=np.stack([f.b for f in frames]),
@@ -87,6 +91,7 @@ def demonstrate(random: np.random.Generator, scene: Scene, names: tuple[str, ...
         frame_names=names,
         source="synthetic reach for a handle",
     )
+    return sensor.record(hand, noise)
 
 
 def _random_frame(random: np.random.Generator, around: Array, reach_m: float) -> TaskFrame:

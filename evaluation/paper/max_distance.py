@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from farhand.evaluation.metrics.motion_metrics import approach_of, dtw_rms, time_rms
 from farhand.evaluation.metrics.tables import rate, spread, table
-from farhand.evaluation.paper.approach_trials import scene, stepping, taught
+from farhand.evaluation.paper.approach_trials import hands, scene, stepping, taught
 from farhand.evaluation.paper.closed_loop import Event, execute
 from farhand.evaluation.study import Case, reporting_seeds
 
@@ -31,9 +31,10 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 def trial(case: Case) -> Case:
     """Reproduce a demonstration, then execute elsewhere."""
-    shown, model = taught(case["seed"], lambda_m=case["lambda_m"])
+    _, model = taught(case["seed"], lambda_m=case["lambda_m"])
     used = model if case["ramp"] else stepping(model)
-    like = shown[case["seed"] % len(shown)]
+    hand = hands(case["seed"])
+    like = hand[case["seed"] % len(hand)]
     again = execute(used, like.position_m[0], Event(like.frames_at(0)[0]))
     event, _, start = scene(case["seed"], "static")
     executed = execute(used, start, event, rest_s=1.0)

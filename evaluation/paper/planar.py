@@ -1,6 +1,6 @@
 """The paper's planar example (Sec. IV, Figs. 2 and 3): three motions into a U, executed while it oscillates.
 
-Per trial: the task's three strokes with the tremor of another hand, learned online; the robot starts at
+Per trial: the task's three strokes with the tremor of another hand and 1 mm of noise, learned online; the robot starts at
 another place near one of theirs, and sees the oscillating U through a noisy sensor and its filter.
 Success: the motion arrives and stays at the true centre of the U, over the 10 s after its arrival, to an
 RMS of less than 1 % of the board's side.
@@ -21,6 +21,7 @@ from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import PointTask
 from farhand.deploy.places import find_point_task
 from farhand.evaluation.metrics.motion_metrics import rms
+from farhand.evaluation.metrics.sensor import TRACKER
 from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval
 from farhand.evaluation.paper.closed_loop import Event, Execution, execute
 from farhand.evaluation.paper.model_figure import draw_components, draw_model
@@ -83,7 +84,8 @@ def _run(seed: int) -> tuple[PointTask, list[TPHSMM], OscillatingU, Execution]:
     """The task, the model after each demonstration, the U, and the execution."""
     task = find_point_task("planar")
     random = np.random.default_rng([seed, 1])
-    strokes = sample_strokes(task, seed)
+    noises = np.random.default_rng([seed, 3]).spawn(len(task.samples))
+    strokes = [TRACKER.record(s, noise) for s, noise in zip(sample_strokes(task, seed), noises, strict=True)]
     settings = LearnerSettings(task.learning.max_distance_m or 0.22, task.learning.min_std_m)
     learner, models = OnlineLearner(settings, 2, task.frame_names), []
     at = [TaskFrame(np.eye(2), np.array(task.target.origin_m))]

@@ -1,7 +1,7 @@
 """Our method beside ProMP, a warped mean demonstration and a straight line (Sec. VI-A, Fig. 8).
 
 Five demonstrations of the synthetic approach. *Seen*: each method starts where a demonstration did and is
-compared with it. *New*: start and receptacle are new, and the reference is what the same hand would have
+compared with what the hand really did. *New*: start and receptacle are new, and the reference is what the same hand would have
 done there. Both root mean square errors are given: at equal fractions of the time, and along dynamic time
 warping. ProMP has the paper's 15 basis functions, alignment by dynamic time warping and regularisation 1e-3,
 in the receptacle's frame and in the world's; "best of grid" is the one of 18 settings (10, 15, 25 basis
@@ -28,7 +28,7 @@ from farhand.evaluation.metrics.motion_metrics import (
 )
 from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wilson_interval
 from farhand.evaluation.paper.approach_task import FAR_STARTS, TAUGHT_STARTS, demonstrate, random_frame
-from farhand.evaluation.paper.approach_trials import stepping, taught
+from farhand.evaluation.paper.approach_trials import hands, stepping, taught
 from farhand.evaluation.paper.closed_loop import Event, execute
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.teaching.demonstration import Demonstration
@@ -64,7 +64,7 @@ def scene(seed: int, part: str) -> tuple[list[Demonstration], Demonstration]:
     """The demonstrations, and the motion to compare with."""
     shown, _ = taught(seed)
     if part == "seen":
-        return shown, shown[seed % len(shown)]
+        return shown, hands(seed)[seed % len(shown)]
     random = np.random.default_rng([seed, 1])
     start = (TAUGHT_STARTS if part == "new" else FAR_STARTS).sample(random)
     return shown, demonstrate(random, start, random_frame(random))

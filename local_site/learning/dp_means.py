@@ -21,6 +21,7 @@ import numpy as np
 
 from farhand.common.model.kernel import kernel
 from farhand.local_site.learning.clusters import new_component, update
+from farhand.local_site.learning.ending import ended_at
 from farhand.local_site.learning.motion import describe, travel
 
 FRAME_RULES = ("all", "goal", "nearest", "relevant")
@@ -76,7 +77,7 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
 
 @kernel
 def add_end(clusters, motion, max_distance, weights, rule):
-    """Take the last datapoint into a terminal component, the nearest or a new one; return which.
+    """Take where the motion ended into a terminal component, the nearest or a new one; return which.
 
     Where a motion ends is for the goal's frame to say, which is the last one.
     """
@@ -84,6 +85,8 @@ def add_end(clusters, motion, max_distance, weights, rule):
     y, e = np.empty(clusters.means.shape[1:]), np.empty(clusters.scatters.shape[2])
     describe(y, motion, max_distance, weights)
     y[:, 2 * C] = 0.0
+    for p in range(y.shape[0]):
+        ended_at(motion.ending, p, motion.point[p], e[:T], y[p, :C])
     best, least = -1, max_distance**2
     for i in range(clusters.size[0]):
         if clusters.terminal[i]:

@@ -1,6 +1,9 @@
 """The running demonstration: where it is, where it came from, which way it goes and how far it has come.
 
-Before the hand has travelled a little it has no direction.
+Distance and direction are those of a point that the hand drags behind it on a slack string, a fifth of
+lambda long or longer where the sensor is worse. Noise of the sensor pulls the string taut only now and then and never back, so that it does not
+add up to a distance, however many datapoints the sensor gives. Before the hand has travelled a little it
+has no direction.
 """
 
 from __future__ import annotations
@@ -11,13 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.model.kernel import kernel
-from farhand.common.model.manifold import Manifold, log_at
+from farhand.common.model.manifold import Manifold, exp_at, log_at
+from farhand.local_site.learning.ending import Ending, approach_end
+from farhand.local_site.learning.jumps import Jumps
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Distance over which the direction of travel is averaged, as a fraction of lambda.
-_DIRECTION_LENGTH = 0.1
+# Length of the string, and distance over which the direction of travel is averaged, as fractions of lambda.
+_STRING, _DIRECTION_LENGTH = 0.2, 0.1
+# The string is at least so many standard deviations of the sensor long.
+_DEVIATIONS = 3.0
 
 
 class Motion(NamedTuple):
@@ -26,41 +33,62 @@ class Motion(NamedTuple):
     component: Integers  # q_{t-1}, or -1 before the first datapoint; shape (1,)
     clock: Array  # time of the last datapoint, and when its component was entered [s]; shape (2,)
     point: Array  # last datapoint in each frame, shape (P, C)
-    direction: Array  # unit steps averaged over a short travelled distance, shape (P, T)
-    travelled: Array  # sigma [m], shape (P,)
+    dragged: Array  # the point at the other end of the string in each frame, shape (P, C)
+    direction: Array  # unit steps of that point, averaged over a short distance, shape (P, T)
+    travelled: Array  # sigma, how far it was dragged [m], shape (P,)
     start: Array  # s, shape (P, C)
+    ending: Ending
+    jumps: Jumps
 
     @classmethod
     def begin(cls, n_frames: int, space: Manifold) -> Motion:
         """Before the first datapoint."""
         point, tangent = (n_frames, space.n_coordinates), (n_frames, space.n_tangent)
-        zeros = np.zeros
-        return cls(np.array([-1]), zeros(2), zeros(point), zeros(tangent), zeros(n_frames), zeros(point))
+        return cls(
+            component=np.array([-1]),
+            clock=np.zeros(2),
+            point=np.zeros(point),
+            dragged=np.zeros(point),
+            direction=np.zeros(tangent),
+            travelled=np.zeros(n_frames),
+            start=np.zeros(point),
+            ending=Ending.begin(n_frames, space),
+            jumps=Jumps.begin(n_frames, space),
+        )
 
 
 @kernel
 def travel(motion, point, time, max_distance, w_r, step):
     """Move to the next datapoint: distance and direction depend on the path, not on its timing."""
     if motion.component[0] < 0:
-        motion.start[:] = point
         motion.point[:] = point
+        motion.start[:] = point
+        motion.dragged[:] = point
+        motion.ending.point[:] = point
         motion.clock[:] = time
         return
     n_dims = step.size if step.size == point.shape[1] else step.size - 3
+    radian = w_r * max_distance
     for p in range(point.shape[0]):
-        log_at(motion.point[p], point[p], step)
-        step[n_dims:] *= w_r * max_distance
+        approach_end(motion.ending, p, motion.point[p], point[p], time - motion.clock[0], step)
+        motion.point[p] = point[p]
+        log_at(motion.dragged[p], point[p], step)
         square = 0.0
         for k in range(step.size):
-            square += step[k] ** 2
-        if square > 0.0:
-            length = np.sqrt(square)
-            forget = np.exp(-length / (_DIRECTION_LENGTH * max_distance))
-            for k in range(step.size):
-                motion.direction[p, k] *= forget
-                motion.direction[p, k] += (1.0 - forget) * (step[k] / length)
-            motion.travelled[p] += length
-    motion.point[:] = point
+            square += (step[k] if k < n_dims else radian * step[k]) ** 2
+        length = np.sqrt(square)
+        noise = motion.ending.noise[p, 0] + radian * radian * motion.ending.noise[p, 1]
+        dragged = length - max(_STRING * max_distance, _DEVIATIONS * np.sqrt(noise))
+        if dragged <= 0.0:
+            continue
+        forget = np.exp(-dragged / (_DIRECTION_LENGTH * max_distance))
+        for k in range(step.size):
+            along = step[k] / length
+            motion.direction[p, k] *= forget
+            motion.direction[p, k] += (1.0 - forget) * (along if k < n_dims else radian * along)
+            step[k] = dragged * along
+        exp_at(motion.dragged[p], step, motion.dragged[p])
+        motion.travelled[p] += dragged
 
 
 @kernel

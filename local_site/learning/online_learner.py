@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from farhand.common.errors import InvalidDemonstration, InvalidModel
-from farhand.common.model.kernel import kernel
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.learning.clusters import Clusters
-from farhand.local_site.learning.dp_means import FRAME_RULES, add_end, assign_points
-from farhand.local_site.learning.dwell_statistics import Dwell, Segment, finish, follow
+from farhand.local_site.learning.dp_means import FRAME_RULES, add_end
+from farhand.local_site.learning.dwell_statistics import Dwell, Segment, finish
 from farhand.local_site.learning.learner_settings import LearnerSettings
 from farhand.local_site.learning.motion import Motion
 from farhand.local_site.learning.observation import Frames, Observer
 from farhand.local_site.learning.parameters import parameters
+from farhand.local_site.learning.stream import learn_points
 
 Array = NDArray[np.float64]
 Arrays = TypeVar("Arrays", bound=tuple[np.ndarray, ...])
@@ -39,6 +39,10 @@ class Snapshot(NamedTuple):
     dwell: Dwell
     motion: Motion | None
     segment: Segment | None
+
+    def arrays(self) -> list[np.ndarray]:
+        """Everything, one array after the other."""
+        return _arrays(self)
 
 
 class OnlineLearner:
@@ -138,14 +142,17 @@ class OnlineLearner:
         """The time that the next datapoint must be later than [s]."""
         if self._motion is None:
             raise InvalidDemonstration("demonstration", "", "start the demonstration first")
-        return float(self._motion.clock[0]) if self._motion.component[0] >= 0 else -np.inf
+        motion, held = self._motion, int(self._motion.jumps.counts[1])
+        if held > 0:
+            return float(motion.jumps.times[held - 1])
+        return float(motion.clock[0]) if motion.component[0] >= 0 else -np.inf
 
     def _learn(self, local: Array, times: Array) -> NDArray[np.int64]:
         assert self._motion is not None
         assert self._segment is not None
-        labels, done, s = np.empty(len(times), np.int64), 0, self.settings
-        while done < len(times):
-            done += _learn(
+        labels, done, s = np.empty(times.size, np.int64), 0, self.settings
+        while done < times.size:
+            done += learn_points(
                 self._clusters,
                 self._motion,
                 self._dwell,
@@ -214,23 +221,24 @@ class OnlineLearner:
         return parameters(self._clusters, self._dwell, self.settings, self.frame_names, self.space)
 
     def _make_room(self) -> None:
-        """Double the arrays when they are full."""
-        capacity = self._clusters.counts.size
-        if self.n_components < capacity:
+        """Double the arrays until there is room for a component, and for those of datapoints that are held back."""
+        capacity, held = self._clusters.counts.size, 0
+        if self._motion is not None:
+            held = int(self._motion.jumps.counts[1])
+        if self.n_components + held < capacity:
             return
         larger = Clusters.empty(2 * capacity, len(self.frame_names), self.space)
         self._clusters = _filled(larger, self._clusters)
         self._dwell = _filled(Dwell.empty(2 * capacity), self._dwell)
         if self._segment is not None:
             self._segment = _filled(Segment.begin(2 * capacity), self._segment)
+        self._make_room()
 
 
-@kernel
-def _learn(clusters, motion, dwell, segment, points, times, max_distance, weights, hysteresis, rule, labels):
-    """Assign datapoints and count along their components, until there is no room; returns how many."""
-    done = assign_points(clusters, motion, points, times, max_distance, weights, hysteresis, rule, labels)
-    follow(dwell, segment, labels[:done], times[:done])
-    return done
+def _arrays(part: tuple | np.ndarray | None) -> list[np.ndarray]:
+    if part is None:
+        return []
+    return [part] if isinstance(part, np.ndarray) else [array for each in part for array in _arrays(each)]
 
 
 def _filled(larger: Arrays, smaller: Arrays) -> Arrays:

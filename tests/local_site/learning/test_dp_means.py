@@ -99,10 +99,10 @@ def test_one_frame_in_which_demonstrations_agree_makes_them_one_component(rule: 
 def test_it_stops_where_there_is_no_room_and_goes_on_from_there():
     points, times = in_frames(np.random.default_rng(3), 2, 1)
     _, whole = assigned(points, times)
-    small = Clusters.empty(4, 1, Manifold(2))
+    small = Clusters.empty(3, 1, Manifold(2))
     motion, labels = Motion.begin(1, Manifold(2)), np.zeros(len(times), np.int64)
     done = assign_points(small, motion, points, times, LAMBDA, WEIGHTS, HYSTERESIS, 0, labels)
-    assert small.size[0] == 4
+    assert small.size[0] == 3
     assert done < len(times)
     np.testing.assert_array_equal(labels[:done], whole[:done])
 

@@ -26,7 +26,7 @@ def demonstrate(learner: OnlineLearner, points: NDArray, times: NDArray, frames:
 
 
 def state_of(snapshot: Snapshot) -> list[bytes]:
-    return [array.tobytes() for part in snapshot if part is not None for array in part]
+    return [array.tobytes() for array in snapshot.arrays()]
 
 
 @settings(deadline=None, derandomize=True, max_examples=20)
