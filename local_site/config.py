@@ -26,7 +26,10 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     page_port: Annotated[int, Meta(ge=0, le=65535)] = 0
     """Port of the web page; 0: no page."""
     page_host: Annotated[str, Meta(min_length=1)] = "127.0.0.1"
-    """Address that the page is served at. It has no access control: keep it on this machine."""
+    """Address that the page is served at; 0.0.0.0 or :: for all of this machine. Off loopback it asks for a token,
+    which the printed address contains. It is not encrypted: put a proxy with TLS before it."""
+    page_names: tuple[str, ...] = ()
+    """Further hosts that browsers reach the page by, as in their address bar, such as https://console.example."""
     connect_timeout_s: Annotated[float, Meta(ge=0)] = 60.0
     """How long to wait for the first report of the robot [s]; 0: for ever."""
     seed: Annotated[int, Meta(ge=0)] = 0

@@ -81,7 +81,7 @@ class LocalSite:
 
         Raises:
             LinkError: When the robot does not report in time.
-            PortInUse: When the page's port cannot be had.
+            PageUnavailable: When the page's address cannot be had.
         """
         with self._opened(page_port=self._config.page_port) as opened:
             ready(**({"page": opened.page.address} if opened.page is not None else {}))
@@ -112,7 +112,7 @@ class LocalSite:
         log = EventLog(self._event_log)
         place = own_place(first, self._sample_files, self._config.seed, stepped)
         known = self._known_scenes() if page_port else None
-        opened = _Opened(self._config, self._library, place, log, self._stop, page_port, known)
+        opened = _Opened(self._config, self._library, place, log, self._stop, page_port, known, self._data_dir)
         self._opened_now = opened
         return opened
 
@@ -139,9 +139,10 @@ class _Opened:
         stop: threading.Event,
         page_port: int,
         known: KnownScenes | None,
+        data_dir: Path,
     ):
         self._config, self._library, self._stop, self._page_port = config, library, stop, page_port
-        self.log = log
+        self.log, self._data_dir = log, data_dir
         self._link = ZenohLink(config.link)
         wish = Wish.WATCH if config.watch else Wish.CONTROL
         self.console = Console(
@@ -182,12 +183,13 @@ class _Opened:
 
     def _open_page(self) -> Page:
         """The page, before the robot has reported: it says that it waits."""
-        from farhand.local_site.view.page import (
-            Page,
-        )  # costs half a second, which a site without a page need not wait
+        # It costs half a second, which a site without a page need not wait.
+        from local_site.view.door import Door, kept_token
+        from local_site.view.page import Page
 
         control = relay_control(self._config.link_control)
-        page = Page(self.console, self._library.task, control, self._config.page_host, self._page_port)
+        door = Door(self._config.page_host, self._config.page_names, kept_token(self._data_dir))
+        page = Page(self.console, self._library.task, control, door, self._page_port)
         page.start()
         _log.info("the page is at %s", page.address)
         return page

@@ -15,6 +15,7 @@ from farhand.common.log import loop_logger
 from farhand.common.task import AnyTask, ArmTask
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.picture import Picture
+from farhand.local_site.view.door import Door
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.auto_send import AutoSend
 from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec
@@ -33,6 +34,7 @@ from farhand.local_site.view.redraw import Redraw
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
 from farhand.local_site.view.scene.board.planar_scene import PlanarScene
 from farhand.local_site.view.server import PageServer
+from farhand.local_site.view.sessions import Sessions
 from farhand.local_site.view.tabs import Tabs
 
 _log = loop_logger(__name__)
@@ -49,31 +51,41 @@ class Page:
         console: What is shown and asked.
         task: One of the robot; its kind decides on the scene.
         control: The link process, None without one.
-        host: Address to serve at.
+        door: Where it is served and who may come in.
         port: Port; 0 takes a free one.
 
     Raises:
-        PortInUse: When something else has the port.
+        PageUnavailable: When the address or the port cannot be had.
     """
 
-    def __init__(self, console: Console, task: AnyTask, control: RelayControl | None, host: str, port: int):
+    def __init__(self, console: Console, task: AnyTask, control: RelayControl | None, door: Door, port: int):
         self._console = console
         self._events: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._shown: Picture = console.picture
-        self._server = PageServer(host, port)
-        self._host = host
+        self._sessions = Sessions()
+        self._server = PageServer(door, port, self._sessions, self._refused)
         self._worker = LinkWorker(control) if control is not None else None
         self._build_panels(self._server.gui, task)
         self._scene = self._make_scene(task)
-        self._tabs = Tabs(self._server, self._scene.fit, self._events.put, self._scene.let_go)
+        self._tabs = Tabs(self._server, self._sessions, self._scene.fit, self._events.put, self._scene.let_go)
         self._redraw = Redraw()
         self._beat_s, self._beats = float("-inf"), 0
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
 
     @property
     def address(self) -> str:
-        """Where a browser finds it."""
-        return f"http://{self._host}:{self._server.get_port()}"
+        """What to open in a browser."""
+        return self._server.address
+
+    @property
+    def port(self) -> int:
+        """The port that it is served at."""
+        return self._server.bound_port
+
+    @property
+    def tabs_open(self) -> tuple[int, ...]:
+        """The tabs that show it."""
+        return self._sessions.tabs
 
     def start(self) -> None:
         """Begin to draw and to listen."""
@@ -107,7 +119,9 @@ class Page:
         self._beat = Html(gui)
         self._strip = StatusStrip(gui)
         self._graph, self._history = TransitionGraph(gui), LinkHistory(gui)
-        self._buttons = [Buttons(gui, (buttons.STOP,), self._on_press)]
+        stop = Buttons(gui, (buttons.STOP,), self._on_press)
+        self._server.incoming.open_to_everybody(*stop.handles)
+        self._buttons = [stop]
         self._guidance, self._happened = Guidance(gui), EventPanel(gui)
         with gui.add_folder("Teach"):
             teach = buttons.TEACH_ARM if isinstance(task, ArmTask) else buttons.TEACH
@@ -125,7 +139,9 @@ class Page:
         with gui.add_folder("Control", expand_by_default=False):
             self._buttons.append(Buttons(gui, buttons.CONTROL, self._on_press))
         with gui.add_folder("View"):
-            gui.add_button("Reset view", color="gray").on_click(self._on_reset_view)
+            reset_view = gui.add_button("Reset view", color="gray")
+            reset_view.on_click(self._on_reset_view)
+            self._server.incoming.open_to_everybody(reset_view)
 
     # Events, from the server's threads: they only enqueue ---------------------------------------
 
@@ -140,16 +156,19 @@ class Page:
         if (tab := event.client_id) is not None:
             self._events.put(partial(self._tabs.reset, tab))
 
+    def _refused(self, tab: int) -> None:
+        self._events.put(partial(self._do_if_active, tab, lambda: None))
+
     def _act(self, tab: int, do: Callable[[], None]) -> None:
         self._events.put(partial(self._do_if_active, tab, do))
 
     # The owner ----------------------------------------------------------------------------------
 
     def _do_if_active(self, tab: int, do: Callable[[], None]) -> None:
-        if self._tabs.sessions.acts(tab):
+        if self._sessions.acts(tab):
             do()
         else:
-            self._happened.explain("another tab is active, this one watches: close that one to act here")
+            self._tabs.refused(tab)
 
     def _run(self) -> None:
         due_s = elapsed_s()

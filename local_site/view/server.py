@@ -1,84 +1,167 @@
-"""The web server of the page: viser, quiet, without its public relay, and deaf to other web sites."""
+"""The web server of the page: viser, quiet, without its public relay, behind a door that it does not have itself."""
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import io
 import logging
 import socket
+import threading
+import time
+from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
-from urllib.parse import urlsplit
+from typing import Any
 
 import viser
 from viser import _messages
-from viser.infra import ClientId, WebsockClientConnection
+from websockets.asyncio import server as websockets_server
+from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
 
-from farhand.common.errors import PortTaken
+from local_site.view.address import listening
+from local_site.view.door import Door, Visit
+from local_site.view.incoming import LARGEST_BYTES, Incoming
+from local_site.view.sessions import Sessions
 
 _FILES = Path(__file__).parent
-
-
-class PortInUse(PortTaken):
-    """The page's port cannot be had."""
+_MOST_TABS = 32
+_MOST_UNOPENED = 64
+_MESSAGES_PER_S, _BURST_S = 250.0, 1.0
+_STARTING = threading.Lock()
+_GUARDS = {
+    # No other page may show ours in a frame and lead clicks to it, or keep hold of its window.
+    "X-Frame-Options": "DENY",
+    "Content-Security-Policy": "frame-ancestors 'none'",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+}
+_Judge = Callable[[ServerConnection, Request], Awaitable[Response | None] | Response | None]
 
 
 class PageServer(viser.ViserServer):
-    """A viser server on one port, or none.
+    """A viser server on one port that lets in whom the door admits, and hears what a tab may say.
 
     Args:
-        host: Address to bind; there is no access control, so keep it on this machine.
+        door: Address to bind, and who may come in.
         port: Port; 0 takes a free one.
+        sessions: Which tab may act.
+        refused: Called, on the server's thread, with a tab that may not act but tried.
 
     Raises:
-        PortInUse: When something else has the port.
+        PageUnavailable: When the address or the port cannot be had.
     """
 
-    def __init__(self, host: str, port: int):
-        _require_free(host, port)
+    def __init__(self, door: Door, port: int, sessions: Sessions, refused: Callable[[int], None]):
+        self._door = door
+        self.incoming = Incoming(self, sessions, refused)
         # A port scan or a browser that gives up is no error of ours, and needs no traceback.
         logging.getLogger("websockets").setLevel(logging.CRITICAL)
+        bound = listening(door.host, port)
+        self.bound_port: int = bound.getsockname()[1]
+        """The port that it is served at."""
         # viser greets on the standard output, which belongs to the command line.
-        with contextlib.redirect_stdout(io.StringIO()):
-            super().__init__(host=host, port=port, label="Farhand", verbose=False)
-        if port and self.get_port() != port:
-            self.stop()
-            raise PortInUse(
-                f"port {port} of {host} was taken by another program meanwhile: choose another one"
-            )
+        with contextlib.redirect_stdout(io.StringIO()), self._serving(bound):
+            super().__init__(host=door.host, port=self.bound_port, label="Farhand", verbose=False)
         self.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         self.gui.add_html(f"<style>{(_FILES / 'page.css').read_text()}</style>")
         # viser has no public way to give the page a script of its own; it keeps this message for late tabs.
         script = _messages.RunJavascriptMessage(source=(_FILES / "page.js").read_text())
         self._websock_server.queue_message(script)
-        self._websock_server.on_client_connect(self._refuse_other_sites)
-        self._websock_server.unregister_handler(_messages.GuiUpdateMessage)
-        self._websock_server.register_handler(_messages.GuiUpdateMessage, self._take_value)
+
+    @property
+    def address(self) -> str:
+        """What to open in a browser."""
+        return self._door.address(self.bound_port)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Refused: it would open the operator's console to the internet; any tab could ask for it."""
+        """Refused: it would open the operator's console to the internet."""
         return None
 
-    async def _refuse_other_sites(self, client: WebsockClientConnection) -> None:
-        """A page of another web site, open in the same browser, must not command the robot."""
-        connection = self._websock_server._live_connections[client.client_id]
-        headers = connection.request.headers if connection.request is not None else {}
-        origin = headers.get("Origin")
-        if origin is not None and urlsplit(origin).netloc != headers.get("Host"):
-            await connection.close(1008, "this console takes commands from its own page alone")
+    @contextlib.contextmanager
+    def _serving(self, bound: socket.socket) -> Iterator[None]:
+        """Have viser's web server begin with our door: it has no way to be given one.
 
-    async def _take_value(self, client_id: ClientId, message: _messages.GuiUpdateMessage) -> None:
-        """Viser lets a tab set any attribute of an element, so it could take STOP away from the others."""
-        if message.updates.keys() == {"value"}:
-            await self.gui._handle_gui_updates(client_id, message)
+        Raises:
+            RuntimeError: When viser did not take it, so that a later viser is never served without one.
+        """
+        with _STARTING:
+            usual, taken = websockets_server.serve, threading.Event()
+
+            def serve(handler: Any, _host: object, _port: object, **settings: Any) -> Any:
+                taken.set()
+                files = settings.pop("process_request")
+                return usual(
+                    handler, sock=bound, process_request=self._judged(files), process_response=_guard,
+                    create_connection=self._connection_kind(), **{**settings, "max_size": LARGEST_BYTES},
+                )  # fmt: skip
+
+            websockets_server.serve = serve  # type: ignore[assignment, misc]
+            try:
+                yield
+            finally:
+                websockets_server.serve = usual  # type: ignore[misc]
+            if not taken.is_set():
+                raise RuntimeError("this viser serves the page in another way than the one that is guarded")
+
+    def _judged(self, files: _Judge) -> _Judge:
+        """Judge each request, of a page and of a websocket, before anything else is done with it."""
+
+        def judge(connection: ServerConnection, request: Request) -> Any:
+            talks = any("websocket" in value.lower() for value in request.headers.get_all("Upgrade"))
+            answer = self._door.judge(_visit(connection, request), self.bound_port, talks)
+            if answer is not None:
+                kind = {"Content-Type": "text/html; charset=utf-8", "Cache-Control": "no-store"}
+                body = answer.page.encode()
+                headers = {**kind, **answer.headers, "Content-Length": str(len(body)), "Connection": "close"}
+                return Response(answer.status, answer.status.phrase, Headers(headers), body)
+            if talks and len(self._websock_server._live_connections) >= _MOST_TABS:
+                return connection.respond(503, f"{_MOST_TABS} tabs are open already: close some\n")
+            return None if talks else files(connection, request)
+
+        return judge
+
+    def _connection_kind(self) -> type[ServerConnection]:
+        """The class of this server's connections."""
+        incoming, tabs = self.incoming, self._tab_of
+
+        class TabConnection(ServerConnection):
+            """One connection: its messages are judged, and read no faster than a hand can make them."""
+
+            _read_until_s = 0.0
+
+            def connection_made(self, transport: asyncio.BaseTransport) -> None:
+                super().connection_made(transport)
+                waiting = [each for each in self.server.handlers if each.request is None]
+                if len(waiting) > _MOST_UNOPENED:
+                    waiting[0].transport.abort()  # the oldest: it has not asked for anything so far
+
+            async def recv(self, decode: bool | None = None) -> Any:
+                while True:
+                    data = await super().recv(decode=False)
+                    now_s = time.monotonic()
+                    self._read_until_s = max(self._read_until_s, now_s) + 1.0 / _MESSAGES_PER_S
+                    # At least once round the loop: what came before is done, and other tabs have their turn.
+                    await asyncio.sleep(max(self._read_until_s - now_s - _BURST_S, 0.0))
+                    tab = tabs(self)
+                    if tab is not None and incoming.admits(tab, data):
+                        return data
+
+        return TabConnection
+
+    def _tab_of(self, connection: ServerConnection) -> int | None:
+        """Return the number of a connection's tab."""
+        live = self._websock_server._live_connections
+        return next((tab for tab, each in live.items() if each is connection), None)
 
 
-def _require_free(host: str, port: int) -> None:
-    """Viser would quietly take the next port."""
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((host, port))
-        except OSError as error:
-            raise PortInUse(
-                f"the page cannot be served at {host} port {port} ({error.strerror}): choose another one with --port"
-            ) from error
+def _visit(connection: ServerConnection, request: Request) -> Visit:
+    headers = [(name.lower(), value) for name, value in request.headers.raw_items()]
+    return Visit(request.path, headers, connection.remote_address[0], connection.local_address[0])
+
+
+def _guard(_connection: ServerConnection, _request: Request, response: Response) -> None:
+    for name, value in _GUARDS.items():
+        response.headers[name] = value

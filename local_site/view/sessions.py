@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from enum import StrEnum
 
 
@@ -15,11 +16,17 @@ class Role(StrEnum):
 
 
 class Sessions:
-    """The open tabs, by the number of their connection. Used by the page's thread alone."""
+    """The open tabs, by the number of their connection. Used by the server's thread and the page's."""
 
     def __init__(self) -> None:
         self._open: list[int] = []
-        self.active: int | None = None
+        self._active: int | None = None
+        self._lock = threading.Lock()
+
+    @property
+    def active(self) -> int | None:
+        """The tab that may act."""
+        return self._active
 
     @property
     def tabs(self) -> tuple[int, ...]:
@@ -27,26 +34,32 @@ class Sessions:
         return tuple(self._open)
 
     def joined(self, tab: int) -> None:
-        """A tab was opened; it is active when no other is."""
-        self._open.append(tab)
-        if self.active is None:
-            self.active = tab
+        """Add a tab that was opened; it is active when no other is."""
+        with self._lock:
+            self._open.append(tab)
+            if self._active is None:
+                self._active = tab
 
-    def left(self, tab: int) -> None:
-        """A tab was closed; closing the active one frees its place."""
-        if tab in self._open:
-            self._open.remove(tab)
-        if self.active == tab:
-            self.active = None
+    def left(self, tab: int) -> bool:
+        """Remove a tab that was closed; closing the active one frees its place. Returns whether it was active."""
+        with self._lock:
+            if tab in self._open:
+                self._open.remove(tab)
+            was_active = self._active == tab
+            if was_active:
+                self._active = None
+            return was_active
 
     def acts(self, tab: int) -> bool:
-        """Whether this tab may act; if nobody is active it becomes so."""
-        if self.active is None and tab in self._open:
-            self.active = tab
-        return self.active == tab
+        """Decide whether this tab may act; if nobody is active it becomes so."""
+        with self._lock:
+            if self._active is None and tab in self._open:
+                self._active = tab
+            return self._active == tab
 
     def role(self, tab: int) -> Role:
-        """What a tab is now."""
-        if self.active is None:
+        """Return what a tab is now."""
+        active = self._active
+        if active is None:
             return Role.FREE
-        return Role.ACTIVE if self.active == tab else Role.WATCHING
+        return Role.ACTIVE if active == tab else Role.WATCHING

@@ -9,6 +9,7 @@ import viser
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.sessions import Role, Sessions
 
+_NOT_DONE = "Nothing was done: this tab only watches. Close the other one to act here."
 _WORDS = {
     Role.ACTIVE: "",
     Role.WATCHING: "This tab watches: another one is active. STOP works here too.",
@@ -21,6 +22,7 @@ class Tabs:
 
     Args:
         server: The page's.
+        sessions: Which of them may act.
         fit: Has the scene fill a tab's canvas.
         enqueue: Has something done on the page's thread.
         active_left: Called when the active tab was closed.
@@ -29,25 +31,29 @@ class Tabs:
     def __init__(
         self,
         server: viser.ViserServer,
+        sessions: Sessions,
         fit: Callable[[viser.CameraHandle], None],
         enqueue: Callable[[Callable[[], None]], None],
         active_left: Callable[[], None],
     ):
-        self.sessions = Sessions()
+        self._sessions = sessions
         self._fit_scene, self._active_left = fit, active_left
         self._clients: dict[int, viser.ClientHandle] = {}
         self._sizes: dict[int, tuple[int, int]] = {}
         self._roles: dict[int, Html] = {}
+        self._refused: set[int] = set()
 
         async def joined(client: viser.ClientHandle) -> None:
             async def moved(_camera: viser.CameraHandle) -> None:
                 enqueue(lambda: self._fit(client))
 
             client.camera.on_update(moved)
+            sessions.joined(client.client_id)
             enqueue(lambda: self._joined(client))
 
         async def left(client: viser.ClientHandle) -> None:
-            enqueue(lambda: self._left(client.client_id))
+            was_active = sessions.left(client.client_id)
+            enqueue(lambda: self._left(client.client_id, was_active))
 
         server.on_client_connect(joined)
         server.on_client_disconnect(left)
@@ -55,8 +61,16 @@ class Tabs:
     def draw(self) -> None:
         """Tell each tab what it is."""
         for tab, role_html in self._roles.items():
-            role = self.sessions.role(tab)
-            role_html.show(element("session", role.value, "fh-active", hidden="") + _banner(role))
+            role = self._sessions.role(tab)
+            if role is not Role.WATCHING:
+                self._refused.discard(tab)
+            words = _NOT_DONE if tab in self._refused else _WORDS[role]
+            role_html.show(element("session", role.value, "fh-active", hidden="") + _banner(role, words))
+
+    def refused(self, tab: int) -> None:
+        """Tell a tab, and no other, that it may not act."""
+        if tab in self._clients:
+            self._refused.add(tab)
 
     def reset(self, tab: int) -> None:
         """Have the scene fill a tab's page again, however it was turned."""
@@ -65,14 +79,12 @@ class Tabs:
             self._fit(self._clients[tab])
 
     def _joined(self, client: viser.ClientHandle) -> None:
-        self.sessions.joined(client.client_id)
         self._clients[client.client_id] = client
         self._roles[client.client_id] = Html(client.gui)
         self._fit(client)
 
-    def _left(self, tab: int) -> None:
-        was_active = self.sessions.active == tab
-        self.sessions.left(tab)
+    def _left(self, tab: int, was_active: bool) -> None:
+        self._refused.discard(tab)
         self._clients.pop(tab, None)
         self._sizes.pop(tab, None)
         self._roles.pop(tab, None)
@@ -90,8 +102,7 @@ class Tabs:
         client.flush()
 
 
-def _banner(role: Role) -> str:
-    words = _WORDS[role]
+def _banner(role: Role, words: str) -> str:
     dim = (
         "<style>.mantine-Paper-root[data-with-border] { opacity: .45; pointer-events: none; }</style>"
         if role is Role.WATCHING

@@ -21,9 +21,11 @@ Point = tuple[float, float]
 Points = Sequence[Point]
 
 
-def launch(playwright: Playwright) -> Browser:
+def launch(playwright: Playwright, *arguments: str) -> Browser:
     """The system's Chromium, which draws in software."""
-    return playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=["--no-sandbox"])
+    return playwright.chromium.launch(
+        executable_path=CHROMIUM, headless=True, args=["--no-sandbox", *arguments]
+    )
 
 
 class OperatorPage:

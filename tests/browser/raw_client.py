@@ -18,15 +18,19 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 from websockets.typing import Origin, Subprotocol
 
-_PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+SUBPROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+CAMERA = _messages.ViewerCameraMessage(
+    (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 5.0), 0.35, 0.1, 50.0, 560, 900, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+)
+"""What a tab sends first: it counts as open from then on."""
 _PATIENCE_S = 60.0
 
 
-def raw_connection(address: str, origin: Origin | None = None) -> AbstractContextManager[Connection]:
+def raw_connection(address: str, origin: str | None = None) -> AbstractContextManager[Connection]:
     """To the page's socket; what comes is kept until it is read, so that pings are answered."""
     return connect(
-        address.replace("http", "ws"), origin=origin, subprotocols=[_PROTOCOL], max_size=None, max_queue=None,
-        ping_interval=None,
+        address.replace("http", "ws"), origin=Origin(origin) if origin else None, subprotocols=[SUBPROTOCOL], max_size=None, max_queue=None,
+        ping_interval=None, close_timeout=1.0,
     )  # fmt: skip
 
 
@@ -39,14 +43,17 @@ class RawClient:
 
     def __init__(self, connection: Connection):
         self._connection = connection
-        self._uuids: dict[str, str] = {}
+        self.uuids: dict[str, str] = {}
+        """Of the elements that have been sent, by their labels."""
         self.n_bytes = 0
         """Received so far."""
-        self._send(
-            _messages.ViewerCameraMessage(
-                (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 5.0), 0.35, 0.1, 50.0, 560, 900, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-            )
-        )  # fmt: skip
+        self.send(CAMERA)
+
+    def uuid(self, label: str) -> str:
+        """The element with a label, once it was sent."""
+        while label not in self.uuids:
+            self.receive()
+        return self.uuids[label]
 
     def press(self, label: str) -> None:
         """Press a button, whether it may be pressed or not."""
@@ -54,17 +61,15 @@ class RawClient:
 
     def set(self, label: str, **attributes: object) -> None:
         """Set attributes of an element."""
-        while label not in self._uuids:
-            self.receive()
-        self._send(_messages.GuiUpdateMessage(self._uuids[label], attributes))
+        self.send(_messages.GuiUpdateMessage(self.uuid(label), attributes))
 
     def drag(self, name: str, poses: NDArray[np.float64]) -> Iterator[None]:
         """Drag a gizmo along some poses, a step of it each time it is asked; let go at the end. Shape (T, 7)."""
-        self._send(_messages.TransformControlsDragStartMessage(name))
+        self.send(_messages.TransformControlsDragStartMessage(name))
         for pose in poses.tolist():
-            self._send(_messages.TransformControlsUpdateMessage(name, tuple(pose[3:]), tuple(pose[:3])))
+            self.send(_messages.TransformControlsUpdateMessage(name, tuple(pose[3:]), tuple(pose[:3])))
             yield
-        self._send(_messages.TransformControlsDragEndMessage(name))
+        self.send(_messages.TransformControlsDragEndMessage(name))
 
     def shows(self, words: str, timeout_s: float) -> bool:
         """Wait until an element is sent that has these words, a regular expression. False when none was in time."""
@@ -77,6 +82,21 @@ class RawClient:
             if any(
                 re.search(words, str(message.get("updates", message.get("props")))) for message in messages
             ):
+                return True
+        return False
+
+    def shows_pose(self, name: str, position_m: NDArray[np.float64], timeout_s: float) -> bool:
+        """Wait until a node is sent to be at a place. False when it was not in time."""
+        end_s = time.monotonic() + timeout_s
+        while (left_s := end_s - time.monotonic()) > 0.0:
+            try:
+                messages = self.receive(left_s)
+            except TimeoutError:
+                return False
+            places = [
+                m["position"] for m in messages if m["type"] == "SetPositionMessage" and m["name"] == name
+            ]
+            if any(np.allclose(place, position_m) for place in places):
                 return True
         return False
 
@@ -93,8 +113,17 @@ class RawClient:
         content = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(data[16 : 16 + size]))
         for message in content["messages"]:
             if "label" in message.get("props", {}):
-                self._uuids[message["props"]["label"]] = message["uuid"]
+                self.uuids[message["props"]["label"]] = message["uuid"]
         return content["messages"]
 
-    def _send(self, message: _messages.Message) -> None:
-        self._connection.send(msgspec.msgpack.encode(message.as_serializable_dict()))
+    def send(self, message: _messages.Message) -> None:
+        """Send any message."""
+        self.send_raw(message.as_serializable_dict())
+
+    def send_raw(self, content: dict[str, Any]) -> None:
+        """Send what need not be a message of viser."""
+        self.send_bytes(msgspec.msgpack.encode(content))
+
+    def send_bytes(self, data: bytes | str) -> None:
+        """Send what need not be a message at all."""
+        self._connection.send(data)

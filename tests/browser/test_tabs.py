@@ -5,7 +5,7 @@ from __future__ import annotations
 from playwright.sync_api import expect
 
 from tests.browser.conftest import NewTab
-from tests.browser.operator_page import OperatorPage
+from tests.browser.operator_page import WAIT_MS, OperatorPage
 
 
 def told(tab: OperatorPage) -> list[str]:
@@ -20,7 +20,8 @@ def test_a_second_tab_watches_until_the_first_is_closed(tab: OperatorPage, new_t
     assert told(watching) == told(tab)
     expect(watching.tp("role")).to_contain_text("This tab watches")
     watching.button("Disarm").dispatch_event("click")
-    watching.tells("another tab is active")
+    expect(watching.tp("role")).to_contain_text("this tab only watches", timeout=WAIT_MS)
+    expect(tab.tp("role")).to_have_count(0)  # what another tab tries does not stand here
     watching.says("mode", "HOLD")
     watching.command("STOP", "STOPPED")  # anybody may stop
     tab.command("Reset", "DISARMED")

@@ -150,6 +150,11 @@ class Buttons:
     def __init__(self, gui: viser.GuiApi, specs: tuple[ButtonSpec, ...], on_press: OnPress):
         self._handles = [(spec, self._add(gui, spec, on_press)) for spec in specs]
 
+    @property
+    def handles(self) -> list[viser.GuiButtonHandle]:
+        """The buttons, in the order of their specifications."""
+        return [handle for _, handle in self._handles]
+
     def draw(self, picture: Picture) -> None:
         """Enable what may be pressed, mark what is under way."""
         for spec, handle in self._handles:

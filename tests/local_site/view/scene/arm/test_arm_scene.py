@@ -14,7 +14,9 @@ from farhand.local_site.console.picture import Picture
 from farhand.local_site.view.panels.status_strip import _remote_words
 from farhand.local_site.view.panels.words import words_of
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
+from farhand.local_site.view.door import Door
 from farhand.local_site.view.server import PageServer
+from farhand.local_site.view.sessions import Sessions
 from tests.local_site.exchange.test_robot_scene import report
 from tests.local_site.robot_end import HOT_STAB
 
@@ -24,7 +26,7 @@ OTHER = describe(Dimensions(plug=Plug(radius_m=0.015)))
 
 @pytest.fixture
 def server() -> Iterator[PageServer]:
-    server = PageServer("127.0.0.1", 0)
+    server = PageServer(Door(), 0, Sessions(), lambda _tab: None)
     yield server
     server.stop()
 

@@ -1,0 +1,191 @@
+"""Who may load the page and speak to it: by name, by origin, and off this machine by a token.
+
+A browser carries a request of any web page to any address that it can reach. `Host` and `Origin` tell such a request
+from one of our own page; both come from outside, so they are held against names that we know, not against each other.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hmac
+import html
+import os
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from pathlib import Path
+from urllib.parse import parse_qsl, urlencode, urlsplit
+
+from common.errors import InvalidConfiguration
+from local_site.view.address import EVERY_ADDRESS, Name, is_loopback, reachable_address
+
+TOKEN_FIELD = "token"
+_TOKEN_BYTES = 16
+
+
+@dataclass(frozen=True)
+class Visit:
+    """One HTTP request, also the one that opens a websocket.
+
+    Args:
+        target: Path and query.
+        headers: Names in lower case with their values, in order.
+        peer: Address that it came from.
+        arrived_at: Address of this machine that it came to.
+    """
+
+    target: str
+    headers: Sequence[tuple[str, str]]
+    peer: str
+    arrived_at: str
+
+    def all(self, header: str) -> list[str]:
+        """Return each value of a header."""
+        return [value for name, value in self.headers if name == header]
+
+    @property
+    def query(self) -> list[tuple[str, str]]:
+        """The query's fields."""
+        return parse_qsl(urlsplit(self.target).query, keep_blank_values=True)
+
+    def cookies(self, name: str) -> list[str]:
+        """Return the values of a cookie."""
+        pairs = (part.strip().partition("=") for line in self.all("cookie") for part in line.split(";"))
+        return [value for key, _, value in pairs if key == name]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a visit gets in place of the page.
+
+    Args:
+        status: Of HTTP.
+        page: HTML.
+        headers: Beyond the usual ones.
+    """
+
+    status: HTTPStatus
+    page: str
+    headers: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Door:
+    """Where the page is served and who may come in.
+
+    Args:
+        host: Address to bind; `0.0.0.0` or `::` for every address of this machine.
+        names: Further hosts that browsers reach the page by, such as a proxy's: `HOST`, `HOST:PORT` or an origin.
+            A proxy's visitors come from loopback too, so with names everybody needs the token.
+        token: What visitors from other machines must show.
+
+    Raises:
+        InvalidConfiguration: When a name is not of that form.
+    """
+
+    host: str = "127.0.0.1"
+    names: tuple[str, ...] = ()
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(_TOKEN_BYTES), repr=False)
+
+    def __post_init__(self) -> None:
+        for name in self.names:
+            if Name.of(name) is None:
+                raise InvalidConfiguration(
+                    "configuration", "page_names",
+                    f"hosts as in the page's address, such as https://console.example, got {name!r}",
+                )  # fmt: skip
+
+    def judge(self, visit: Visit, port: int, to_talk: bool) -> Answer | None:
+        """Return what turns a visit away; None lets it in.
+
+        Args:
+            visit: What came.
+            port: That the page is served at.
+            to_talk: Whether it opens a websocket; it could press buttons then.
+        """
+        hosts, origins = visit.all("host"), visit.all("origin")
+        host = Name.of(hosts[0]) if len(hosts) == 1 else None
+        if host is None or not self._is_ours(host, visit.arrived_at):
+            shown = f"under the name {host.host}" if host else "without a name"
+            return _refused(
+                f"This console is not served {shown}.",
+                "If it should be, add the name to page_names in the configuration of the local site.",
+            )
+        origin = Name.of(origins[0]) if len(origins) == 1 else None
+        if to_talk and origins and not (origin and self._is_own_page(origin, host)):
+            return _refused("This console takes commands from its own page alone.", "Open its own address.")
+        if self._needs_no_token(visit, host):
+            return None
+        cookie = f"farhand-{port}"
+        if any(key == TOKEN_FIELD and self._opens(value) for key, value in visit.query):
+            return None if to_talk else _remember(visit, cookie, self.token)
+        if any(map(self._opens, visit.cookies(cookie))):
+            return None
+        return _refused(
+            "This console needs its token.",
+            f"Open the address that the terminal of the local site printed: it contains ?{TOKEN_FIELD}=... "
+            "The browser keeps it in a cookie.",
+        )
+
+    def address(self, port: int) -> str:
+        """Return the address to open in a browser, with the token where it is needed."""
+        secret = f"/?{TOKEN_FIELD}={self.token}"
+        name = Name.of(self.names[0]) if self.names else None
+        if name is None:
+            host = Name(reachable_address(self.host)).in_url
+            return f"http://{host}:{port}{'' if Name(self.host).is_loopback else secret}"
+        proxied = Name(self.host).is_loopback
+        scheme = name.scheme or ("https" if proxied else "http")
+        at = name.port or (None if proxied or name.scheme else port)
+        return f"{scheme}://{name.in_url}{f':{at}' if at else ''}{secret}"
+
+    def _is_ours(self, host: Name, arrived_at: str) -> bool:
+        """Decide whether the page is served under a name. An address cannot be rebound, a foreign name can."""
+        known = [self.host] if self.host not in EVERY_ADDRESS else [arrived_at]
+        known += [name.host for name in map(Name.of, self.names) if name is not None]
+        return host.is_loopback or host.host in (each.lower() for each in known)
+
+    def _is_own_page(self, origin: Name, host: Name) -> bool:
+        named = (name for name in map(Name.of, self.names) if name is not None)
+        return origin.same_origin(host) or any(map(origin.same_origin, named))
+
+    def _needs_no_token(self, visit: Visit, host: Name) -> bool:
+        return not self.names and host.is_loopback and is_loopback(visit.peer)
+
+    def _opens(self, token: str) -> bool:
+        return hmac.compare_digest(token.encode(errors="replace"), self.token.encode())
+
+
+def kept_token(folder: Path) -> str:
+    """Return the token that a folder keeps, a new one at first: open tabs survive a restart of the site.
+
+    Where it cannot be kept it is good until the site ends.
+    """
+    path, new = folder / "page-token", secrets.token_urlsafe(_TOKEN_BYTES)
+    with contextlib.suppress(OSError, UnicodeError):
+        folder.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(FileExistsError):
+            descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+            with os.fdopen(descriptor, "w") as file:
+                file.write(new)
+        kept = path.read_text("ascii").strip()
+        if len(kept) >= len(new):
+            return kept
+    return new
+
+
+def _refused(what: str, remedy: str) -> Answer:
+    words = "".join(f"<p>{html.escape(line)}</p>" for line in (what, remedy))
+    return Answer(
+        HTTPStatus.FORBIDDEN,
+        f'<!doctype html><meta charset="utf-8"><title>Farhand: refused</title>'
+        f'<body style="font: 18px sans-serif; max-width: 40em; margin: 3em auto">{words}',
+    )
+
+
+def _remember(visit: Visit, cookie: str, token: str) -> Answer:
+    """Take the token out of the address bar, where others read it, into a cookie that no other site can use."""
+    rest = [(key, value) for key, value in visit.query if key != TOKEN_FIELD]
+    kept = f"{cookie}={token}; Path=/; HttpOnly; SameSite=Lax; Max-Age=31536000"
+    return Answer(HTTPStatus.SEE_OTHER, "", {"Location": f"./?{urlencode(rest)}", "Set-Cookie": kept})

@@ -1,0 +1,173 @@
+"""The messages that a tab may send: four kinds, each to elements that take it. All others are dropped unread."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+import msgspec
+import viser
+from msgspec import Meta
+from viser import _messages
+
+from local_site.view.sessions import Sessions
+
+LARGEST_BYTES = 4096
+"""No message that the page needs is larger."""
+
+_NEAREST_M = 1e-9
+"""A camera that looks at its own place looks nowhere [m]."""
+
+_Coordinate = Annotated[float, Meta(ge=-1e9, le=1e9)]  # which also keeps out what is no number
+_Pixels = Annotated[float, Meta(ge=0, le=1e5)]
+_Text = Annotated[str, Meta(max_length=200)]
+_Vector = tuple[_Coordinate, _Coordinate, _Coordinate]
+_Quaternion = tuple[_Coordinate, _Coordinate, _Coordinate, _Coordinate]
+_OnScreen = tuple[_Coordinate, _Coordinate]
+
+
+class _Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
+    pass
+
+
+class _Camera(_Message, tag="ViewerCameraMessage"):
+    wxyz: _Quaternion
+    position: _Vector
+    fov: Annotated[float, Meta(gt=0, lt=math.pi)]
+    near: _Coordinate
+    far: _Coordinate
+    image_height: _Pixels
+    image_width: _Pixels
+    look_at: _Vector
+    up_direction: _Vector
+
+
+class _Updates(msgspec.Struct, forbid_unknown_fields=True):
+    value: bool | _Coordinate | _Text
+
+
+class _Value(_Message, tag="GuiUpdateMessage"):
+    uuid: _Text
+    updates: _Updates
+
+
+class _GizmoMoved(_Message, tag="TransformControlsUpdateMessage"):
+    name: _Text
+    wxyz: _Quaternion
+    position: _Vector
+    owner: Literal[""] = ""
+
+
+class _GizmoTaken(_Message, tag="TransformControlsDragStartMessage"):
+    name: _Text
+    owner: Literal[""] = ""
+
+
+class _GizmoLetGo(_Message, tag="TransformControlsDragEndMessage"):
+    name: _Text
+    owner: Literal[""] = ""
+
+
+class _NodeDrag(_Message, tag="SceneNodeDragMessage"):
+    phase: Literal["start", "update", "end"]
+    name: _Text
+    instance_index: int | None
+    start_position: _Vector
+    start_screen_pos: _OnScreen
+    end_position: _Vector
+    end_screen_pos: _OnScreen
+    button: Literal["left"]
+    modifier: _Text | None
+    owner: Literal[""] = ""
+
+
+_Gizmo = _GizmoMoved | _GizmoTaken | _GizmoLetGo
+_DECODER = msgspec.msgpack.Decoder(_Camera | _Value | _GizmoMoved | _GizmoTaken | _GizmoLetGo | _NodeDrag)
+
+_TAKES: dict[type, Callable[[Any, object], bool]] = {
+    viser.GuiButtonHandle: lambda _, value: value is True,
+    viser.GuiCheckboxHandle: lambda _, value: isinstance(value, bool),
+    viser.GuiSliderHandle: lambda _, value: isinstance(value, float) and not isinstance(value, bool),
+    viser.GuiDropdownHandle: lambda handle, value: value in handle.options,
+}
+"""The elements that have a value on this page, and the values that each takes."""
+
+
+class Incoming:
+    """Judges each message before viser reads it. Used by the server's thread.
+
+    viser itself lets a tab set any attribute of any element, upload into a button, and move what others hold.
+
+    Args:
+        server: Owns the elements.
+        sessions: Which tab may act.
+        refused: Called with a tab that may not act but tried.
+    """
+
+    def __init__(self, server: viser.ViserServer, sessions: Sessions, refused: Callable[[int], None]):
+        self._server, self._sessions, self._refused = server, sessions, refused
+        self._for_everybody: set[str] = set()
+        self.n_dropped = 0
+        """Messages that the page does not know, or of a tab that may not act."""
+
+    def open_to_everybody(self, *handles: viser.GuiButtonHandle) -> None:
+        """Have these buttons work in tabs that watch, too."""
+        self._for_everybody.update(handle._impl.uuid for handle in handles)
+
+    def admits(self, tab: int, data: bytes) -> bool:
+        """Decide whether a tab's message may be read."""
+        try:
+            message = _DECODER.decode(data)
+        except (msgspec.MsgspecError, ValueError):  # also what is no UTF-8
+            self.n_dropped += 1
+            return False
+        if self._is_for_everybody(message):
+            return True
+        if not self._has_element(message):
+            self.n_dropped += 1
+            return False
+        if self._sessions.acts(tab):
+            return True
+        self.n_dropped += 1
+        self._put_back(tab, message)
+        self._refused(tab)
+        return False
+
+    def _is_for_everybody(self, message: _Message) -> bool:
+        if isinstance(message, _Camera):
+            return math.dist(message.position, message.look_at) > _NEAREST_M
+        if not isinstance(message, _Value):
+            return False
+        return message.updates.value is True and message.uuid in self._for_everybody
+
+    def _has_element(self, message: _Message) -> bool:
+        """Decide whether the element that a message names exists and takes it."""
+        scene = self._server.scene
+        if isinstance(message, _Value):
+            handle = self._server.gui._gui_input_handle_from_uuid.get(message.uuid)
+            takes = _TAKES.get(type(handle))
+            return takes is not None and takes(handle, message.updates.value)
+        if isinstance(message, _NodeDrag):
+            node = scene._handle_from_node_name.get(message.name)
+            return node is not None and bool(node._impl.drag_cb)
+        return isinstance(message, _Gizmo) and message.name in scene._handle_from_transform_controls_name
+
+    def _put_back(self, tab: int, message: _Message) -> None:
+        """Show the tab again what is so: its browser has already moved what it was not allowed to move."""
+        client = self._server.get_clients().get(tab)
+        if client is None:
+            return
+        if isinstance(message, _Value):
+            handle = self._server.gui._gui_input_handle_from_uuid[message.uuid]
+            if not isinstance(handle, viser.GuiButtonHandle):
+                self._tell(client, _messages.GuiUpdateMessage(message.uuid, {"value": handle.value}))
+        elif isinstance(message, _Gizmo):
+            node = self._server.scene._handle_from_transform_controls_name[message.name]
+            position, wxyz = tuple(node.position.tolist()), tuple(node.wxyz.tolist())
+            self._tell(client, _messages.SetPositionMessage(message.name, position))
+            self._tell(client, _messages.SetOrientationMessage(message.name, wxyz))
+
+    @staticmethod
+    def _tell(client: viser.ClientHandle, message: _messages.Message) -> None:
+        client._websock_connection.queue_message(message)
