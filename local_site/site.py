@@ -81,7 +81,7 @@ class LocalSite:
 
         Raises:
             LinkError: When the robot does not report in time.
-            PageUnavailable: When the page's address cannot be had.
+            LinkError: When the page's address cannot be had.
         """
         with self._opened(page_port=self._config.page_port) as opened:
             ready(**({"page": opened.page.address} if opened.page is not None else {}))
@@ -112,7 +112,9 @@ class LocalSite:
         log = EventLog(self._event_log)
         place = own_place(first, self._sample_files, self._config.seed, stepped)
         known = self._known_scenes() if page_port else None
-        opened = _Opened(self._config, self._library, place, log, self._stop, page_port, known, self._data_dir)
+        opened = _Opened(
+            self._config, self._library, place, log, self._stop, page_port, known, self._data_dir
+        )
         self._opened_now = opened
         return opened
 
@@ -184,8 +186,8 @@ class _Opened:
     def _open_page(self) -> Page:
         """The page, before the robot has reported: it says that it waits."""
         # It costs half a second, which a site without a page need not wait.
-        from local_site.view.door import Door, kept_token
-        from local_site.view.page import Page
+        from farhand.local_site.view.door import Door, kept_token
+        from farhand.local_site.view.page import Page
 
         control = relay_control(self._config.link_control)
         door = Door(self._config.page_host, self._config.page_names, kept_token(self._data_dir))

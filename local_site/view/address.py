@@ -10,7 +10,7 @@ import socket
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
-from common.errors import FarhandError
+from farhand.common.errors import LinkError, PortTaken
 
 EVERY_ADDRESS = ("0.0.0.0", "::")
 _DEFAULT_PORTS = {"http": 80, "https": 443}
@@ -18,7 +18,7 @@ _HOST = re.compile(r"[a-z0-9._-]{1,253}|[0-9a-f:.%]{2,60}")
 _OTHER_PORT_HELPS = (errno.EADDRINUSE, errno.EACCES)
 
 
-class PageUnavailable(FarhandError):
+class PageUnavailable(LinkError):
     """The page cannot be served at its address."""
 
 
@@ -83,7 +83,8 @@ def listening(host: str, port: int) -> socket.socket:
     """Return a socket that listens; port 0 takes a free one.
 
     Raises:
-        PageUnavailable: When the address cannot be had.
+        PortTaken: When another process has the port.
+        PageUnavailable: When the address cannot be had for another reason.
     """
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
@@ -94,9 +95,8 @@ def listening(host: str, port: int) -> socket.socket:
         number = None if isinstance(error, socket.gaierror) else getattr(error, "errno", None)
         remedy = "choose another port with --port" if number in _OTHER_PORT_HELPS else "check page_host"
         reason = getattr(error, "strerror", None) or error
-        raise PageUnavailable(
-            f"the page cannot be served at {host} port {port} ({reason}): {remedy}"
-        ) from error
+        kind = PortTaken if number == errno.EADDRINUSE else PageUnavailable
+        raise kind(f"the page cannot be served at {host} port {port} ({reason}): {remedy}") from error
 
 
 def reachable_address(host: str) -> str:

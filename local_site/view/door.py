@@ -17,8 +17,8 @@ from http import HTTPStatus
 from pathlib import Path
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
-from common.errors import InvalidConfiguration
-from local_site.view.address import EVERY_ADDRESS, Name, is_loopback, reachable_address
+from farhand.common.errors import InvalidConfiguration
+from farhand.local_site.view.address import EVERY_ADDRESS, Name, is_loopback, reachable_address
 
 TOKEN_FIELD = "token"
 _TOKEN_BYTES = 16

@@ -55,7 +55,7 @@ class Page:
         port: Port; 0 takes a free one.
 
     Raises:
-        PageUnavailable: When the address or the port cannot be had.
+        LinkError: When the address or the port cannot be had.
     """
 
     def __init__(self, console: Console, task: AnyTask, control: RelayControl | None, door: Door, port: int):

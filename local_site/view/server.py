@@ -20,10 +20,10 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from local_site.view.address import listening
-from local_site.view.door import Door, Visit
-from local_site.view.incoming import LARGEST_BYTES, Incoming
-from local_site.view.sessions import Sessions
+from farhand.local_site.view.address import listening
+from farhand.local_site.view.door import Door, Visit
+from farhand.local_site.view.incoming import LARGEST_BYTES, Incoming
+from farhand.local_site.view.sessions import Sessions
 
 _FILES = Path(__file__).parent
 _MOST_TABS = 32
@@ -51,7 +51,7 @@ class PageServer(viser.ViserServer):
         refused: Called, on the server's thread, with a tab that may not act but tried.
 
     Raises:
-        PageUnavailable: When the address or the port cannot be had.
+        LinkError: When the address or the port cannot be had.
     """
 
     def __init__(self, door: Door, port: int, sessions: Sessions, refused: Callable[[int], None]):

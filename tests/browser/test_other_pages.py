@@ -15,9 +15,9 @@ import pytest
 from playwright.sync_api import Browser, expect, sync_playwright
 from viser import _messages
 
-from common.messages import Stop
-from local_site.view.door import Door
-from local_site.view.page import Page
+from farhand.common.wire.messages import Stop
+from farhand.local_site.view.door import Door
+from farhand.local_site.view.page import Page
 from tests.browser.operator_page import CHROMIUM, WAIT_MS, launch
 from tests.browser.raw_client import CAMERA, SUBPROTOCOL, RawClient, raw_connection
 from tests.local_site.robot_end import TASK, Desk, desk

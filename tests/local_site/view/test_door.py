@@ -17,11 +17,11 @@ from viser import _messages
 from websockets.exceptions import InvalidStatus
 from websockets.frames import OP_BINARY, Frame
 
-from common.errors import InvalidConfiguration
-from common.messages import Stop
-from local_site.view.address import Name, PageUnavailable, listening
-from local_site.view.door import Door, Visit, kept_token
-from local_site.view.page import Page
+from farhand.common.errors import InvalidConfiguration, PortTaken
+from farhand.common.wire.messages import Stop
+from farhand.local_site.view.address import Name, PageUnavailable, listening
+from farhand.local_site.view.door import Door, Visit, kept_token
+from farhand.local_site.view.page import Page
 from tests.browser.raw_client import CAMERA, SUBPROTOCOL, RawClient, raw_connection
 from tests.local_site.robot_end import TASK, Desk, desk
 
@@ -272,5 +272,5 @@ def test_an_address_that_cannot_be_had_names_its_field(host: str, remedy: str) -
 
 
 def test_a_port_that_is_taken_is_never_exchanged_for_the_next_one() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(PageUnavailable, match="--port"):
+    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(PortTaken, match="--port"):
         listening("127.0.0.1", taken.getsockname()[1])

@@ -17,14 +17,14 @@ import viser
 from viser import _messages
 from websockets.exceptions import ConnectionClosed
 
-from common.messages import MoveTarget, Stop
-from local_site import intents
-from local_site.view.door import Door
-from local_site.view.hand_gizmo import HandGizmo
-from local_site.view.incoming import LARGEST_BYTES
-from local_site.view.page import Page
-from local_site.view.server import PageServer
-from local_site.view.sessions import Sessions
+from farhand.common.wire.messages import MoveTarget, Stop
+from farhand.local_site.console import intents
+from farhand.local_site.view.door import Door
+from farhand.local_site.view.incoming import LARGEST_BYTES
+from farhand.local_site.view.page import Page
+from farhand.local_site.view.scene.arm.hand_gizmo import HandGizmo
+from farhand.local_site.view.server import PageServer
+from farhand.local_site.view.sessions import Sessions
 from tests.browser.raw_client import RawClient, raw_connection
 from tests.local_site.robot_end import TASK, Desk, desk
 

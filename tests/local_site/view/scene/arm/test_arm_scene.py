@@ -11,10 +11,10 @@ import viser
 from farhand.common.arm.dimensions import Dimensions, Plug
 from farhand.common.arm.simulation.description import describe
 from farhand.local_site.console.picture import Picture
+from farhand.local_site.view.door import Door
 from farhand.local_site.view.panels.status_strip import _remote_words
 from farhand.local_site.view.panels.words import words_of
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
-from farhand.local_site.view.door import Door
 from farhand.local_site.view.server import PageServer
 from farhand.local_site.view.sessions import Sessions
 from tests.local_site.exchange.test_robot_scene import report
