@@ -16,6 +16,8 @@ exceptions (of the transport, the decoder, the file system) are converted where 
 
 from __future__ import annotations
 
+import re
+
 
 class FarhandError(Exception):
     """Base of all errors that Farhand raises on purpose; its text is fit for the operator."""
@@ -65,3 +67,9 @@ class PortTaken(LinkError):
 
 class ProcessFailed(FarhandError):
     """A child process ended by itself."""
+
+
+def field_of(error: Exception) -> tuple[str, str]:
+    """Return the field at fault and the text of a validation error of msgspec."""
+    text, _, path = str(error).partition(" - at ")
+    return re.sub(r"^\$\.?", "", path.strip("`")), text

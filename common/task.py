@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.manifold import POSE, Manifold
-from farhand.common.wire.codec import field_of, numbers
+from farhand.common.whole_file import fault_of, read_whole
+from farhand.common.wire.codec import numbers
 
 Positive = Annotated[float, Meta(gt=0)]
 NonNegative = Annotated[float, Meta(ge=0)]
 Vector = Annotated[tuple[float, ...], Meta(min_length=2, max_length=3)]
 S = TypeVar("S", bound=Struct)
+
+_MAX_TOML_BYTES = 1_000_000
 
 
 class Limits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -56,7 +60,12 @@ class Sample(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A demonstration that comes with the task: a smooth stroke through some points."""
 
     waypoints_m: Annotated[tuple[Vector, ...], Meta(min_length=2)]
-    duration_s: Positive = 3.0
+    duration_s: Annotated[float, Meta(gt=0, le=600)] = 3.0
+
+    def __post_init__(self) -> None:
+        for number, (point, following) in enumerate(itertools.pairwise(self.waypoints_m)):
+            if point == following:
+                raise ValueError(f"waypoints_m[{number}] and [{number + 1}] are the same point: remove one")
 
 
 class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="robot"):
@@ -146,21 +155,17 @@ def load_toml(path: Path, kind: type[S]) -> S:
         InvalidConfiguration: When the file cannot be read, is not TOML, or a field is unknown, missing,
             of a wrong type, or not finite.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InvalidConfiguration(str(path), "", f"a readable file ({error.strerror})") from error
-    try:
-        plain = msgspec.toml.decode(content)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InvalidConfiguration(str(path), "", f"a TOML file ({error})") from error
-    for where, number in numbers(plain):
-        if not math.isfinite(number):
-            raise InvalidConfiguration(str(path), where, f"a finite number, got {number}")
-    try:
+    with fault_of(path, InvalidConfiguration, "a TOML file in UTF-8"):
+        plain = read_toml(path)
+        for where, number in numbers(plain):
+            if not math.isfinite(number):
+                raise InvalidConfiguration(str(path), where, f"a finite number, got {number}")
         return msgspec.convert(plain, kind)
-    except msgspec.ValidationError as error:
-        raise InvalidConfiguration(str(path), *field_of(error)) from error
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file, which may begin with a byte-order mark; whatever fails is raised as it is."""
+    return msgspec.toml.decode(read_whole(path, _MAX_TOML_BYTES).decode("utf-8-sig"))
 
 
 def load_task(path: Path) -> AnyTask:

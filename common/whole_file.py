@@ -1,26 +1,124 @@
-"""A file that is written whole or not at all, also when the process is killed or the power fails."""
+"""Files as they come and go: read within bounds, written whole or not at all, their faults under their names.
+
+Whatever reads a file does it under `fault_of`, so that no fault of a file, foreseen or not, is more than
+that file's: a library of numpy's or zipfile's exceptions that somebody has met so far would never be complete.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
-import tempfile
+import select
+import stat
+from collections.abc import Iterator
 from pathlib import Path
+from secrets import token_hex
+
+import msgspec
+
+from farhand.common.errors import InvalidInput, field_of
+
+MAX_BYTES = 64_000_000
+"""Nothing larger is read unless its reader says otherwise."""
+_PATIENCE_MS = 5000
+"""A pipe that brings nothing for longer is given up."""
+_CANNOT_REPLACE = (errno.EACCES, errno.EPERM, errno.EBUSY, errno.EROFS)
+"""Said of the folder of a file that may itself be written, such as one that is mounted into a container."""
+
+
+@contextlib.contextmanager
+def fault_of(source: Path | str, invalid: type[InvalidInput], expected: str) -> Iterator[None]:
+    """Turn whatever fails while a file is read and understood into one error that names the file.
+
+    Args:
+        source: The file.
+        invalid: The error to raise.
+        expected: What should have been there, for a fault that does not say it itself.
+    """
+    try:
+        yield
+    except InvalidInput as error:
+        raise invalid(str(source), error.field, error.expected) from None
+    except msgspec.ValidationError as error:
+        raise invalid(str(source), *field_of(error)) from error
+    except OSError as error:
+        raise invalid(str(source), "", f"a readable file ({error.strerror or error})") from error
+    except Exception as error:
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise invalid(str(source), "", f"{expected} ({reason})") from error
+
+
+def read_whole(path: Path | str, most_bytes: int = MAX_BYTES) -> bytes:
+    """Return the content of a file, or of a pipe that is written meanwhile.
+
+    Raises:
+        OSError: When it cannot be read, is larger than that, or nothing comes for some seconds.
+    """
+    # A pipe that nobody writes would otherwise hold up the opening for good.
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    parts, size = list[bytes](), 0
+    with os.fdopen(descriptor, "rb", buffering=0) as file:
+        waiting = select.poll()
+        waiting.register(file, select.POLLIN)
+        while waiting.poll(_PATIENCE_MS):
+            part = file.read(1 << 20)
+            if part == b"":
+                return b"".join(parts)
+            parts.append(part or b"")
+            size += len(parts[-1])
+            if size > most_bytes:
+                raise OSError(errno.EFBIG, f"larger than {most_bytes} bytes", str(path))
+    raise OSError(errno.ETIMEDOUT, "nothing came for some seconds", str(path))
 
 
 def write_whole(path: Path | str, data: bytes) -> None:
-    """Put these bytes in the place of the file.
+    """Put these bytes in the place of the file, also when the process is killed or the power fails meanwhile.
+
+    A link stays a link: what it leads to is replaced. Into what is no regular file (a device, a pipe) the
+    bytes are written straight. A new file has the mode that the umask gives, an old one keeps its own.
 
     Raises:
-        OSError: When it cannot be written; the file is as it was.
+        OSError: When it cannot be written, naming the file as it was given; it is as it was.
     """
-    path = Path(path)
-    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        target = Path(os.path.realpath(path))
+        old = target.stat() if target.exists() else None
+        if old is not None and not stat.S_ISREG(old.st_mode):
+            _write_into(target, data)
+            return
+        try:
+            _replace(target, data, old)
+        except OSError as error:
+            if old is None or error.errno not in _CANNOT_REPLACE:
+                raise
+            _write_into(target, data)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+
+
+def _replace(target: Path, data: bytes, old: os.stat_result | None) -> None:
+    """Write a new file beside the target and rename it."""
+    temporary = target.with_name(f".new-{token_hex(6)}")
+    descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
     try:
         with os.fdopen(descriptor, "wb") as file:
+            if old is not None:
+                os.fchmod(descriptor, stat.S_IMODE(old.st_mode))
+                with contextlib.suppress(PermissionError):  # root keeps the owner, others are the owner
+                    os.fchown(descriptor, old.st_uid, old.st_gid)
             file.write(data)
             file.flush()
-            os.fsync(file.fileno())
-        Path(temporary).replace(path)
+            os.fsync(descriptor)
+        temporary.replace(target)
     except BaseException:
-        Path(temporary).unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise
+
+
+def _write_into(target: Path, data: bytes) -> None:
+    """Write into what is there; a pipe that nobody reads is an error, not a wait."""
+    descriptor = os.open(target, os.O_WRONLY | os.O_TRUNC | os.O_NONBLOCK | os.O_CLOEXEC)
+    os.set_blocking(descriptor, True)
+    with os.fdopen(descriptor, "wb") as file:
+        file.write(data)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,6 +10,8 @@ import msgspec
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.timeline import Timeline, TimelineStep, name_fields
+from farhand.common.task import read_toml
+from farhand.common.whole_file import fault_of
 from farhand.common.wire.codec import field_of
 
 
@@ -48,12 +49,8 @@ def load_profiles(path: Path) -> dict[str, LinkProfile]:
     Raises:
         InvalidConfiguration: The file is unreadable or a profile malformed; names file and field.
     """
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidConfiguration(str(path), "", f"cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InvalidConfiguration(str(path), "", f"is not TOML: {error}") from error
+    with fault_of(path, InvalidConfiguration, "a TOML file in UTF-8"):
+        tables = read_toml(path)
     if not tables:
         raise InvalidConfiguration(str(path), "", "expected at least one profile, such as [geo]")
     return {name: _profile_of(table, str(path), name) for name, table in tables.items()}

@@ -102,7 +102,8 @@ class Manifold:
 
     def log(self, base: ArrayLike, point: ArrayLike) -> Array:
         """Differences: the tangents at the bases that lead to the points. Shape (..., T)."""
-        a, b = np.broadcast_arrays(np.asarray(base, dtype=float), np.asarray(point, dtype=float))
+        both = np.broadcast_arrays(np.asarray(base, dtype=float), np.asarray(point, dtype=float))
+        a, b = (np.array(array) for array in both)  # what was broadcast must not be given to a kernel
         out = np.empty((*a.shape[:-1], self.n_tangent))
         _log_all(_rows(a), _rows(b), out.reshape(-1, self.n_tangent))
         return out

@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import msgpack
+import numpy as np
 
 from farhand.common.errors import InvalidInput, InvalidModel
 from farhand.common.model import model_parts
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM
-from farhand.common.whole_file import write_whole
+from farhand.common.whole_file import fault_of, read_whole, write_whole
 
 KIND = "farhand/tphsmm"
 SCHEMA_VERSION = 2
@@ -35,7 +36,18 @@ _KEYS = {"kind", "schema", *_FIELDS}
 
 
 def encode(model: TPHSMM) -> bytes:
-    """Encode a model as bytes; equal models give equal bytes."""
+    """Encode a model as bytes; equal models give equal bytes.
+
+    Raises:
+        InvalidModel: When the bytes could not be read again, such as of numbers too large for their precision.
+    """
+    with fault_of("model", InvalidModel, "a model that can be written"), np.errstate(all="ignore"):
+        data = _packed(model)
+        decode(data)
+        return data
+
+
+def _packed(model: TPHSMM) -> bytes:
     content = {
         "kind": KIND,
         "schema": SCHEMA_VERSION,
@@ -70,19 +82,17 @@ def decode(data: bytes, source: str = "model") -> TPHSMM:
         InvalidModel: Truncated, foreign, of another schema, with unknown or missing fields, or breaking
             an invariant of the TP-HSMM.
     """
-    content = _unpacked(data, source)
-    n_components, space = _shape(content["shape"], source)
-    n_frames = len(content["frame_names"])
-    arrays = model_parts.unpack(content["parts"], n_frames, n_components, space, source)
-    try:
+    with fault_of(source, InvalidModel, "a model"), np.errstate(all="ignore"):
+        content = _unpacked(data, source)
+        n_components, space = _shape(content["shape"], source)
+        n_frames = len(content["frame_names"])
+        arrays = model_parts.unpack(content["parts"], n_frames, n_components, space, source)
         return TPHSMM(
             frame_names=tuple(content["frame_names"]),
             max_distance_m=content["max_distance_m"],
             n_demonstrations=content["n_demonstrations"],
             **arrays,
         )
-    except InvalidModel as error:
-        raise InvalidModel(source, error.field, error.expected) from None
 
 
 def save(model: TPHSMM, path: Path | str) -> str:
@@ -98,11 +108,8 @@ def load(path: Path | str) -> TPHSMM:
     Raises:
         InvalidModel: When the file cannot be read or is not a model; the text names file and field.
     """
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise InvalidModel(str(path), "", f"a readable model file ({error.strerror})") from error
-    return decode(data, str(path))
+    with fault_of(path, InvalidModel, "a model file"):
+        return decode(read_whole(path, MAX_BYTES), str(path))
 
 
 def _unpacked(data: bytes, source: str) -> dict[str, Any]:
@@ -111,7 +118,7 @@ def _unpacked(data: bytes, source: str) -> dict[str, Any]:
         raise InvalidModel(source, "", f"at most {MAX_BYTES} bytes, got {len(data)}")
     try:
         content = msgpack.unpackb(data)
-    except (ValueError, msgpack.UnpackException) as error:
+    except Exception as error:
         raise InvalidModel(
             source, "", "a whole model file; this one is truncated or of another kind"
         ) from error

@@ -47,6 +47,8 @@ class TaskFrame:
             raise InvalidInput("task frame", "A, b", "finite numbers only")
         if not _is_orthonormal(A):
             raise InvalidInput("task frame", "A", "an orthonormal matrix (A A^T = I)")
+        if _is_mirrored(A):
+            raise InvalidInput("task frame", "A", "a rotation (det A = 1), not a mirror image")
         A.setflags(write=False)
         b.setflags(write=False)
         object.__setattr__(self, "A", A)
@@ -201,6 +203,19 @@ def _is_orthonormal(A):
             if abs(product - (1.0 if k == m else 0.0)) > _ORTHOGONALITY_TOLERANCE:
                 return False
     return True
+
+
+@kernel
+def _is_mirrored(A):
+    """Whether the determinant of an orthonormal matrix of the plane or of space is -1."""
+    if A.shape[0] == 2:
+        return A[0, 0] * A[1, 1] < A[0, 1] * A[1, 0]
+    if A.shape[0] != 3:
+        return False
+    x = A[1, 1] * A[2, 2] - A[1, 2] * A[2, 1]
+    y = A[1, 2] * A[2, 0] - A[1, 0] * A[2, 2]
+    z = A[1, 0] * A[2, 1] - A[1, 1] * A[2, 0]
+    return A[0, 0] * x + A[0, 1] * y + A[0, 2] * z < 0.0
 
 
 @kernel

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from functools import cache
 from typing import Any, TypeVar
@@ -11,7 +10,7 @@ from typing import Any, TypeVar
 import msgpack
 import msgspec
 
-from farhand.common.errors import InvalidMessage
+from farhand.common.errors import InvalidMessage, field_of
 from farhand.common.wire.messages import SCHEMA, Message, Telemetry
 
 M = TypeVar("M", bound=Message)
@@ -85,9 +84,3 @@ def numbers(plain: Any, path: str = "") -> Iterator[tuple[str, float]]:
     elif isinstance(plain, list):
         for index, value in enumerate(plain):
             yield from numbers(value, f"{path}[{index}]")
-
-
-def field_of(error: msgspec.ValidationError) -> tuple[str, str]:
-    """Return the field at fault and the text of a validation error."""
-    text, _, path = str(error).partition(" - at ")
-    return re.sub(r"^\$\.?", "", path.strip("`")), text

@@ -15,7 +15,7 @@ from farhand.common.task import AnyTask, ArmTask, PointTask
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.script.scripted_actions import ATTEMPTS, JobFailed, ScriptedActions
-from farhand.local_site.teaching.recording import ARM_PERIOD_S
+from farhand.local_site.teaching.plausibility import ARM_PERIOD_S
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.workcell.arm_view import ArmView
 

@@ -1,6 +1,6 @@
 """Demonstration: one motion with its task frames, and the `.npz` file that holds it.
 
-A file has the arrays ``schema`` (int), ``time_s`` (T,), ``position_m`` (T, 2|3), ``frame_origin_m``
+A file has the arrays ``schema`` (int; 1 when it is missing), ``time_s`` (T,), ``position_m`` (T, 2|3), ``frame_origin_m``
 (P, D) or (T, P, D), ``frame_rotation`` (P, D, D) or (T, P, D, D), ``frame_names`` (P,), and may have
 ``quat_wxyz`` (T, 4) and ``source``, where the recording came from. Nothing in it is ever unpickled.
 """
@@ -15,18 +15,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from farhand.common.errors import InvalidDemonstration, InvalidInput
+from farhand.common.errors import InvalidDemonstration
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.whole_file import write_whole
+from farhand.common.whole_file import fault_of, write_whole
 from farhand.local_site.teaching.plain_arrays import plain_arrays
 
 Array = NDArray[np.float64]
 
 SCHEMA_VERSION = 1
 
-_REQUIRED = {"schema", "time_s", "position_m", "frame_origin_m", "frame_rotation", "frame_names"}
-_OPTIONAL = {"quat_wxyz", "source"}
+_REQUIRED = {"time_s", "position_m", "frame_origin_m", "frame_rotation", "frame_names"}
+_OPTIONAL = {"schema", "quat_wxyz", "source"}
 _UNIT_TOLERANCE = 1e-3
 
 
@@ -68,14 +68,20 @@ class Demonstration:
         T = self.time_s.size
         if self.time_s.ndim != 1 or T < 2:
             raise _invalid("time_s", f"shape (T,) with T >= 2, got {self.time_s.shape}")
-        if (np.diff(self.time_s) <= 0).any():
-            raise _invalid("time_s", "times that increase from sample to sample")
+        with np.errstate(over="ignore"):
+            late = np.flatnonzero(~(np.diff(self.time_s) > 0))
+        if late.size:
+            first, earlier, later = int(late[0]), *self.time_s[late[0] : late[0] + 2]
+            expected = f"times that increase, but sample {first + 1} of 0 to {T - 1} is at {later:g} s after {earlier:g} s"
+            raise _invalid("time_s", expected)
         if self.position_m.ndim != 2 or self.position_m.shape[0] != T or self.n_dims not in (2, 3):
             raise _invalid("position_m", f"shape ({T}, 2) or ({T}, 3), got {self.position_m.shape}")
         if self.quat_wxyz is not None:
             if self.quat_wxyz.shape != (T, 4):
                 raise _invalid("quat_wxyz", f"shape ({T}, 4), got {self.quat_wxyz.shape}")
-            if np.abs(np.linalg.norm(self.quat_wxyz, axis=1) - 1.0).max() > _UNIT_TOLERANCE:
+            with np.errstate(over="ignore"):
+                lengths = np.linalg.norm(self.quat_wxyz, axis=1)
+            if np.abs(lengths - 1.0).max() > _UNIT_TOLERANCE:
                 raise _invalid("quat_wxyz", "unit quaternions")
 
     def _check_frames(self) -> None:
@@ -86,9 +92,14 @@ class Demonstration:
             shape = getattr(self, name).shape
             if shape not in (tail, (T, *tail)):
                 raise _invalid(name, f"shape {tail} or {(T, *tail)}, got {shape}")
-        turned = self.frame_rotation @ np.swapaxes(self.frame_rotation, -1, -2)
-        if np.abs(turned - np.eye(D)).max() > 1e-6:
+        with np.errstate(over="ignore", invalid="ignore"):
+            turned = self.frame_rotation @ np.swapaxes(self.frame_rotation, -1, -2)
+            orthonormal = np.abs(turned - np.eye(D)).max() <= 1e-6
+        if not orthonormal:
             raise _invalid("frame_rotation", "orthonormal matrices (A A^T = I)")
+        if (np.linalg.det(self.frame_rotation) < 0).any():
+            expected = "rotations (det A = 1), got a mirror image: is an axis of the frame reversed?"
+            raise _invalid("frame_rotation", expected)
 
     @property
     def n_dims(self) -> int:
@@ -126,23 +137,26 @@ class Demonstration:
         """The motion seen from one of the task frames, by default the goal (Eq. 1) [m]. Shape (T, D)."""
         if not self.frames_move:
             return self.frames_at(0)[frame].to_local(self.position_m)
-        return np.stack([self.frames_at(t)[frame].to_local(p) for t, p in enumerate(self.position_m)])
+        b = self.frame_origin_m[..., frame, :]
+        A = np.broadcast_to(self.frame_rotation[..., frame, :, :], (len(b), self.n_dims, self.n_dims))
+        return np.einsum("tki,tk->ti", A, self.position_m - b)
 
     def thinned(self, every: int) -> Demonstration:
         """Every n-th sample, and always the true last one: where a demonstration ends matters most."""
         keep = np.arange(0, self.time_s.size, every)
         if keep[-1] != self.time_s.size - 1:
             keep = np.append(keep, self.time_s.size - 1)
+        return self.samples(keep)
+
+    def samples(self, keep: slice | NDArray[np.int64]) -> Demonstration:
+        """Return the motion with some of its samples only."""
+        origin, rotation = self.frame_origin_m, self.frame_rotation
         return replace(
             self,
             time_s=self.time_s[keep],
             position_m=self.position_m[keep],
-            frame_origin_m=self.frame_origin_m[keep]
-            if self.frame_origin_m.ndim == 3
-            else self.frame_origin_m,
-            frame_rotation=self.frame_rotation[keep]
-            if self.frame_rotation.ndim == 4
-            else self.frame_rotation,
+            frame_origin_m=origin[keep] if origin.ndim == 3 else origin,
+            frame_rotation=rotation[keep] if rotation.ndim == 4 else rotation,
             quat_wxyz=None if self.quat_wxyz is None else self.quat_wxyz[keep],
         )
 
@@ -200,10 +214,8 @@ class Demonstration:
         Raises:
             InvalidDemonstration: Naming the file, the field and what was expected.
         """
-        try:
+        with fault_of(path, InvalidDemonstration, "a demonstration"):
             return cls(**_fields(plain_arrays(path)))
-        except InvalidInput as error:
-            raise InvalidDemonstration(str(path), error.field, error.expected) from None
 
 
 def _fields(arrays: dict[str, NDArray]) -> dict:
@@ -212,7 +224,7 @@ def _fields(arrays: dict[str, NDArray]) -> dict:
         raise _invalid(name, "a field that is missing here")
     for name in sorted(arrays.keys() - _REQUIRED - _OPTIONAL):
         raise _invalid(name, "no such field in a demonstration")
-    schema, names = arrays.pop("schema"), arrays.pop("frame_names")
+    schema, names = arrays.pop("schema", np.array(SCHEMA_VERSION)), arrays.pop("frame_names")
     if schema.shape != () or schema.dtype.kind not in "iu" or int(schema) != SCHEMA_VERSION:
         raise _invalid("schema", f"version {SCHEMA_VERSION}, got {schema!r}")
     if names.ndim != 1 or names.dtype.kind != "U":

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidDemonstration
+from farhand.common.whole_file import fault_of
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.plain_arrays import plain_arrays
+from farhand.local_site.teaching.plain_arrays import matlab_structures, plain_array, plain_arrays
+from farhand.local_site.teaching.plausibility import check_units
 
 Array = NDArray[np.float64]
 
@@ -51,42 +53,38 @@ def read_recordings(kind: str, file: Path | str) -> list[Demonstration]:
     if kind not in _READERS:
         raise InvalidDemonstration(str(file), "kind", f"one of {', '.join(sorted(_READERS))}, got {kind!r}")
     path = Path(file)
-    try:
+    with fault_of(path, InvalidDemonstration, f"a {kind} recording"):
         recordings = _READERS[kind](path)
-    except OSError as error:
-        raise InvalidDemonstration(str(path), "", f"a readable file ({error.strerror or error})") from error
-    except (ValueError, TypeError, KeyError, EOFError, IndexError) as error:
-        raise InvalidDemonstration(str(path), "", f"a {kind} recording ({error})") from error
-    if not recordings:
-        raise InvalidDemonstration(str(path), "", "one recording or more")
-    count = len(recordings)
-    return [_demonstration(path, f"{kind} {path.name} {n + 1}/{count}", *r) for n, r in enumerate(recordings)]
+        count = len(recordings)
+        if not count:
+            raise ValueError("there is none in it")
+        return [_demonstration(f"{kind} {path.name} {n + 1}/{count}", *r) for n, r in enumerate(recordings)]
 
 
-def _demonstration(
-    path: Path, source: str, time: Array, position: Array, quat: Array | None
-) -> Demonstration:
-    n_dims = position.shape[1]
+def _demonstration(source: str, time: Array, position: Array, quat: Array | None) -> Demonstration:
     try:
-        return Demonstration(
+        made = Demonstration(
             time_s=time,
             position_m=position,
             frame_origin_m=position[-1:],
-            frame_rotation=np.eye(n_dims)[None],
+            frame_rotation=np.eye(position.shape[1])[None],
             frame_names=("goal",),
             quat_wxyz=quat,
             source=source,
         )
+        check_units(made)
+        return made
     except InvalidDemonstration as error:
-        raise InvalidDemonstration(f"{path} ({source})", error.field, error.expected) from None
+        number = source.rpartition(" ")[2]
+        raise InvalidDemonstration("", f"recording {number}, {error.field}", error.expected) from None
 
 
 Recording = tuple[Array, Array, "Array | None"]
 
 
 def _read_lasa(path: Path) -> list[Recording]:
-    if path.suffix == ".mat":
-        demos = _mat_structure(path, "demos")
+    if path.suffix.lower() == ".mat":
+        demos = matlab_structures(path, "demos")
         return [(np.ravel(d["t"]), np.asarray(d["pos"], dtype=float).T / 1000.0, None) for d in demos]
     arrays = plain_arrays(path)
     positions = _shaped(arrays["pos"], (None, None, 2))
@@ -94,24 +92,13 @@ def _read_lasa(path: Path) -> list[Recording]:
     return [(t, p / 1000.0, None) for t, p in zip(times, positions, strict=True)]
 
 
-def _mat_structure(path: Path, name: str) -> list[dict]:
-    from scipy.io import loadmat  # only here: it takes longer to import than the rest of the module
-
-    try:
-        return list(loadmat(path, simplify_cells=True)[name])
-    except OSError:
-        raise
-    except Exception as error:  # a foreign file fails in the reader in many ways, all of one meaning
-        raise ValueError(f"a MATLAB file with {name!r}") from error
-
-
 def _read_robotasks(path: Path) -> list[Recording]:
-    poses = _shaped(np.load(path, allow_pickle=False), (None, None, 7))
+    poses = _shaped(plain_array(path), (None, None, 7))
     return [(_phase(p), p[:, :3] / 100.0, p[:, 3:]) for p in poses]
 
 
 def _read_letters(path: Path) -> list[Recording]:
-    positions = _shaped(np.load(path, allow_pickle=False), (None, None, 2))
+    positions = _shaped(plain_array(path), (None, None, 2))
     return [(_phase(p), p / 100.0, None) for p in positions]
 
 

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-
-import numpy as np
+from typing import TypeVar
 
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.model.tphsmm import TPHSMM
+from farhand.common.whole_file import fault_of
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.plausibility import (
+    check_moves,
+    check_together,
+    check_units,
+    extent_m,
+    prepared,
+    turns,
+)
+
+T = TypeVar("T")
 
 # Lambda where nobody names it: this fraction of the extent of the demonstrations in the goal's frame.
 LAMBDA_FRACTION = 0.25
-
-
-def extent_m(demonstrations: Sequence[Demonstration]) -> float:
-    """Largest edge of the box around all demonstrations, seen from the goal [m]."""
-    points = np.concatenate([demonstration.in_frame() for demonstration in demonstrations])
-    return float(np.ptp(points, axis=0).max())
+_LEAST_EXTENT_M = 1e-3
+_PURE_ROTATION_M = 0.1
 
 
 def default_settings(demonstrations: Sequence[Demonstration]) -> LearnerSettings:
@@ -29,9 +35,13 @@ def default_settings(demonstrations: Sequence[Demonstration]) -> LearnerSettings
         InvalidDemonstration: When nothing moved.
     """
     extent = extent_m(demonstrations)
-    if extent <= 0.0:
-        raise InvalidDemonstration("demonstrations", "position_m", "a motion; nothing moved")
-    return LearnerSettings(LAMBDA_FRACTION * extent)
+    if extent >= _LEAST_EXTENT_M:
+        return LearnerSettings(LAMBDA_FRACTION * extent)
+    if turns(demonstrations):
+        # The resolution of orientations does not depend on lambda, so that the paper's own will do.
+        return LearnerSettings(_PURE_ROTATION_M)
+    expected = f"a motion of {_LEAST_EXTENT_M * 1e3:g} mm or more; nothing moved or turned (at most {extent * 1e3:.3g} mm)"
+    raise InvalidDemonstration("demonstrations", "position_m", expected)
 
 
 def learn(demonstrations: Sequence[Demonstration], settings: LearnerSettings | None = None) -> TPHSMM:
@@ -61,9 +71,13 @@ def learn(demonstrations: Sequence[Demonstration], settings: LearnerSettings | N
 def learn_files(paths: Sequence[Path | str], settings: LearnerSettings | None = None) -> TPHSMM:
     """Learn one model from demonstration files; all are read and checked before any is learned.
 
+    They are learned as on the page: at its rate, and without rests at their beginnings.
+
     Raises:
         InvalidDemonstration: Naming the file and field at fault.
     """
+    if not paths:
+        raise InvalidDemonstration("demonstrations", "", "one or more of them")
     demonstrations = [Demonstration.load(path) for path in paths]
     for path, demonstration in zip(paths, demonstrations, strict=True):
         if demonstration.frame_names != demonstrations[0].frame_names:
@@ -75,4 +89,23 @@ def learn_files(paths: Sequence[Path | str], settings: LearnerSettings | None = 
         if demonstration.space != demonstrations[0].space:
             expected = f"{'no ' if demonstration.space.oriented else ''}orientations, as in {paths[0]}"
             raise InvalidDemonstration(str(path), "quat_wxyz", expected)
-    return learn(demonstrations, settings)
+    return learn(_prepared(demonstrations, [str(path) for path in paths], settings), settings)
+
+
+def _prepared(
+    demonstrations: list[Demonstration], names: list[str], settings: LearnerSettings | None
+) -> list[Demonstration]:
+    """Demonstrations as they are learned, each checked under its name."""
+
+    def each(do: Callable[[Demonstration], T]) -> list[T]:
+        done = list[T]()
+        for name, demonstration in zip(names, demonstrations, strict=True):
+            with fault_of(name, InvalidDemonstration, "a demonstration"):
+                done.append(do(demonstration))
+        return done
+
+    each(check_units)
+    check_together(demonstrations, names)
+    chosen = settings or default_settings(demonstrations)
+    each(lambda demonstration: check_moves(demonstration, chosen))
+    return each(lambda demonstration: prepared(demonstration, chosen))

@@ -9,10 +9,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.errors import InvalidInput
+from farhand.common.errors import InvalidDemonstration
 from farhand.common.log import loop_logger
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
+from farhand.common.whole_file import fault_of, read_whole
 from farhand.local_site.teaching.demonstration import Demonstration
 
 _log = loop_logger(__name__)
@@ -93,14 +94,12 @@ class RawRecording:
     def left_over(self) -> Demonstration | None:
         """What an earlier process had recorded and neither ended nor undone; None when there is nothing."""
         try:
-            first, *lines = self._path.read_bytes().splitlines()
-            frames = msgspec.json.decode(first, type=_Within).frames()
-            rows = self._rows(lines)
-            if len(rows) < 2:
-                return None
-            table = np.array(rows)
-            return Demonstration.within(frames, self._frame_names, table[:, 0], table[:, 1:])
-        except (OSError, ValueError, InvalidInput):
+            with fault_of(self._path, InvalidDemonstration, "the samples of a demonstration"):
+                first, *lines = read_whole(self._path).splitlines()
+                frames = msgspec.json.decode(first, type=_Within).frames()
+                table = np.array(self._rows(lines))
+                return Demonstration.within(frames, self._frame_names, table[:, 0], table[:, 1:])
+        except InvalidDemonstration:
             return None  # nothing there, or no motion
 
     def _rows(self, lines: list[bytes]) -> list[list[float]]:
@@ -113,7 +112,7 @@ class RawRecording:
         for line in lines:
             try:
                 row = msgspec.json.decode(line, type=list[float])
-            except msgspec.DecodeError:
+            except ValueError:
                 break  # the crash came in the middle of this line
             if len(row) != 1 + self._space.n_coordinates:
                 raise ValueError(f"a sample of {len(row)} numbers")

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from farhand.common.errors import InvalidDemonstration, InvalidInput
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.learning.learner_settings import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.plausibility import REST_PART, REST_S, metres_per_radian, period_s
 from farhand.local_site.teaching.raw_recording import RawRecording
 
 Array = NDArray[np.float64]
 
-PERIOD_S, ARM_PERIOD_S = 0.02, 0.01
-"""Strokes are resampled to this period, whatever the rate of the hand's events; poses to the arm's [s]."""
 _RAW = "under-way.jsonl"
 _MAX_PAUSE_S = 600.0
 """The hand reports nothing while it rests; after longer than this its clock is wrong [s]."""
@@ -30,11 +30,15 @@ class Recording:
         folder: Where the samples are kept meanwhile.
         space: Of the points.
         frame_names: Of the task frames.
+        settings: Of the learner, whose lambda says what a rest is.
     """
 
-    def __init__(self, folder: Path, space: Manifold, frame_names: tuple[str, ...]):
-        self._space, self._frame_names = space, frame_names
-        self._period_s = ARM_PERIOD_S if space.oriented else PERIOD_S
+    def __init__(
+        self, folder: Path, space: Manifold, frame_names: tuple[str, ...], settings: LearnerSettings
+    ):
+        self._space, self._frame_names, self._period_s = space, frame_names, period_s(space)
+        self._rest_m, self._radian_m = REST_PART * settings.max_distance_m, metres_per_radian(settings)
+        self._begins: int | None = None
         self._raw = RawRecording(folder / _RAW, space, frame_names)
         self.frames: tuple[TaskFrame, ...] = ()
         """The task frames, which stand still meanwhile."""
@@ -62,7 +66,8 @@ class Recording:
             time_s: When [s].
 
         Returns:
-            The new points (n, C) and their times (n,) [s].
+            The new points (n, C) and their times (n,) [s]; none while the hand rests at the beginning, which is
+            cut short, then all so far.
 
         Raises:
             InvalidDemonstration: When this is no point of the space, or time runs backwards or jumps; nothing
@@ -83,17 +88,28 @@ class Recording:
         self.points.extend(points)
         self.times_s.extend(times.tolist())
         self._raw.follow(self.points, self.times_s)
-        return points, times
+        if self.resting:
+            moved = space.distance(self.points[0], points, self._radian_m) > self._rest_m
+            if not moved.any():
+                return np.empty((0, space.n_coordinates)), np.empty(0)
+            self._begins = max(0, n + int(np.argmax(moved)) - round(REST_S / self._period_s))
+            n, points = self._begins, np.array(self.points[self._begins :])
+        return points, self._times(n, n + len(points))
 
     def demonstration(self) -> Demonstration:
-        """All of it."""
-        return Demonstration.within(
-            self.frames, self._frame_names, np.array(self.times_s), np.array(self.points)
-        )
+        """All of it, without a rest at its beginning."""
+        begins, n = self._begins or 0, len(self.points)
+        points = np.array(self.points[begins:])
+        return Demonstration.within(self.frames, self._frame_names, self._times(begins, n), points)
 
     def forget(self) -> None:
         """It was ended or undone."""
         self._clear()
+        self._raw.forget()
+
+    def forget_left_over(self) -> None:
+        """What was left over was learned."""
+        self.left_over = None
         self._raw.forget()
 
     def set_aside(self) -> None:
@@ -101,8 +117,18 @@ class Recording:
         self.left_over = self._raw.set_aside(self.points, self.times_s)
         self._clear()
 
+    @property
+    def resting(self) -> bool:
+        """Whether the motion has not begun: nothing of it was given out to be learned."""
+        return self._begins is None
+
+    def _times(self, first: int, end: int) -> Array:
+        """Times of samples, from when the motion begins [s]."""
+        begins = self._begins or 0
+        return self._period_s * np.arange(float(first - begins), float(end - begins))
+
     def _clear(self) -> None:
-        self.points, self.times_s = [], []
+        self.points, self.times_s, self._begins = [], [], None
 
     def _checked(self, point: Array, time_s: float) -> Array:
         try:

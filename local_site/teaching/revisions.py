@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from datetime import UTC, datetime
 from pathlib import Path
 
 import msgspec
 
-from farhand.common.log import loop_logger
-from farhand.common.whole_file import write_whole
-
-_log = loop_logger(__name__)
+from farhand.common.errors import InvalidConfiguration
+from farhand.common.whole_file import fault_of, read_whole, write_whole
 
 KEPT = 5
 _SCHEMA = 1
@@ -25,6 +24,7 @@ class Revision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         sha256: Of the model's bytes; empty without a demonstration.
         demonstrations: File names, in the order in which they were learned.
         made: When, in wall time, for people.
+        held: Whether it stays until it is deleted: the operator left it for another one on purpose.
     """
 
     number: int
@@ -32,6 +32,7 @@ class Revision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sha256: str
     demonstrations: tuple[str, ...]
     made: str
+    held: bool = False
 
 
 class _Index(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -56,6 +57,8 @@ class Revisions:
 
     def __init__(self, path: Path):
         self._path = path
+        self.faults: tuple[str, ...] = ()
+        """What was wrong with the file, for the operator."""
         self._index = self._load()
 
     @property
@@ -80,7 +83,7 @@ class Revisions:
     def settle(self, demonstrations: tuple[str, ...], sha256: str) -> None:
         """Have the revision with these demonstrations count; a new one, where none has just them.
 
-        The oldest is given up when there are too many.
+        The oldest that is not held is given up when there are too many.
         """
         for revision in self.kept:
             if (revision.demonstrations, revision.sha256) == (demonstrations, sha256):
@@ -89,7 +92,19 @@ class Revisions:
         number = self._index.last + 1
         made = datetime.now(UTC).isoformat(timespec="seconds")
         new = Revision(number, self._index.current, sha256, demonstrations, made)
-        self._index = _Index(_SCHEMA, number, number, (*self.kept, new)[-KEPT:])
+        surplus = [each.number for each in self.kept if not each.held][: -(KEPT - 1)]
+        rest = (each for each in self.kept if each.number not in surplus)
+        self._index = _Index(_SCHEMA, number, number, (*rest, new))
+
+    def hold(self) -> None:
+        """Have the one that counts stay until it is deleted, if it has demonstrations."""
+        kept = tuple(
+            msgspec.structs.replace(each, held=True)
+            if each.number == self._index.current and each.demonstrations
+            else each
+            for each in self.kept
+        )
+        self._index = msgspec.structs.replace(self._index, revisions=kept)
 
     def forget(self, number: int) -> None:
         """Give a revision up."""
@@ -105,12 +120,14 @@ class Revisions:
         write_whole(self._path, msgspec.json.format(msgspec.json.encode(self._index), indent=1))
 
     def _load(self) -> _Index:
-        try:
-            return msgspec.json.decode(self._path.read_bytes(), type=_Index)
-        except (FileNotFoundError, NotADirectoryError):
+        if not self._path.exists():
             return _Index()
-        except (OSError, msgspec.DecodeError) as error:
+        try:
+            with fault_of(self._path, InvalidConfiguration, "a list of revisions"):
+                return msgspec.json.decode(read_whole(self._path), type=_Index)
+        except InvalidConfiguration as error:
             aside = self._path.with_suffix(".unreadable")
-            _log.error("%s is not understood (%s): kept as %s", self._path, error, aside.name)
-            self._path.replace(aside)
+            self.faults = (f"what was taught before is not listed any more: {error}; kept as {aside.name}",)
+            with contextlib.suppress(OSError):
+                self._path.replace(aside)
             return _Index()

@@ -7,6 +7,7 @@ file that no revision names.
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,7 +56,16 @@ class TaskArchive:
         Raises:
             InvalidDemonstration: When a file is missing or damaged.
         """
-        return tuple(Kept(name, Demonstration.load(self._folder / name)) for name in revision.demonstrations)
+        return tuple(self.load_one(name) for name in revision.demonstrations)
+
+    def load_one(self, name: str) -> Kept:
+        """The demonstration in a file of the folder; errors as `load`."""
+        return Kept(name, Demonstration.load(self._folder / name))
+
+    def set_aside(self, name: str) -> None:
+        """Give a damaged file a name under which nothing looks for it, or removes it."""
+        with contextlib.suppress(OSError):
+            (self._folder / name).rename(self._folder / f"{name}.damaged")
 
     def settle(self, kept: tuple[Kept, ...], sha256: str, content: bytes) -> None:
         """Have these demonstrations count, in this order.

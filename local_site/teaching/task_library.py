@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.errors import InvalidDemonstration
+from farhand.common.errors import InvalidDemonstration, InvalidInput
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import AnyTask
@@ -16,7 +16,6 @@ from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.goal_view import seen_from_goal
 from farhand.local_site.teaching.recording import Recording
 from farhand.local_site.teaching.revisions import Revision
-from farhand.local_site.teaching.task_archive import Kept
 from farhand.local_site.teaching.taught import LearnedModel, NotNow, Taught
 
 Array = NDArray[np.float64]
@@ -34,11 +33,16 @@ class TaskLibrary:
 
     def __init__(self, task: AnyTask, data_dir: Path):
         folder = data_dir / task.name
-        self._recording = Recording(folder, task.space, task.frame_names)
         self._taught = Taught(task, folder)
+        self._recording = Recording(folder, task.space, task.frame_names, self._taught.settings)
         self._forming: tuple[int, TPHSMM] | None = None
 
     # What there is ------------------------------------------------------------------------------
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What could not be had again, or not be kept, when it began."""
+        return self._taught.faults
 
     @property
     def recording(self) -> bool:
@@ -93,9 +97,9 @@ class TaskLibrary:
         return self._taught.revision
 
     def forming(self) -> TPHSMM | None:
-        """The model as it is in the middle of a demonstration; None without one, or before its first point."""
+        """The model as it is in the middle of a demonstration; None without one, or before it moves."""
         n = len(self.current)
-        if n == 0:
+        if self._recording.resting:
             return None
         if self._forming is None or self._forming[0] != n:
             self._forming = (n, self._taught.learner.model())
@@ -133,7 +137,7 @@ class TaskLibrary:
         """Keep the demonstration and make the model.
 
         Raises:
-            NotNow: When none is being made, or it is too short to learn from; then it is forgotten.
+            NotNow: When none is being made, or nothing moves in it; then it is forgotten.
             NotSaved: When it was learned, but could not be written to disk.
         """
         if not self.recording:
@@ -141,10 +145,12 @@ class TaskLibrary:
         if len(self.current) < _MIN_SAMPLES:
             self.undo()
             raise NotNow("the demonstration was too short and was not kept: draw the whole motion")
-        self._taught.learner.end()
-        made = Kept.made_now(self._recording.demonstration())
+        made = self._recording.demonstration()
         self._recording.forget()
-        self._taught.add(made)
+        try:
+            self._taught.end(made)
+        except InvalidInput as error:
+            raise NotNow(f"the demonstration was not kept: {error.field}: {error.expected}") from None
         assert self.learned is not None
         return self.learned
 
@@ -157,32 +163,18 @@ class TaskLibrary:
         if self.left_over is None:
             raise NotNow("there is no demonstration to recover")
         self.learn([self.left_over])
+        self._recording.forget_left_over()
 
     def learn(self, demonstrations: Sequence[Demonstration]) -> None:
-        """Learn whole demonstrations, one after the other.
-
-        Those whose task frames move are learned as they are, others at the learning rate.
+        """Learn whole demonstrations, at the learning rate: all of them or none.
 
         Raises:
             NotNow: When one is being recorded.
-            InvalidDemonstration: When one is no motion, see `hand`; it is forgotten.
+            InvalidDemonstration: When one is no motion; nothing is learned.
+            NotSaved: When they were learned, but could not be written to disk.
         """
-        for shown in demonstrations:
-            if shown.frames_move:
-                self._not_while_recording()
-                self._taught.learn(Kept.made_now(shown))
-                continue
-            self.record(shown.frames_at(0))
-            recording = self._recording
-            try:
-                for point, time_s in zip(shown.points, shown.time_s, strict=True):
-                    recording.hand(point, float(time_s))
-                # At once, which is the same and holds nobody up.
-                self._taught.learner.observe_many(recording.points, recording.frames, recording.times_s)
-            except InvalidDemonstration:
-                self.undo()
-                raise
-            self.end()
+        self._not_while_recording()
+        self._taught.learn(demonstrations)
 
     def set_aside(self) -> None:
         """Put everything back to before the demonstration under way, and offer its samples again."""
@@ -223,7 +215,7 @@ class TaskLibrary:
             NotSaved: When it was done, but not on disk.
         """
         self._not_while_recording()
-        self._taught.become(())
+        self._taught.start_anew()
 
     def delete(self, number: int) -> None:
         """Give up a revision that does not count, see `Taught.delete`."""

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from farhand.common.errors import FarhandError, InvalidDemonstration
+from farhand.common.errors import FarhandError, InvalidDemonstration, InvalidInput
 from farhand.common.log import loop_logger
 from farhand.common.model.model_file import content_hash, decode, encode
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import AnyTask, PointTask
+from farhand.common.whole_file import fault_of
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import LAMBDA_FRACTION
+from farhand.local_site.teaching.plausibility import check_moves, check_units, prepared
 from farhand.local_site.teaching.revisions import Revision
-from farhand.local_site.teaching.task_archive import Kept, TaskArchive
+from farhand.local_site.teaching.task_archive import Kept, NotSaved, TaskArchive
 
 _log = loop_logger(__name__)
 
@@ -54,8 +57,11 @@ class Taught:
     """
 
     def __init__(self, task: AnyTask, folder: Path):
-        self._settings = LearnerSettings(max_distance_m=_lambda_m(task), min_std_m=task.learning.min_std_m)
+        self.settings = LearnerSettings(max_distance_m=_lambda_m(task), min_std_m=task.learning.min_std_m)
+        """Of the learner."""
         self._task, self._archive = task, TaskArchive(folder)
+        self.faults: tuple[str, ...] = ()
+        """What could not be had again, or not be kept, when it began: for the operator."""
         self.demonstrations: tuple[Kept, ...] = ()
         """In the order in which they were learned."""
         self.learner = self._learner_of(())
@@ -75,33 +81,48 @@ class Taught:
         current = self._archive.revisions.current
         return current.number if current is not None else 0
 
-    def add(self, demonstration: Kept) -> None:
-        """A demonstration counts that the learner has just learned.
+    def end(self, demonstration: Demonstration) -> None:
+        """Have the demonstration count that the learner has been learning.
 
         Raises:
+            InvalidDemonstration: When it is no motion; the learner is as before it.
             NotSaved: When it counts, but not on disk.
         """
-        self.demonstrations = (*self.demonstrations, demonstration)
-        self._count()
+        try:
+            check_moves(demonstration, self.settings)
+            self.learner.end()
+            self._count(self.learner, (*self.demonstrations, Kept.made_now(demonstration)))
+        except InvalidInput:
+            self.learner = self._learner_of(self.demonstrations)
+            raise
 
-    def learn(self, demonstration: Kept) -> None:
-        """Learn a whole demonstration, as it is, and have it count.
+    def learn(self, demonstrations: Sequence[Demonstration]) -> None:
+        """Learn whole demonstrations and have them count: all of them or none, as one revision.
 
         Raises:
-            InvalidDemonstration: When it is no motion; nothing is learned.
-            NotSaved: When it counts, but not on disk.
+            InvalidDemonstration: When one is no motion; nothing is learned.
+            NotSaved: When they count, but not on disk.
         """
-        _learn(self.learner, demonstration.demonstration)
-        self.add(demonstration)
+        made = tuple(Kept.made_now(prepared(each, self.settings)) for each in demonstrations)
+        self.become((*self.demonstrations, *made))
 
     def become(self, demonstrations: tuple[Kept, ...]) -> None:
         """Learn these demonstrations, and nothing else.
 
         Raises:
+            InvalidDemonstration: When one is no motion; nothing is changed.
             NotSaved: When they count, but not on disk.
         """
-        self.learner, self.demonstrations = self._learner_of(demonstrations), demonstrations
-        self._count()
+        self._count(self._learner_of(demonstrations), demonstrations)
+
+    def start_anew(self) -> None:
+        """Have nothing count; what did stays until it is deleted on purpose.
+
+        Raises:
+            NotSaved: When nothing counts, but not on disk.
+        """
+        self._archive.revisions.hold()
+        self.become(())
 
     def go_to(self, number: int) -> None:
         """Have another revision count: what was taught then, bit for bit.
@@ -111,7 +132,9 @@ class Taught:
             InvalidDemonstration: When a file of it is missing or damaged; nothing is changed.
             NotSaved: When it counts, but not on disk.
         """
-        self.become(self._archive.load(self._kept(number)))
+        demonstrations = self._archive.load(self._kept(number))
+        self._archive.revisions.hold()
+        self.become(demonstrations)
 
     def delete(self, number: int) -> None:
         """Give up a revision that does not count.
@@ -131,44 +154,59 @@ class Taught:
         return revision
 
     def _learner_of(self, demonstrations: tuple[Kept, ...]) -> OnlineLearner:
-        learner = OnlineLearner(self._settings, self._task.space, self._task.frame_names)
+        learner = OnlineLearner(self.settings, self._task.space, self._task.frame_names)
         for each in demonstrations:
-            _learn(learner, each.demonstration)
+            with fault_of(each.name, InvalidDemonstration, "a motion that can be learned"):
+                self._learn(learner, each.demonstration)
         return learner
 
-    def _count(self) -> None:
-        """Make the model, and have it and its demonstrations count from now on."""
+    def _learn(self, learner: OnlineLearner, motion: Demonstration) -> None:
+        task = self._task
+        if (motion.space, motion.frame_names) != (task.space, task.frame_names):
+            raise InvalidDemonstration("demonstration", "position_m, frame_names", f"those of {task.name}")
+        check_units(motion)
+        check_moves(motion, self.settings)
+        learner.start()
+        learner.observe_many(motion.points, motion.frames(), motion.time_s)
+        learner.end()
+
+    def _count(self, learner: OnlineLearner, demonstrations: tuple[Kept, ...]) -> None:
+        """Make the model, and have it and its demonstrations count from now on; a model that fails changes nothing."""
         parent_sha256 = self.learned.sha256 if self.learned is not None else ""
-        if not self.demonstrations:
-            self.learned = None
-            self._archive.settle((), "", b"")
-            return
-        content = encode(self.learner.model())
-        model = decode(content)  # as the robot will have it, to the bit
-        sha256 = content_hash(content)
+        content = encode(learner.model()) if demonstrations else b""
+        model = decode(content) if content else None  # as the robot will have it, to the bit
+        sha256 = content_hash(content) if content else ""
+        self.learner, self.demonstrations = learner, demonstrations
         try:
-            self._archive.settle(self.demonstrations, sha256, content)
+            self._archive.settle(demonstrations, sha256, content)
         finally:
-            self.learned = LearnedModel(model, content, sha256, self.revision, parent_sha256)
+            self.learned = model and LearnedModel(model, content, sha256, self.revision, parent_sha256)
 
     def _begin_with_what_counted(self) -> None:
+        """Learn what counted; what is damaged of it is set aside, and the rest counts."""
         revision = self._archive.revisions.current
+        self.faults = self._archive.revisions.faults
         if revision is None:
             return
+        sound = list[Kept]()
+        for name in revision.demonstrations:
+            try:
+                kept = self._archive.load_one(name)
+                self._learner_of((kept,))
+                sound.append(kept)
+            except InvalidDemonstration as error:
+                self._archive.set_aside(name)
+                self.faults += (
+                    f"a demonstration of {self._task.name} is damaged and does not count: {error}",
+                )
         try:
-            self.become(self._archive.load(revision))
+            self.become(tuple(sound))
+        except NotSaved as error:
+            self.faults += (str(error),)
         except FarhandError as error:
-            _log.error("what was taught before cannot be had again, the task begins empty: %s", error)
-
-
-def _learn(learner: OnlineLearner, motion: Demonstration) -> None:
-    learner.start()
-    try:
-        learner.observe_many(motion.points, motion.frames(), motion.time_s)
-    except InvalidDemonstration:
-        learner.discard()
-        raise
-    learner.end()
+            self.faults += (f"{self._task.name} begins empty: {error}",)
+        for fault in self.faults:
+            _log.error("%s", fault)
 
 
 def _lambda_m(task: AnyTask) -> float:

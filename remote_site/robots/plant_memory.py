@@ -13,8 +13,10 @@ import msgspec
 import numpy as np
 from msgspec import Struct
 
+from farhand.common.errors import InvalidConfiguration
 from farhand.common.log import loop_logger
 from farhand.common.mailbox import Mailbox
+from farhand.common.whole_file import fault_of, read_whole
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.robots.arm_memory import ArmMemory
@@ -83,12 +85,13 @@ class PlantMemory:
         """What was remembered, by this process or before it, or None when there is nothing that fits."""
         if self._newest is not None:
             return self._newest
-        try:
-            state = msgspec.json.decode(self._path.read_bytes(), type=PlantState)
-        except FileNotFoundError:
+        if not self._path.exists():
             return None
-        except (OSError, msgspec.DecodeError) as error:
-            _log.warning("%s is not understood, the robot starts anew: %s", self._path, error)
+        try:
+            with fault_of(self._path, InvalidConfiguration, "the state of a robot"):
+                state = msgspec.json.decode(read_whole(self._path), type=PlantState)
+        except InvalidConfiguration as error:
+            _log.warning("the robot starts anew: %s", error)
             return None
         return state if len(state.position_m) == n_dims else None
 

@@ -81,7 +81,7 @@ def test_every_field_of_a_profile_is_read(tmp_path):
         ('loss = "assumed"', "", "slow.source.loss", "where this figure comes from"),
         ("loss = 2", "loss = 200", "slow.timeline[0].uplink", "loss must be"),
         ("repeat_s = 30", "repeat_s = 5", "slow.repeat_s", "more than the last step's 5 s"),
-        ("[slow]", "[slow", "", "not TOML"),
+        ("[slow]", "[slow", "", "a TOML file"),
     ],
 )
 def test_a_malformed_profile_is_refused_with_file_and_field(tmp_path, wrong, instead, field, says):
@@ -94,7 +94,7 @@ def test_a_malformed_profile_is_refused_with_file_and_field(tmp_path, wrong, ins
 
 
 def test_a_missing_and_an_empty_file_are_refused(tmp_path):
-    with pytest.raises(InvalidConfiguration, match=r"nothere.*cannot be read"):
+    with pytest.raises(InvalidConfiguration, match=r"nothere.*a readable file"):
         load_profiles(tmp_path / "nothere.toml")
     (tmp_path / "empty.toml").write_text("")
     with pytest.raises(InvalidConfiguration, match="at least one profile"):

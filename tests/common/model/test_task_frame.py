@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from scipy.spatial.transform import Rotation
+from scipy.stats import special_ortho_group
 
 from farhand.common.errors import InvalidInput
 from farhand.common.model.manifold import POSE, Manifold
@@ -52,10 +53,18 @@ def test_the_quaternion_of_a_frame_is_that_of_its_rotation(angle: float):
 
 
 def test_orientations_need_a_rotation_of_space():
-    mirror = TaskFrame(np.diag([1.0, 1.0, -1.0]), np.zeros(3))
-    for frame in (mirror, TaskFrame.identity(2)):
-        with pytest.raises(InvalidInput, match="rotation of space"):
-            _ = frame.quat_wxyz
+    with pytest.raises(InvalidInput, match="rotation of space"):
+        _ = TaskFrame.identity(2).quat_wxyz
+
+
+@pytest.mark.parametrize("n_dims", [2, 3])
+@pytest.mark.parametrize("axis", [0, 1, -1])
+def test_a_mirror_image_is_no_frame(n_dims: int, axis: int):
+    turned = special_ortho_group.rvs(n_dims, random_state=3)
+    TaskFrame(turned, np.zeros(n_dims))
+    turned[axis] *= -1.0
+    with pytest.raises(InvalidInput, match="mirror"):
+        TaskFrame(turned, np.zeros(n_dims))
 
 
 def test_malformed_frames_are_refused():

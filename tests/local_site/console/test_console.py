@@ -168,7 +168,9 @@ def test_the_stroke_under_way_is_shown_last(tmp_path: Path):
         it.console.submit(intents.Hand((0.3, 0.4), 0.0))
         picture = it.until(lambda p: len(p.strokes) == 2)
         np.testing.assert_array_equal(picture.strokes[1], [[0.3, 0.4]])
-        assert picture.recording and picture.forming is not None
+        assert picture.recording and picture.forming is None
+        it.console.submit(intents.Hand((0.4, 0.4), 0.02))
+        assert it.until(lambda p: p.forming is not None).recording
 
 
 def test_stop_needs_neither_report_nor_lease_and_is_resent_until_it_is_answered(tmp_path: Path):

@@ -112,16 +112,19 @@ def test_the_revisions_are_shown_and_gone_back_to(tmp_path: Path):
     with desk(tmp_path) as it:
         it.console.submit(intents.LoadSamples())
         three = it.until(lambda p: p.n_demonstrations == 3)
-        assert [revision.number for revision in three.revisions] == [1, 2, 3] and three.revision == 3
+        assert [revision.number for revision in three.revisions] == [1] and three.revision == 1
+        it.console.submit(intents.Undo())
+        two = it.until(lambda p: p.n_demonstrations == 2)
         it.console.submit(intents.StartAnew())
         assert it.until(lambda p: p.n_demonstrations == 0).learned is None
         it.console.submit(intents.GoTo(2))
-        two = it.until(lambda p: p.n_demonstrations == 2)
-        assert two.learned is not None and two.learned.sha256 == three.revisions[1].sha256
-        it.console.submit(intents.Delete(3))
-        it.until(lambda p: [revision.number for revision in p.revisions] == [1, 2, 4])
-        it.console.submit(intents.GoTo(3))
-        it.told("there is no revision 3 any more")
+        again = it.until(lambda p: p.n_demonstrations == 2)
+        assert again.learned is not None and two.learned is not None
+        assert again.learned.sha256 == two.learned.sha256
+        it.console.submit(intents.Delete(1))
+        it.until(lambda p: [revision.number for revision in p.revisions] == [2, 3])
+        it.console.submit(intents.GoTo(1))
+        it.told("there is no revision 1 any more")
 
 
 def test_a_model_is_sent_by_itself_whenever_it_changes_if_so_chosen(tmp_path: Path):

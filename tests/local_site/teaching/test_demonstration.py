@@ -101,7 +101,7 @@ BROKEN: dict[str, dict[str, Any]] = {
     "quat_wxyz: shape": {"quat_wxyz": np.zeros((20, 3))},
     "quat_wxyz: unit": {"quat_wxyz": np.ones((20, 4))},
     "schema: version 1": {"schema": np.int64(2)},
-    "schema: a field that is missing": {"schema": None},
+    "schema: version 1, got": {"schema": np.array("1")},
     "position_m: a field that is missing": {"position_m": None},
     "colour: no such field": {"colour": np.zeros(3)},
     "source: one text": {"source": np.zeros(3)},

@@ -8,7 +8,7 @@ import pytest
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.model.model_file import content_hash, load
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.recording import PERIOD_S as LEARNING_PERIOD_S
+from farhand.local_site.teaching.plausibility import PERIOD_S as LEARNING_PERIOD_S
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.teaching.task_archive import NotSaved
 from farhand.local_site.teaching.task_library import TaskLibrary
@@ -145,9 +145,9 @@ def test_the_forming_model_grows_with_the_stroke(tmp_path: Path):
     sizes = []
     for position, time_s in zip(*stroke(), strict=True):
         library.hand(position, float(time_s))
-        forming = library.forming()
-        assert forming is not None
-        sizes.append(forming.n_components)
+        if (forming := library.forming()) is not None:
+            sizes.append(forming.n_components)
+    assert len(sizes) > 50
     assert sizes[0] == 1 and sizes[-1] >= 2 and sizes == sorted(sizes)
     library.end()
     assert library.forming() is None

@@ -12,6 +12,7 @@ import pytest
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.model.model_file import content_hash, load
 from farhand.local_site.teaching.revisions import KEPT
+from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.teaching.task_library import TaskLibrary
 from farhand.local_site.teaching.taught import NotNow
 from tests.local_site.robot_end import FRAMES, TASK, stroke
@@ -85,8 +86,8 @@ def test_starting_anew_keeps_what_was_taught(tmp_path: Path):
 
 def test_only_the_newest_revisions_are_kept_and_no_demonstration_that_none_of_them_has(tmp_path: Path):
     library = TaskLibrary(TASK, tmp_path)
-    teach(library)
-    library.start_anew()
+    teach(library, 60)
+    library.undo()
     for n in range(40, 40 + KEPT):
         teach(library, n)
     assert [r.number for r in library.revisions] == list(range(3, 3 + KEPT))
@@ -96,6 +97,33 @@ def test_only_the_newest_revisions_are_kept_and_no_demonstration_that_none_of_th
     for left in range(KEPT - 1, -1, -1):
         library.undo()
         assert len(library.strokes) == left
+
+
+@pytest.mark.parametrize("leave", ["anew", "to an older one", "anew twice"])
+def test_what_was_left_on_purpose_stays_until_it_is_deleted_however_much_is_taught_since(
+    tmp_path: Path, leave: str
+):
+    library = TaskLibrary(TASK, tmp_path)
+    teach(library, 60)
+    own = teach(library, 45)
+    number = library.revision
+    if leave == "to an older one":
+        library.go_to(1)
+    else:
+        library.start_anew()
+    if leave == "anew twice":
+        teach(library, 44)
+        library.start_anew()
+    for _ in range(2):
+        library.learn(sample_strokes(TASK))
+    for n in range(40, 40 + 2 * KEPT):
+        teach(library, n)
+    library = TaskLibrary(TASK, tmp_path)
+    library.go_to(number)
+    assert library.learned is not None and library.learned.sha256 == own
+    library.go_to(library.revisions[-1].number)
+    library.delete(number)
+    assert number not in [r.number for r in library.revisions]
 
 
 def test_a_deleted_revision_is_gone_and_the_one_that_counts_cannot_be(tmp_path: Path):
