@@ -6,6 +6,8 @@ middle of it leaves the one before.
 
 from __future__ import annotations
 
+import contextlib
+import math
 import threading
 from pathlib import Path
 
@@ -16,6 +18,7 @@ from msgspec import Struct
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.log import loop_logger
 from farhand.common.mailbox import Mailbox
+from farhand.common.model.manifold import UNIT_TOLERANCE
 from farhand.common.whole_file import fault_of, read_whole
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.perception.sensing import Sensing
@@ -24,6 +27,8 @@ from farhand.remote_site.robots.arm_memory import ArmMemory
 _log = loop_logger(__name__)
 
 PERIOD_S = 0.05
+_FAR = 1e6
+"""Nothing is that far away, or takes that long [m, rad, s, N]."""
 _STILL = 2e-5
 """What changes by less than this has not changed [m, rad, s, N]."""
 
@@ -58,6 +63,17 @@ class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
             return False
         return np.allclose(self._numbers(), other._numbers(), rtol=0.0, atol=_STILL)
 
+    def check(self) -> None:
+        """See that a robot can be there.
+
+        Raises:
+            InvalidConfiguration: When a number is none, or of no place.
+        """
+        if not all(abs(number) < _FAR for number in self._numbers()):
+            raise InvalidConfiguration("state", "", f"numbers below {_FAR:g}")
+        if self.arm is not None and abs(math.hypot(*self.arm.receptacle[3:]) - 1.0) > UNIT_TOLERANCE:
+            raise InvalidConfiguration("state", "arm.receptacle", "a unit quaternion after the position")
+
     def _numbers(self) -> list[float]:
         arm = () if self.arm is None else msgspec.structs.astuple(self.arm)
         return np.hstack([self.position_m, *arm]).tolist()
@@ -90,8 +106,13 @@ class PlantMemory:
         try:
             with fault_of(self._path, InvalidConfiguration, "the state of a robot"):
                 state = msgspec.json.decode(read_whole(self._path), type=PlantState)
+                state.check()
         except InvalidConfiguration as error:
-            _log.warning("the robot starts anew: %s", error)
+            aside = self._path.with_suffix(".unreadable")
+            with contextlib.suppress(OSError):
+                self._path.replace(aside)
+            words = "%s is not understood and kept as %s, the robot starts anew: %s"
+            _log.warning(words, self._path, aside.name, error.expected)
             return None
         return state if len(state.position_m) == n_dims else None
 

@@ -12,6 +12,7 @@ from farhand.local_site.teaching.foreign_recordings import import_recordings
 from farhand.local_site.teaching.offline_learning import learn_files
 
 CASES = Path(__file__).parents[3].parent / "shared" / "cases"
+pytestmark = pytest.mark.skipif(not CASES.is_dir(), reason=f"no {CASES}")
 
 
 def learned(file: Path, _out: Path) -> None:

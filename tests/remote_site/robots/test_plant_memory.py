@@ -77,13 +77,24 @@ def test_the_first_boot_finds_nothing(file: Path):
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"{", b'{"position_m": [0.1, null]}', b'{"position_m": [1, 2], "x": 1}']
+    "content",
+    [
+        b"",
+        b"{",
+        b'{"position_m": [0.1, null]}',
+        b'{"position_m": [1, 2], "x": 1}',
+        b'{"position_m": [1, 2], "executing": "\xff"}',
+        b'{"position_m": [1, 1e30]}',
+        b"[" * 100_000,
+    ],
+    ids=range(7),
 )
 def test_a_file_that_is_not_understood_is_said_and_the_robot_starts_anew(file: Path, content: bytes, caplog):
     file.parent.mkdir()
     file.write_bytes(content)
     assert remembered(file) is None
-    assert "state.json is not understood" in caplog.text
+    assert "state.json is not understood" in caplog.text and "\n" not in caplog.messages[0]
+    assert file.with_suffix(".unreadable").read_bytes() == content
 
 
 def test_a_state_of_another_dimension_does_not_fit(file: Path):
