@@ -1,4 +1,4 @@
-"""What the scripted operator has around it: a console, a link that it can cut, and time, real or virtual."""
+"""The surroundings of the scripted operator: a console, a link that can be cut, and time, real or virtual."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OutageKind = Literal["stall", "reset", "blackhole"]
 
 @dataclass(frozen=True)
 class PlannedOutage:
-    """When the link is to be cut during the execution.
+    """A planned cut of the link during the execution.
 
     Args:
         kind: How it is cut.
@@ -31,11 +31,11 @@ class PlannedOutage:
 
 
 class OperatedConsole(Protocol):
-    """What is needed of a `Console`."""
+    """The part of a `Console` that the script uses."""
 
     @property
     def picture(self) -> Picture:
-        """What it shows."""
+        """The console's present state."""
         ...
 
     def submit(self, intent: Intent) -> None:
@@ -47,19 +47,19 @@ class OperatedConsole(Protocol):
         ...
 
     def ask_report(self) -> ExecutionReport | None:
-        """How the newest execution went, asked of the robot. None when no answer came."""
+        """Ask the robot for the report of its newest execution; None when no answer came."""
         ...
 
 
 class CuttableLink(Protocol):
-    """What is needed of a `RelayControl`."""
+    """The part of a `RelayControl` that the script uses."""
 
     def outage(self, kind: OutageKind, duration_s: float) -> Mapping[str, Any]:
         """Interrupt both directions for a while [s]."""
         ...
 
     def status(self) -> Mapping[str, Any]:
-        """The settings and the traffic."""
+        """Ask for the settings and the traffic."""
         ...
 
 
@@ -67,7 +67,7 @@ class OperatorsTime(Protocol):
     """The time."""
 
     def now_s(self) -> float:
-        """The time [s]."""
+        """Return the time [s]."""
         ...
 
     def pause(self, duration_s: float) -> None:
@@ -79,7 +79,7 @@ class RealTime:
     """The time of this machine."""
 
     def now_s(self) -> float:
-        """See `OperatorsTime.now_s`."""
+        """Return the time [s]."""
         return elapsed_s()
 
     def pause(self, duration_s: float) -> None:

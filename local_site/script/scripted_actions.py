@@ -1,4 +1,4 @@
-"""What a scripted operator can do at a console: give commands, wait for what comes of them, say what happened."""
+"""Actions of the scripted operator at a console: give a command, wait for its outcome, report."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class ScriptedActions:
 
     @property
     def picture(self) -> Picture:
-        """What the console shows."""
+        """The console's present state."""
         return self._console.picture
 
     def submit(self, *asked: intents.Intent) -> None:
@@ -131,7 +131,7 @@ class ScriptedActions:
         _log.info("%6.2f s  %s", time_s, text)
 
     def last_words(self) -> str:
-        """What the operator was told last, for the one who reads why it did not go on."""
+        """Return the last message to the operator, which explains why the job did not go on."""
         told = [f"{notice.what}: {notice.text}" for notice in self.picture.notices[-3:]]
         return "; ".join(told) or "nothing was reported"
 

@@ -73,7 +73,7 @@ def _drive(actions: ScriptedActions, hand: Hand, duration_s: float, patience_s: 
 
 
 def _hand_for(task: AnyTask, robot: Telemetry, seed: int) -> tuple[Hand, float]:
-    """Where the hand is at each time, and for how long it drives [s]."""
+    """Return the hand's pose over time, and the duration of the drive [s]."""
     if not isinstance(task, ArmTask):
         start = np.array(robot.position_m)
 

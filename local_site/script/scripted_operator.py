@@ -57,7 +57,7 @@ class ScriptedOperator:
         self._tasks = [ScriptedTask(task, console, self._actions, seed) for task in tasks]
 
     def run(self) -> dict[str, Any]:
-        """The whole job.
+        """Do the whole job.
 
         Returns:
             What happened, as `farhand demo --json` writes it.
@@ -103,7 +103,7 @@ class ScriptedOperator:
         actions.command(Action.ARM, ControlMode.HOLD)
 
     def _do(self, task: ScriptedTask, first: bool) -> dict[str, Any]:
-        """One task; before the first one the robot is driven a little."""
+        """Do one task; before the first one, drive the robot a little."""
         task.get_ready()
         if first:
             self._drive(task)

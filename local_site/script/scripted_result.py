@@ -1,4 +1,4 @@
-"""What `farhand demo --json` writes: how the scripted job went."""
+"""The outcome of the scripted job, as `farhand demo --json` writes it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from farhand.local_site.script.operators_place import PlannedOutage
 
 
 def job_result(task: AnyTask, picture: Picture, report: ExecutionReport) -> dict[str, Any]:
-    """What was taught, what the robot did with it, and whether the task succeeded."""
+    """Collect the lesson, the robot's execution of it, and whether the task succeeded."""
     learned = picture.learned
     assert learned is not None
     return {
@@ -40,21 +40,21 @@ def job_result(task: AnyTask, picture: Picture, report: ExecutionReport) -> dict
 
 
 def whole_result(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The results of all tasks in one: that of the only one, or a list that succeeded if each of them did."""
+    """Combine the results of all tasks: the only one, or a list that succeeded if each of them did."""
     if len(results) == 1:
         return results[0]
     return {"success": all(result["success"] for result in results), "tasks": list(results)}
 
 
 def succeeded(task: AnyTask, report: ExecutionReport) -> bool:
-    """Whether the task is done: a point's by its distance from the target, an arm's as the robot says."""
+    """Judge the task: a point's by its distance from the target, an arm's by the robot's report."""
     if isinstance(task, PointTask):
         return report.rms_error_m is not None and report.rms_error_m < task.success_rms_m
     return report.succeeded is True
 
 
 def link_result(picture: Picture, status: Mapping[str, Any], outage: PlannedOutage | None) -> dict[str, Any]:
-    """What the link was, and what it did to the commands.
+    """Collect the link's settings and the times of the commands.
 
     Args:
         picture: What the console shows.
@@ -95,5 +95,5 @@ def _of_arm(task: ArmTask, report: ExecutionReport) -> dict[str, Any]:
 
 
 def _lateness_ms(traffic: Mapping[str, Any]) -> dict[str, float | None]:
-    """What the link process itself added to the delay [ms]; nothing is known of a real link."""
+    """Return the delay that the link process itself added [ms]; unknown for a real link."""
     return {name: traffic.get(f"lateness_{name}_ms") for name in ("p50", "p99", "max")}

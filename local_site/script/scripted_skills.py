@@ -1,4 +1,4 @@
-"""What a scripted operator's hand can do: demonstrate a task, and drive the robot a little."""
+"""Skills of the scripted operator's hand: demonstrate a task, and drive the robot a little."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ class Skill(Protocol):
         ...
 
     def driving(self, time_s: float) -> tuple[float, ...]:
-        """Where the hand is while it drives the robot. Length C."""
+        """Return the hand's pose while it drives the robot. Length C."""
         ...
 
 
 def skill_for(task: AnyTask, actions: ScriptedActions, seed: int) -> Skill:
-    """The hand that a task needs.
+    """Return the skill that a task needs.
 
     Args:
         task: The task.
@@ -89,7 +89,7 @@ class Drawing:
         self._actions.submit(intents.End())
 
     def driving(self, time_s: float) -> tuple[float, ...]:
-        """See `Skill.driving`: a small circle."""
+        """Return the hand's pose while it drives the robot. Length C."""
         angle = _DRIVE_RAD_S * time_s
         return (_DRIVE_M * math.cos(angle), _DRIVE_M * math.sin(angle), *[0.0] * (self._n_dims - 2))
 
@@ -131,7 +131,7 @@ class Leading:
         raise JobFailed(f"demonstration {number} did not end as it should")
 
     def driving(self, time_s: float) -> tuple[float, ...]:
-        """See `Skill.driving`: a small circle across the bore's axis and a slight turn; in the bore, out a little."""
+        """Return the hand's pose while it drives the robot. Length C."""
         angle = _DRIVE_RAD_S * time_s
         if not self._inserts:
             return (0.5 * _DRIVE_M * (math.cos(angle) - 1.0), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)

@@ -77,7 +77,7 @@ class ScriptedTask:
             raise JobFailed(f"the robot did not get ready: {self._actions.last_words()}")
 
     def driving(self, time_s: float) -> tuple[float, ...]:
-        """Where the hand is while it drives the robot. Length C."""
+        """Return the hand's pose while it drives the robot. Length C."""
         return self._skill.driving(time_s)
 
     def execute(self) -> None:
@@ -156,7 +156,7 @@ class ScriptedTask:
         return report  # which says by how much it failed
 
     def _settled(self, report: ExecutionReport) -> bool:
-        """Whether a report is of this task, and covers all that it asks for."""
+        """Decide whether a report belongs to this task and is complete."""
         if report.task != self._task.name:
             return False
         if isinstance(self._task, PointTask):

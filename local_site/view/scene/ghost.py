@@ -35,7 +35,7 @@ class Ghost:
 
 
 def shown_path(picture: Picture) -> PlannedPath | None:
-    """The path to draw: the committed one during an execution, a preview that still counts in HOLD."""
+    """Return the path to draw: the committed one during an execution, a valid preview in HOLD."""
     path, robot = picture.path, picture.robot
     if path is None or robot is None or path.stamp.boot != robot.stamp.boot:
         return None
@@ -46,7 +46,7 @@ def shown_path(picture: Picture) -> PlannedPath | None:
 
 
 def predict(picture: Picture, now_s: float) -> Ghost | None:
-    """The robot now, by the path that it has committed to; None without an execution.
+    """Predict the robot's present pose from its committed path; None without an execution.
 
     Args:
         picture: What the console knows.
@@ -69,12 +69,12 @@ def predict(picture: Picture, now_s: float) -> Ghost | None:
 
 
 def reported_frame(robot: Telemetry) -> Array:
-    """The task frame as the robot sees it. A pose. Shape (7,)."""
+    """Return the task frame as the robot sees it, as a pose. Shape (7,)."""
     return _pose(robot.frame_origin_m, robot.frame_rotation_rad)
 
 
 def reported_tip(robot: Telemetry) -> Array:
-    """The tip of the robot's tool, in the task frame. A pose. Shape (7,)."""
+    """Return the tip of the robot's tool in the task frame, as a pose. Shape (7,)."""
     turn = robot.arm.rotation_rad if robot.arm is not UNSET else (0.0, 0.0, 0.0)
     return TaskFrame.at(reported_frame(robot)).to_local(_pose(robot.position_m, turn))
 

@@ -25,7 +25,7 @@ _UNCHANGED_M = 5e-4
 def add_flat(
     scene: viser.SceneApi, name: str, mesh: shapes.Mesh, colour: Rgb, z_m: float, **more: Any
 ) -> viser.MeshHandle:
-    """A flat mesh without shadows."""
+    """Add a flat mesh without shadows."""
     return scene.add_mesh_simple(
         name, *mesh, color=colour, flat_shading=True, side="double", cast_shadow=False,
         receive_shadow=False, position=(0.0, 0.0, z_m), **more,
@@ -74,7 +74,7 @@ NO_SHADOW: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 
 
 def moved(before: Array, after: Array, limits: Limits = UNCHANGED) -> bool:
-    """Whether any of some poses has moved. Shapes (..., 7)."""
+    """Decide whether any of some poses has moved. Shapes (..., 7)."""
     change = np.abs(POSE.log(before, after))
     return bool((change[..., :3] > limits[0]).any() or (change[..., 3:] > limits[1]).any())
 

@@ -35,7 +35,7 @@ def component_colour(phase: float) -> Rgb:
 
 
 def mixed(colour: Rgb, other: Rgb, part: float) -> Rgb:
-    """A colour with a part of another in it."""
+    """Mix a part of another colour into a colour."""
     red, green, blue = (round((1.0 - part) * a + part * b) for a, b in zip(colour, other, strict=True))
     return red, green, blue
 
@@ -50,5 +50,5 @@ def many(colours: Sequence[Rgb]) -> NDArray[np.uint8]:
 
 
 def css(colour: Rgb) -> str:
-    """A colour for HTML."""
+    """Format a colour for HTML."""
     return "#{:02x}{:02x}{:02x}".format(*colour)

@@ -14,7 +14,7 @@ _SEGMENTS = 40
 
 
 def disc(radius_m: float = 1.0) -> Mesh:
-    """A filled circle about the origin."""
+    """Make a filled circle about the origin."""
     angles = np.linspace(0.0, 2.0 * np.pi, _SEGMENTS, endpoint=False)
     rim = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1) * radius_m
     index = np.arange(_SEGMENTS)
@@ -23,7 +23,7 @@ def disc(radius_m: float = 1.0) -> Mesh:
 
 
 def sphere() -> Mesh:
-    """The unit sphere."""
+    """Make the unit sphere."""
     n_around, n_down = 24, 13
     around = np.linspace(0.0, 2.0 * np.pi, n_around, endpoint=False)
     down = np.linspace(0.0, np.pi, n_down)
@@ -41,13 +41,13 @@ def sphere() -> Mesh:
 
 
 def circle() -> NDArray[np.float64]:
-    """The unit circle as a closed polyline. Shape (T, 2)."""
+    """Make the unit circle as a closed polyline. Shape (T, 2)."""
     angles = np.linspace(0.0, 2.0 * np.pi, _SEGMENTS + 1)
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 def ring(radius_m: float, inner_m: float) -> Mesh:
-    """A circle with a hole about the origin."""
+    """Make a circle with a hole about the origin."""
     outer, inner = disc(radius_m)[0][:-1], disc(inner_m)[0][:-1]
     a, b = np.arange(_SEGMENTS), (np.arange(_SEGMENTS) + 1) % _SEGMENTS
     faces = np.vstack([np.stack([a, b, a + _SEGMENTS], 1), np.stack([b, b + _SEGMENTS, a + _SEGMENTS], 1)])
@@ -55,7 +55,7 @@ def ring(radius_m: float, inner_m: float) -> Mesh:
 
 
 def rectangle(x_m: float, y_m: float, width_m: float, height_m: float) -> Mesh:
-    """A rectangle by its lower left corner and its size."""
+    """Make a rectangle from its lower left corner and its size."""
     corners = [
         [x_m, y_m, 0],
         [x_m + width_m, y_m, 0],
@@ -66,7 +66,7 @@ def rectangle(x_m: float, y_m: float, width_m: float, height_m: float) -> Mesh:
 
 
 def u_shape() -> Mesh:
-    """The paper's U, open towards +y, centred at the origin."""
+    """Make the paper's U, open towards +y, centred at the origin."""
     w, h, t = U_WIDTH_M, U_HEIGHT_M, _U_THICKNESS_M
     return joined(
         rectangle(-0.5 * w, -0.5 * h, t, h),
@@ -83,6 +83,6 @@ def joined(*meshes: Mesh) -> Mesh:
 
 
 def segments(points: NDArray[np.float64], z_m: float) -> NDArray[np.float32]:
-    """A polyline (T, 2) as line segments (T - 1, 2, 3) at a height [m]."""
+    """Split a polyline (T, 2) into line segments (T - 1, 2, 3) at a height [m]."""
     raised = np.column_stack([points, np.full(len(points), z_m)]).astype(np.float32)
     return np.stack([raised[:-1], raised[1:]], axis=1)

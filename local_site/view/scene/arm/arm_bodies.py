@@ -83,7 +83,7 @@ class ArmBodies:
         return batch, mesh
 
     def _colours(self, mesh: Mesh) -> NDArray[np.uint8]:
-        """The arms in blue and amber, what they hold in its own colours; all of the robot grey when it is old."""
+        """Return the colours: arms in blue and amber, tools in their own; grey where a report is old."""
         tint = 0.0 if mesh in self._description.held else _TINT
         local, remote = (palette.mixed(mesh.colour, site, tint) for site in (palette.LOCAL, palette.REMOTE))
         if self._old:

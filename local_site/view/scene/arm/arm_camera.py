@@ -1,4 +1,4 @@
-"""Where the two arms stand in the scene, and the camera that sees both of them alike."""
+"""Places of the two arms in the scene, and the camera that sees both alike."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _UP = np.cross(_ACROSS, _FORWARDS)
 
 
 def base_m(remote: bool) -> Array:
-    """Where the base of an arm is in the scene. Shape (3,) [m]."""
+    """Return the place of an arm's base in the scene. Shape (3,) [m]."""
     return (0.5 if remote else -0.5) * _WIDTH_M * _ACROSS - _CENTRE_M
 
 
@@ -58,11 +58,11 @@ class ArmCamera:
 
     @property
     def position_m(self) -> Array:
-        """Where the camera is. Shape (3,) [m]."""
+        """Position of the camera. Shape (3,) [m]."""
         return self.centre_m - self.distance_m * _FORWARDS
 
     def pixel(self, point_m: Array) -> tuple[float, float]:
-        """Where a point of the scene is on the canvas, from its upper left corner [px]."""
+        """Project a point of the scene onto the canvas, from its upper left corner [px]."""
         sight = np.asarray(point_m) - self.position_m
         scale = self.pixels_per_m * self.distance_m / float(sight @ _FORWARDS)
         width, height = self.size_px
@@ -70,7 +70,7 @@ class ArmCamera:
 
 
 def arm_camera(size_px: tuple[float, float]) -> ArmCamera:
-    """The view that fits both arms between the strips of a canvas.
+    """Return the view that fits both arms between the strips of a canvas.
 
     Args:
         size_px: Width and height of the canvas.

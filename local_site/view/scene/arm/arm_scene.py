@@ -24,7 +24,7 @@ _LOCAL, _REMOTE, _ARMS, _ROBOT = "/local", "/remote", "/arms", "/robot"
 
 
 class ArmScene:
-    """What the canvas shows, and what the mouse does on it. Used by the page's thread.
+    """The canvas of an arm's task and the mouse's actions on it. Used by the page's thread.
 
     Args:
         scene: Of the server.
@@ -78,7 +78,7 @@ class ArmScene:
         self._remote = RemoteArm(self._scene, _REMOTE, robot, self._robots_own or self._bodies)
 
     def let_go(self) -> None:
-        """The tab that held the hand is gone."""
+        """End the drag of a tab that is gone."""
         self._gizmo.let_go()
 
     def fit(self, camera: viser.CameraHandle) -> None:

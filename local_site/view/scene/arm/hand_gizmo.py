@@ -54,12 +54,12 @@ class HandGizmo:
             put(self._node, tip)
 
     def let_go(self) -> None:
-        """The tab that held it is gone: an open drag ends."""
+        """End the drag of a tab that is gone."""
         if self._held:
             self._drag("end", self._hand)
 
     def _drag(self, phase: str, pose: Array) -> None:
-        """What a tab sends is checked; a bad pose changes nothing, but the hand still lets go."""
+        """Check a drag that a tab sends; a bad pose changes nothing, but the hand still lets go."""
         good = np.isfinite(pose).all() and np.abs(pose[:3]).max() <= _REACH_M and pose[3:].any()
         if not good and phase != "end":
             return

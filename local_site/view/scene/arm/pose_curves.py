@@ -53,7 +53,7 @@ class Curves:
 
 
 class Demonstrations:
-    """What was demonstrated, in the coordinates of a node that is the task frame.
+    """Curves of the demonstrations, in the coordinates of a node that is the task frame.
 
     Args:
         scene: Of the server.
@@ -89,7 +89,7 @@ def thinned(points: Array) -> Array:
 
 
 def _by_component(curve: Array, model: TPHSMM | None) -> NDArray[np.uint8]:
-    """The colours of a curve's points: each of the component whose Gaussian it is most likely of."""
+    """Colour each point of a curve by its most likely component."""
     if model is None:
         return palette.many([palette.STROKE])
     covariances = model.covariances[-1, :, :3, :3]

@@ -50,7 +50,7 @@ class ReceptacleDrawing:
 
 
 def add_platform(scene: viser.SceneApi, parent: str, description: SceneDescription) -> None:
-    """What the arm stands on."""
+    """Add the platform that the arm stands on."""
     meshes = add_solids(scene, f"{parent}/platform", description.platform)
     for mesh, drawn in zip(description.platform, meshes, strict=True):
         drawn.color = palette.mixed(mesh.colour, _STEEL, _PLATFORM)

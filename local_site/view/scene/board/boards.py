@@ -55,7 +55,7 @@ class Board:
         node.on_drag("left")(hear)
 
     def _under(self, event: viser.SceneNodeDragEvent[Any]) -> tuple[float, float]:
-        """Where the pointer's ray meets the board, whatever the camera; kept on the board [m]."""
+        """Intersect the pointer's ray with the board, whatever the camera; clipped to the board [m]."""
         eye, towards = np.array(event.client.camera.position), np.array(event.end_position)
         ray = towards - eye
         at = towards if abs(ray[2]) < 1e-9 else eye - ray * (eye[2] / ray[2])
@@ -66,7 +66,7 @@ class Board:
 
 
 def add_mat(scene: viser.SceneApi, board_m: tuple[float, float]) -> None:
-    """A mat with two windows, one for each board; below, what takes drags that would turn the camera."""
+    """Add a mat with a window per board, above a plane that takes drags which would turn the camera."""
     (width, height), far = board_m, 20.0 * max(board_m)
     left, right = (board_origin_m(remote, width)[0] for remote in (False, True))
     mat = shapes.joined(
@@ -81,7 +81,7 @@ def add_mat(scene: viser.SceneApi, board_m: tuple[float, float]) -> None:
     node = add_flat(scene, "/aside", aside, palette.BACKDROP, ASIDE_Z_M)
 
     async def ignore(_event: object) -> None:
-        """A drag beside the boards means nothing."""
+        """Ignore a drag beside the boards."""
 
     node.on_drag("left")(ignore)
 
@@ -137,7 +137,7 @@ class View:
         return self.size_px[1] / self.pixels_per_m / (2.0 * math.tan(0.5 * FOV_RAD))
 
     def pixel(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """Where a point of the scene is on the canvas, from its upper left corner [px]."""
+        """Project a point of the scene onto the canvas, from its upper left corner [px]."""
         return (
             0.5 * self.size_px[0] + (x_m - self.centre_m[0]) * self.pixels_per_m,
             0.5 * self.size_px[1] - (y_m - self.centre_m[1]) * self.pixels_per_m,
@@ -145,7 +145,7 @@ class View:
 
 
 def view_of(board_m: tuple[float, float], size_px: tuple[float, float]) -> View:
-    """The view that fits two boards of this size into a canvas.
+    """Return the view that fits two boards of this size into a canvas.
 
     Args:
         board_m: Width and height of a board [m].

@@ -63,7 +63,7 @@ class Drawing:
         )
 
     def drag(self, phase: str, position_m: tuple[float, float]) -> None:
-        """The mouse moved with its button down, or let go."""
+        """Handle the mouse: moved with its button down, or let go."""
         if not (self._recording or self._coupled):
             if phase == "start":
                 self._explain("nothing follows your hand now: press Record to teach, or Couple to drive")
@@ -72,7 +72,7 @@ class Drawing:
         self._submit(intents.Hand(position_m, self._clock.at(position_m), released=phase == "end"))
 
     def let_go(self) -> None:
-        """The tab that held the hand is gone: an open drag ends."""
+        """End the drag of a tab that is gone."""
         if self._coupled and self._hand_at is not None:
             self._submit(intents.Hand(self._hand_at, self._clock.time_s, released=True))
 
@@ -92,7 +92,7 @@ class Drawing:
         show(self._hand, self._hand_at is not None)
 
     def _draw_strokes(self, picture: Picture) -> None:
-        """All strokes as one set of lines: the ended ones grey, the one under way white."""
+        """Draw all strokes as one set of lines: ended ones grey, the present one white."""
         points, colours = [], []
         for index, stroke in enumerate(picture.strokes):
             current = (
@@ -128,7 +128,7 @@ class TargetDrag:
         self._sent_s = float("-inf")
 
     def drag(self, phase: str, position_m: tuple[float, float]) -> None:
-        """The U is held at this point of the board [m]."""
+        """Send the dragged position of the U [m]."""
         now_s = elapsed_s()
         if phase == "end" or now_s - self._sent_s >= _PERIOD_S:
             self._sent_s = now_s

@@ -77,7 +77,7 @@ class ModelDrawing:
         self._drawn = None
 
     def _mark(self, active: int) -> None:
-        """A white rim for the component that is being executed."""
+        """Draw a white rim around the component that is being executed."""
         if self._marked is not None:
             self._marked.remove()
             self._marked = None

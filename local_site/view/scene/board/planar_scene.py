@@ -23,7 +23,7 @@ Act = Callable[[int, Callable[[], None]], None]
 
 
 class PlanarScene:
-    """What the canvas shows, and what the mouse does on it. Used by the page's thread.
+    """The canvas of the planar task and the mouse's actions on it. Used by the page's thread.
 
     Args:
         scene: Of the server.
@@ -67,7 +67,7 @@ class PlanarScene:
         return self._robot.draw(picture, now_s)
 
     def let_go(self) -> None:
-        """The tab that held the hand is gone."""
+        """End the drag of a tab that is gone."""
         self._drawing.let_go()
 
     def fit(self, camera: viser.CameraHandle) -> None:

@@ -111,5 +111,5 @@ class RobotDrawing:
 
 
 def add_target(scene: viser.SceneApi, frame: str) -> viser.MeshHandle:
-    """The U below a node that is its frame."""
+    """Add the U below a node that is its frame."""
     return add_flat(scene, f"{frame}/u", shapes.u_shape(), palette.TARGET, TARGET_Z_M)
