@@ -22,9 +22,10 @@ Array = NDArray[np.float64]
 
 MAX_ATTEMPTS = 4
 _JAM_BACK_M = 0.030
-_BESIDE_TO_M = -0.090
 _IN_BORE_M = 0.030  # behind the mouth, and at most so far beside the axis: more than sight is wrong by
 _REACHED_M, _PATIENCE_S = 0.004, 4.0
+# The estimate of a receptacle that has just jumped is no better.
+_ALIGNED_M = 0.015
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,7 @@ class Recovery:
         self.correction = ContactCorrection()
         self._jam, self._beside = JamDetector(), BesideRule()
         self._goal: Array | None = None  # in the frame of the receptacle
-        self._until_s = 0.0
+        self._until_s, self._reached_m = 0.0, _REACHED_M
         self.jams = 0
         """How often it was jammed."""
         self.retreats = 0
@@ -113,7 +114,7 @@ class Recovery:
         frame = self.correction.corrected(seen)
         local = frame.to_local(felt.plug)
         if self._goal is not None:
-            near = float(np.linalg.norm(local[:3] - self._goal[:3])) < _REACHED_M
+            near = float(np.linalg.norm(local[:3] - self._goal[:3])) < self._reached_m
             if near or now_s > self._until_s:
                 self._goal = None
         if self._goal is None and self.enters:
@@ -130,10 +131,12 @@ class Recovery:
 
     def _back(self, local: Array, force_n: Array, torque_nm: Array, now_s: float) -> Array | None:
         """Where to go back to from a pose, if that begins now; in the frame of the receptacle until now."""
-        if self._beside.beside(local[:3]):
+        beside_m = self._beside.goal_m(local[:3])
+        if beside_m is not None:
             self.retreats += 1
             self.correction.clear()
-            return np.concatenate([local[:2], [_BESIDE_TO_M], local[3:]])
+            self._reached_m = _ALIGNED_M
+            return np.concatenate([beside_m, local[3:]])
         stuck = self._jam.stuck(local[2], force_n, torque_nm, now_s)
         if stuck is Stuck.AT_BOTTOM and self._correcting:
             self.correction.push(local[2] - self._depth_m)
@@ -144,4 +147,5 @@ class Recovery:
             return None
         if self._correcting:
             self.correction.anchor(local)
+        self._reached_m = _REACHED_M
         return np.concatenate([local[:3] - _JAM_BACK_M * TaskFrame.at(local).A[:, 2], local[3:]])
