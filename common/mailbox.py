@@ -28,11 +28,11 @@ class Mailbox(Generic[T]):
     def __len__(self) -> int:
         return len(self._items)
 
-    def take_all(self) -> list[T]:
-        """Everything that waits, oldest first. Never blocks."""
+    def take_all(self, most: int | None = None) -> list[T]:
+        """Everything that waits, or so many at most, oldest first. Never blocks."""
         self._arrived.clear()
         items: list[T] = []
-        while self._items:
+        while self._items and (most is None or len(items) < most):
             items.append(self._items.popleft())
         return items
 

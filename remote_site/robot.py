@@ -42,6 +42,7 @@ from farhand.common.wire.messages import (
 from farhand.common.wire.path_points import thinned
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.motion.model_trial import ModelTrial, Outcome, TryModel, try_at_once
 from farhand.remote_site.motion.planner import PlanRequest
 from farhand.remote_site.robots.embodiments import embodiment_of
 from farhand.remote_site.robots.plant_memory import PlantState
@@ -50,7 +51,8 @@ from farhand.remote_site.telemetry import Reporter
 
 _log = loop_logger(__name__)
 
-_MOST_PER_TICK = 256
+_MOST_WAITING, _MOST_PER_TICK = 256, 64
+_MOST_MODELS_WAITING, _MOST_MODELS_PER_TICK = 4, 1
 
 
 class Robot:
@@ -68,6 +70,8 @@ class Robot:
         write: Keeps an event; never blocks.
         remembered: Where the robot was in its last boot, None for its first.
         embodiment: What moves; the simulated robot of the first task when not given.
+        try_model: Hands a model that has arrived to a worker, which answers; never blocks. Without one it is tried
+            at once, as fits virtual time.
     """
 
     def __init__(
@@ -80,11 +84,15 @@ class Robot:
         write: Callable[..., Any],
         remembered: PlantState | None,
         embodiment: Embodiment | None = None,
+        try_model: TryModel = try_at_once,
     ):
+        self._try_model = try_model
         self._config, self._n_dims, self._link = config, tasks.first.space.n_dims, link
-        self._inbox: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
+        self._inbox: Mailbox[Callable[[], None]] = Mailbox(_MOST_WAITING)
         # A flood of other messages must push out neither a stop nor the answer to a preview.
-        self._first: Mailbox[Callable[[], None]] = Mailbox(_MOST_PER_TICK)
+        self._first: Mailbox[Callable[[], None]] = Mailbox(_MOST_WAITING)
+        # Who is not answered asks again; what waits here is large.
+        self._models: Mailbox[Callable[[], None]] = Mailbox(_MOST_MODELS_WAITING)
         self._ticks = 0
         self.overruns = 0
         """Control periods that came too late, as `RemoteSite` counts them."""
@@ -113,11 +121,15 @@ class Robot:
     @property
     def waiting(self) -> int:
         """How many messages wait for the next control period."""
-        return len(self._first) + len(self._inbox)
+        return len(self._first) + len(self._inbox) + len(self._models)
 
     def handle(self) -> None:
-        """Do what has arrived."""
-        for handle in self._first.take_all() + self._inbox.take_all():
+        """Do what has arrived, as much as a control period has time for; the rest waits for the next one."""
+        for handle in (
+            *self._first.take_all(),
+            *self._inbox.take_all(_MOST_PER_TICK),
+            *self._models.take_all(_MOST_MODELS_PER_TICK),
+        ):
             self.supervisor.failsafe.run(handle)
 
     def move(self, late_s: float = 0.0) -> None:
@@ -155,13 +167,15 @@ class Robot:
         for channel, kind, handle in (
             (keys.COMMAND, Command, supervisor.on_command),
             (keys.LEASE, LeaseRequest, supervisor.on_lease),
-            (keys.MODEL, ModelTransfer, supervisor.on_model),
             (keys.REPORT, ReportRequest, self._on_report),
             (keys.EVENTS, EventsRequest, supervisor.events.answer),
             (keys.CATALOGUE, CatalogueRequest, self._on_catalogue),
             (keys.BLOB, BlobRequest, self._on_blob),
         ):
-            self._link.serve(channel, partial(self._on_request, kind, handle))
+            self._link.serve(
+                channel, partial(self._on_request, kind, partial(self._answer, handle), self._inbox)
+            )
+        self._link.serve(keys.MODEL, partial(self._on_request, ModelTransfer, self._on_model, self._models))
 
     def _on_message(self, kind: type[Message], handle: Callable[..., None], data: bytes) -> None:
         try:
@@ -171,21 +185,42 @@ class Robot:
         else:
             (self._first if kind is Stop else self._inbox).put(partial(handle, message))
 
-    def _on_request(self, kind: type[Message], handle: Callable[..., Message], request: Request) -> None:
+    def _on_request(
+        self,
+        kind: type[Message],
+        handle: Callable[[Any, Request], None],
+        box: Mailbox[Callable[[], None]],
+        request: Request,
+    ) -> None:
         try:
             message = decode(request.data, kind)
         except InvalidMessage as error:
             # No answer: to the asker this is a request that was not delivered.
             _log.warning("not answered: %s", error)
         else:
-            self._inbox.put(lambda: request.answer(encode(handle(message))))
+            box.put(partial(handle, message, request))
+
+    def _answer(self, handle: Callable[..., Message], message: Message, request: Request) -> None:
+        request.answer(encode(handle(message)))
+
+    def _on_model(self, transfer: ModelTransfer, request: Request) -> None:
+        taken = self.supervisor.reception.take(transfer)
+        if isinstance(taken, ModelTrial):
+            self._try_model(taken, partial(self._take_outcome, taken, request))
+        else:
+            request.answer(encode(taken))
+
+    def _take_outcome(self, trial: ModelTrial, request: Request, outcome: Outcome) -> None:
+        """A model was tried; from any thread."""
+        settle = partial(self.supervisor.reception.settle, trial, outcome)
+        self._first.put(lambda: request.answer(encode(settle())))
 
     def _on_move_target(self, message: MoveTarget) -> None:
         """The simulated target is dragged by whoever holds the lease, within its bounds."""
-        lease = self.supervisor.contact.lease
-        if not lease.lease_id or message.lease_id != lease.lease_id:
+        contact = self.supervisor.contact
+        if not contact.lease.lease_id or message.lease_id != contact.lease.lease_id:
             return
-        if len(message.position_m) == self._n_dims:
+        if contact.is_fresh(message.echo) and len(message.position_m) == self._n_dims:
             self.embodiment.move_target(np.array(message.position_m))
 
     def _on_report(self, _request: ReportRequest) -> ExecutionReport:

@@ -18,6 +18,7 @@ from farhand.common.process_status import DataFolder, RobotFacts
 from farhand.common.repertoire import Repertoire
 from farhand.common.wire.messages import PlannedPath
 from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.motion.model_trial import ModelTrials
 from farhand.remote_site.motion.planner import Planner, PlanRequest
 from farhand.remote_site.reproduction.warm_up import warm_up
 from farhand.remote_site.robot import Robot
@@ -99,11 +100,11 @@ class RemoteSite:
         def take_path(request: PlanRequest, path: PlannedPath | None, words: str) -> None:
             robot.take_path(request, path, words)  # which needs the planner first
 
-        planner = Planner(take_path)
+        planner, trials = Planner(take_path), ModelTrials()
         try:
             robot = Robot(
                 self._config, self._tasks, BootClock(), link, planner.request, event_log.append,
-                memory.load(self._tasks.first.space.n_dims),
+                memory.load(self._tasks.first.space.n_dims), try_model=trials.submit_trial,
             )  # fmt: skip
             if why:
                 robot.supervisor.machine.tell("restarted", why, succeeded=False)
@@ -112,6 +113,7 @@ class RemoteSite:
             ready()
             return self._loop(robot, memory, TickTimes(event_log.append, robot.embodiment.control_hz))
         finally:
+            trials.close()
             planner.close()
             link.close()
 

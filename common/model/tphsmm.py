@@ -18,7 +18,8 @@ Array = NDArray[np.float64]
 
 _ROW_SUM_TOLERANCE = 1e-9
 _UNIT_TOLERANCE = 1e-6
-MAX_COMPONENTS = 1024
+MAX_COMPONENTS = 256
+"""More are never learned from demonstrations, and none are executed in time."""
 
 # Shape and kind of every array: K components, P frames, C coordinates of a point and T of a tangent.
 # Both are D for positions; for poses they are 7 and 6 (see `farhand.common.model.manifold`).

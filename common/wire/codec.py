@@ -15,7 +15,7 @@ from farhand.common.wire.messages import SCHEMA, Message, Telemetry
 
 M = TypeVar("M", bound=Message)
 
-MAX_BYTES = 4_100_000
+MAX_BYTES = 2_100_000
 """Nothing larger is even unpacked: a little more than the largest model."""
 
 

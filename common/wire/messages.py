@@ -17,6 +17,8 @@ SCHEMA = 1
 """Version of all messages together; a site refuses another one by name."""
 MAX_TELEMETRY_BYTES = 264
 """No report is longer [B]."""
+MAX_MODEL_BYTES = 2_000_000
+"""No model is longer [B]: twice as much as the most components make with every transition and four frames."""
 MOST_TASKS = 8
 """No robot says that it does more."""
 
@@ -138,6 +140,7 @@ class OperatorInput(Message, frozen=True, kw_only=True):
 class MoveTarget(Message, frozen=True, kw_only=True):
     """Moves the mean of a simulated target, for whoever holds the lease. A real robot does not serve it."""
 
+    echo: Stamp
     lease_id: Id
     position_m: Vector
 
@@ -248,17 +251,19 @@ class EventsReply(Message, frozen=True, kw_only=True):
 class ModelTransfer(Message, frozen=True, kw_only=True):
     """A learned model on its way to the robot, whole or in parts; a part without content asks whether it is there."""
 
+    session: Id = ""
+    """Of the sender: while another site is in control of the robot, that one alone sends models."""
     task: Id
     sha256: Sha256
     version: Count = 0
     """Counts the models of one local site."""
     parent_sha256: Sha256 = ""
     """The model that this one was refined from."""
-    size: Annotated[int, Meta(ge=0, le=4_000_000)] = 0
+    size: Annotated[int, Meta(ge=0, le=MAX_MODEL_BYTES)] = 0
     """Of the whole model [B]; 0: this is all of it."""
     offset: Count = 0
     """Where this part begins in it [B]."""
-    content: Annotated[bytes, Meta(max_length=4_000_000)]
+    content: Annotated[bytes, Meta(max_length=MAX_MODEL_BYTES)]
 
 
 class ModelReply(Message, frozen=True, kw_only=True):

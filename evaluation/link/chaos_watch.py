@@ -13,7 +13,7 @@ from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Command, Message, OperatorInput, Stop
 from farhand.evaluation.modes.invariants import Violation, all_invariants, violations
 from farhand.evaluation.modes.period import Arrived, Period, Ran, Snapshot
-from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.robot import Robot
 
 _WATCHED: dict[str, type[Message]] = {

@@ -81,7 +81,7 @@ class _VirtualProfile:
         _play(self._sites, profile.over_time(), self._sites.time.now_s())
         inquiries = Inquiries(self._sites.console_end, self._sites.console.owner.put, self._sites.time.now_s)
         self._answers: list[float] = []
-        self._other = ModelSender(inquiries, self._place.now_s, rate)
+        self._other = ModelSender(inquiries, self._place.now_s, self._sites.console._commanding.session, rate)
 
     def run(self) -> Case:
         """Run all jobs one after the other."""

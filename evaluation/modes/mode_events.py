@@ -96,7 +96,7 @@ def _surroundings() -> list[Step]:
         timed("the end of the motion", lambda world: world.run_to_the_end()),
         timed("0.1 s, of which one period began 1 s late", lambda world: world.run(DT_S, late_s=1.0)),
         at_once("the plan is ready", lambda world: world.finish_plan()),
-        at_once("a good model arrives", lambda world: world.robot.on_model(good_model())),
+        at_once("a good model arrives", lambda world: world.send_model(good_model())),
         at_once("a damaged model arrives", _damaged_model),
         timed("a force of 300 N for 0.1 s", partial(_force, newtons=300.0)),
         timed("a force of 500 N at once", partial(_force, newtons=500.0, duration_s=DT_S)),
@@ -152,7 +152,7 @@ def _heard(_world: World, operator: Operator) -> None:
 
 def _damaged_model(world: World) -> None:
     good = good_model()
-    world.robot.on_model(msgspec.structs.replace(good, content=good.content[:-1]))
+    world.send_model(msgspec.structs.replace(good, content=good.content[:-1]))
 
 
 def _force(world: World, newtons: float, duration_s: float = 0.1) -> None:

@@ -23,6 +23,7 @@ from farhand.common.wire.messages import (
     Heartbeat,
     LeaseRequest,
     Message,
+    ModelTransfer,
     OperatorInput,
     PlannedPath,
     Stamp,
@@ -39,6 +40,7 @@ from farhand.evaluation.modes.mode_surroundings import (
     Source,
     good_model,
 )
+from farhand.remote_site.motion.model_trial import ModelTrial
 from farhand.remote_site.motion.planner import PlanRequest
 from farhand.remote_site.robots.point_embodiment import PointEmbodiment
 from farhand.remote_site.supervision.supervisor import Supervisor
@@ -154,6 +156,13 @@ class World:
                 position_m=(0.3, 0.3 + 0.2 * (self.counter % 2)),
             )
         )
+
+    def send_model(self, transfer: ModelTransfer) -> None:
+        """A model arrives, from whoever is in control."""
+        transfer = msgspec.structs.replace(transfer, session=self.robot.contact.lease.session)
+        taken = self.robot.reception.take(transfer)
+        if isinstance(taken, ModelTrial):
+            self.robot.reception.settle(taken, taken.outcome())
 
     def stop(self, operator: Operator) -> None:
         """Send a stop."""

@@ -129,10 +129,6 @@ class Commanding:
         wanted = partial(self._is_pending, action, command.command_id)
         self._inquiries.ask(keys.COMMAND, command, CommandReply, _GIVE_UP_S, answered, wanted)
 
-    def forget_pending(self) -> None:
-        """Ask for nothing again that was not answered yet; what the robot did of it, it reports."""
-        self.pending.clear()
-
     def _is_pending(self, action: Action, command_id: str) -> bool:
         pending = self.pending.get(action)
         return pending is not None and pending.command_id == command_id

@@ -79,7 +79,7 @@ class Console:
         self._notices, monitor = Notices(log), LinkMonitor()
         self._inquiries = Inquiries(link, self.owner.put, now_s)
         self._commanding = Commanding(link, self._inquiries, monitor, site_name, self._notices.add, wish)
-        self._models = ModelSender(self._inquiries, now_s, rate_bps)
+        self._models = ModelSender(self._inquiries, now_s, self._commanding.session, rate_bps)
         self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(monitor, self._events, self._on_restart)
         self._place = place or own_place(library.task)
@@ -190,8 +190,8 @@ class Console:
                     self._hand(intent)
                 case intents.Control():
                     self._commanding.wish(intent.wish)
-                case intents.MoveTarget():
-                    self._teleoperation.move_target(intent.position_m, self._commanding.lease_id)
+                case intents.MoveTarget(to_m):
+                    self._teleoperation.move_target(to_m, self._reports.robot, self._commanding.lease_id)
                 case intents.Choose():
                     self._teaching.choose(intent.task, self._parts.draw(self._now_s()))
                     self._reports.forget_plan()
@@ -239,7 +239,7 @@ class Console:
         """Ask nothing again that was asked in another situation; a stop is resent all the same."""
         self._teaching.roll_back(why)
         self._reports.forget_plan()
-        self._commanding.forget_pending()
+        self._commanding.pending.clear()
         self._tell("suspended", f"{why}: what was asked before is not asked again", good=False)
 
     def _on_event(self, event: Event) -> None:

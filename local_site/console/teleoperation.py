@@ -44,14 +44,17 @@ class Teleoperation:
         )
         self._link.send(keys.INPUT, encode(message))
 
-    def move_target(self, position_m: tuple[float, ...], lease_id: str) -> None:
+    def move_target(self, position_m: tuple[float, ...], robot: Telemetry | None, lease_id: str) -> None:
         """Have the robot's simulated target move; without control of the robot it stays where it is.
 
         Args:
             position_m: Where its mean is to be. Length D [m].
+            robot: The report that the operator sees; before the first one nothing is sent.
             lease_id: Proof of control.
         """
-        self._link.send(keys.TARGET, encode(MoveTarget(lease_id=lease_id, position_m=position_m)))
+        if robot is not None:
+            message = MoveTarget(echo=robot.stamp, lease_id=lease_id, position_m=position_m)
+            self._link.send(keys.TARGET, encode(message))
 
 
 def _rotation_rad(pose: tuple[float, ...]) -> tuple[float, ...]:

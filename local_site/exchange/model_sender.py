@@ -40,11 +40,13 @@ class ModelSender:
     Args:
         inquiries: Asks the robot.
         now_s: The console's clock.
+        session: Of this site.
         rate_bps: What the link carries [bit/s], 0 for more than enough: how large the parts are.
     """
 
-    def __init__(self, inquiries: Inquiries, now_s: Callable[[], float], rate_bps: float = 0.0):
+    def __init__(self, inquiries: Inquiries, now_s: Callable[[], float], session: str, rate_bps: float = 0.0):
         self._inquiries, self._now_s, self._part_bytes = inquiries, now_s, part_bytes(rate_bps)
+        self._session = session
         self._queue: list[_Transfer] = []  # the first one is on its way
         self._newest: dict[str, str] = {}
         self._confirmed: dict[str, str] = {}
@@ -100,6 +102,7 @@ class ModelSender:
         learned, size = transfer.learned, len(transfer.learned.content)
         transfer.moved |= n_bytes > 0
         part = ModelTransfer(
+            session=self._session,
             task=transfer.task,
             sha256=learned.sha256,
             version=learned.version,

@@ -11,7 +11,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import Command, ExecutionReport, Stamp
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.plant import EffectorState
-from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 

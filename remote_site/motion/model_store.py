@@ -1,39 +1,19 @@
-"""The models that the remote site has received: decoded, checked, confirmed by their hash."""
+"""The models that the remote site has received: gathered from their parts, tried, confirmed by their hash."""
 
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass
 
 from farhand.common.errors import InvalidModel
-from farhand.common.model.model_file import content_hash, decode
-from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.repertoire import Repertoire
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ModelReply, ModelTransfer, Stamp
+from farhand.remote_site.motion.model_trial import ModelTrial, Outcome, StoredModel
 
 _MOST_ARRIVING = 4
 """So many models may arrive in parts at a time; the one that was heard of least recently begins anew."""
-
-
-@dataclass(frozen=True)
-class StoredModel:
-    """A verified model.
-
-    Args:
-        sha256: Of the bytes that arrived.
-        model: What they say.
-        task: What it was sent for.
-    """
-
-    sha256: str
-    model: TPHSMM
-    task: AnyTask
-
-    @property
-    def label(self) -> str:
-        """In words: its task, and the first digits of its hash."""
-        return f"{self.task.name} {self.sha256[:8]}"
+_MOST_KEPT = 32
+"""The newest models; an older one is sent again when it is wanted."""
 
 
 class ModelStore:
@@ -50,59 +30,60 @@ class ModelStore:
         self.newest: StoredModel | None = None
 
     def receive(self, transfer: ModelTransfer, content: bytes) -> StoredModel:
-        """Check and keep a model.
+        """Try and keep a model.
 
         Args:
             transfer: What was said of it.
             content: All of it.
 
         Raises:
-            InvalidModel: When its hash, content, task or dimensions do not fit.
+            InvalidModel: See `ModelTrial.run`.
         """
-        sha256 = content_hash(content)
-        if sha256 != transfer.sha256:
-            raise InvalidModel(
-                "model", "sha256", f"{transfer.sha256[:8]} was announced, {sha256[:8]} arrived"
-            )
-        task = self._task_of(transfer)
-        model = decode(content)
-        if model.manifold.oriented != task.space.oriented:
-            kinds = ("positions", "poses")[:: -1 if model.manifold.oriented else 1]
-            raise InvalidModel("model", "means", f"{kinds[1]}, as the task has; these are {kinds[0]}")
-        if (model.n_dims, model.n_frames) != (task.space.n_dims, len(task.frame_names)):
-            expected = f"{task.space.n_dims} dimensions and {len(task.frame_names)} frames"
-            raise InvalidModel("model", "means", f"{expected}, got {model.n_dims} and {model.n_frames}")
-        if not model.terminal.any():
-            raise InvalidModel("model", "terminal", "a component where a demonstration ended; end one first")
-        stored = StoredModel(sha256, model, task)
-        self._models[sha256] = self.newest = stored
+        stored = ModelTrial(transfer, content, self._task_of(transfer)).run()
+        self._keep(stored)
         return stored
 
     def answer(self, transfer: ModelTransfer, now: Stamp) -> ModelReply:
-        """Receive a model or a part of one, and confirm it by its hash, or say why not.
+        """Receive a model or a part of one, try it when it is whole, and confirm it by its hash, or say why not."""
+        taken = self.take(transfer, now)
+        return self.settle(taken, taken.outcome(), now) if isinstance(taken, ModelTrial) else taken
+
+    def take(self, transfer: ModelTransfer, now: Stamp) -> ModelReply | ModelTrial:
+        """Receive a model or a part of one.
 
         A part without content asks whether the model is here already.
-        """
-        sha256 = transfer.sha256
-        try:
-            complete, received = self._take(transfer)
-        except InvalidModel as error:
-            self._arriving.pop(sha256, None)
-            return ModelReply(accepted=False, sha256=sha256, reason=str(error)[:500], stamp=now)
-        return ModelReply(accepted=True, sha256=sha256, complete=complete, received=received, stamp=now)
 
-    def _take(self, transfer: ModelTransfer) -> tuple[bool, int]:
-        """Whether all of the model is here, and how many bytes of it are."""
-        task, known = self._task_of(transfer), self._models.get(transfer.sha256)
+        Returns:
+            The answer, or what must be tried before there is one (see `settle`).
+        """
+        try:
+            task = self._task_of(transfer)
+        except InvalidModel as error:
+            return _refusal(transfer, error, now)
+        known = self._models.get(transfer.sha256)
         if transfer.size and known is not None and known.task is task:
             self.newest = known
-            return True, transfer.size
-        content = self._so_far(transfer)
-        if len(content) < transfer.size:
-            return False, len(content)
-        self.receive(transfer, content)
-        self._arriving.pop(transfer.sha256, None)
-        return True, len(content)
+            return _reply(transfer, now, transfer.size)
+        if not transfer.size:
+            return ModelTrial(transfer, transfer.content, task)
+        arrived = self._so_far(transfer)
+        if len(arrived) < transfer.size:
+            return _reply(transfer, now, len(arrived), complete=False)
+        return ModelTrial(transfer, bytes(arrived), task)
+
+    def settle(self, trial: ModelTrial, outcome: Outcome, now: Stamp) -> ModelReply:
+        """Keep what was tried with success, and answer."""
+        self._arriving.pop(trial.transfer.sha256, None)
+        if isinstance(outcome, InvalidModel):
+            return _refusal(trial.transfer, outcome, now)
+        self._keep(outcome)
+        return _reply(trial.transfer, now, len(trial.content))
+
+    def _keep(self, stored: StoredModel) -> None:
+        self._models.pop(stored.sha256, None)
+        self._models[stored.sha256] = self.newest = stored
+        if len(self._models) > _MOST_KEPT:
+            del self._models[next(iter(self._models))]
 
     def _task_of(self, transfer: ModelTransfer) -> AnyTask:
         task = self._tasks.get(transfer.task)
@@ -110,17 +91,15 @@ class ModelStore:
             raise InvalidModel("model", "task", self._tasks.refusal(transfer.task))
         return task
 
-    def _so_far(self, transfer: ModelTransfer) -> bytes:
+    def _so_far(self, transfer: ModelTransfer) -> bytearray:
         """What has arrived of a model, this part included."""
-        if not transfer.size:
-            return transfer.content
         arrived = self._arriving.setdefault(transfer.sha256, bytearray())
         self._arriving.move_to_end(transfer.sha256)
         if len(self._arriving) > _MOST_ARRIVING:
             self._arriving.popitem(last=False)
         if transfer.offset == len(arrived) and len(arrived) + len(transfer.content) <= transfer.size:
             arrived += transfer.content
-        return bytes(arrived)
+        return arrived
 
     def all(self) -> list[StoredModel]:
         """Every verified model."""
@@ -129,3 +108,11 @@ class ModelStore:
     def get(self, sha256: str) -> StoredModel | None:
         """The verified model with this hash, or None."""
         return self._models.get(sha256)
+
+
+def _reply(transfer: ModelTransfer, now: Stamp, received: int, complete: bool = True) -> ModelReply:
+    return ModelReply(accepted=True, sha256=transfer.sha256, complete=complete, received=received, stamp=now)
+
+
+def _refusal(transfer: ModelTransfer, error: InvalidModel, now: Stamp) -> ModelReply:
+    return ModelReply(accepted=False, sha256=transfer.sha256, reason=str(error)[:500], stamp=now)

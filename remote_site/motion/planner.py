@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -11,9 +10,10 @@ from farhand.common.mailbox import Mailbox
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath, Stamp
 from farhand.common.wire.path_points import packed
+from farhand.common.worker import Worker
 from farhand.remote_site.interface.embodiment import Check
 from farhand.remote_site.interface.plant import EffectorState
-from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings, ExecutorState
 
 _log = loop_logger(__name__)
@@ -76,7 +76,7 @@ def answer(request: PlanRequest) -> tuple[PlannedPath | None, str]:
     return (None, f"refused: {found.refusal}") if found.refusal else (plan(request), found.warning)
 
 
-class Planner:
+class Planner(Worker[PlanRequest]):
     """The worker. Of several requests that wait only the newest preview and the newest commit are done.
 
     Args:
@@ -85,33 +85,13 @@ class Planner:
 
     def __init__(self, deliver: Callable[[PlanRequest, PlannedPath | None, str], None]):
         self._deliver = deliver
-        self._previews: Mailbox[PlanRequest] = Mailbox()
-        self._commits: Mailbox[PlanRequest] = Mailbox()
-        self._wanted = threading.Semaphore(0)
-        self._closed = False
-        self._thread = threading.Thread(target=self._run, name="planner", daemon=True)
-        self._thread.start()
+        super().__init__("planner", self._answer, Mailbox(), Mailbox())
 
     def request(self, request: PlanRequest) -> None:
         """Ask for a rollout. Never blocks."""
-        (self._previews if request.plan_id else self._commits).put(request)
-        self._wanted.release()
+        self.submit(request, box=0 if request.plan_id else 1)
 
-    def close(self) -> None:
-        """End the worker."""
-        self._closed = True
-        self._wanted.release()
-        self._thread.join(timeout=5.0)
-
-    def _run(self) -> None:
-        while True:
-            self._wanted.acquire()
-            if self._closed:
-                return
-            for request in self._previews.take_all() + self._commits.take_all():
-                self._do(request)
-
-    def _do(self, request: PlanRequest) -> None:
+    def _answer(self, request: PlanRequest) -> None:
         try:
             path, words = answer(request)
         except Exception as error:  # a plan that fails must not end the worker

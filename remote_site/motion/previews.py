@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from farhand.common.wire.messages import Command, PlannedPath, Stamp
-from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.planner import PlanRequest
 from farhand.remote_site.motion.plans import Plans
 

@@ -34,16 +34,17 @@ def successors(model: TPHSMM, start: Array | None = None) -> Integers:
     following = np.where(forward.max(axis=1) > -np.inf, np.argmax(forward, axis=1), -1)
     following[model.terminal] = -1
     reaches = model.terminal.copy()
-    for _ in range(model.n_components):  # phases increase along the chain, so it is at most K long
-        reaches |= (following >= 0) & reaches[following]
+    for i in np.argsort(-model.phase, kind="stable"):  # the later first: phases increase along the chain
+        reaches[i] |= following[i] >= 0 and reaches[following[i]]
+    into = np.where(reaches, score, -np.inf).max(axis=1)
     while True:
-        into = np.where(reaches, score, -np.inf)
-        best = np.where(reaches, -np.inf, into.max(axis=1))
+        best = np.where(reaches, -np.inf, into)
         i = int(np.argmax(best))
         if best[i] == -np.inf:
             break
-        following[i] = np.argmax(into[i])
+        following[i] = np.argmax(np.where(reaches, score[i], -np.inf))
         reaches[i] = True
+        into = np.maximum(into, score[:, i])
     following[~reaches] = -1
     return following
 

@@ -194,18 +194,22 @@ class ProgressTracker:
 
     def _steps_to_go(self) -> NDArray[np.int64]:
         """How many components follow each one. Shape (K,)."""
-        steps = np.zeros(self.model.n_components, np.int64)
-        for i in range(len(steps)):
-            q = i
-            while self.successors[q] >= 0:
-                steps[i], q = steps[i] + 1, self.successors[q]
-        return steps
+        return self._along_the_chain(np.ones(self.model.n_components), self.successors < 0).astype(np.int64)
 
     def _remaining(self) -> Array:
-        remaining = np.zeros(self.model.n_components)
-        for i in range(self.model.n_components):
-            q = i
-            while q >= 0 and not self.model.terminal[q]:
-                remaining[i] += self.durations_s[q]
-                q = self.successors[q]
-        return remaining
+        """Time from the entry of each component to the end of the motion [s]. Shape (K,)."""
+        return self._along_the_chain(self.durations_s, self.model.terminal)
+
+    def _along_the_chain(self, each: Array, ends: NDArray[np.bool_]) -> Array:
+        """Sum of a number of each component over itself and those after it, up to where the chain ends. Shape (K,)."""
+        sums, known = np.zeros(len(each)), np.array(ends)
+        for i in range(len(each)):
+            way, q = [], i
+            while q >= 0 and not known[q]:
+                way.append(q)
+                q = int(self.successors[q])
+            total = sums[q] if q >= 0 else 0.0
+            for q in reversed(way):
+                total += each[q]
+                sums[q], known[q] = total, True
+        return sums

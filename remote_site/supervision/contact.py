@@ -12,7 +12,6 @@ from farhand.common.wire.messages import (
     Heartbeat,
     LeaseReply,
     LeaseRequest,
-    OperatorInput,
     Stamp,
 )
 from farhand.remote_site.config import RemoteConfig
@@ -107,12 +106,12 @@ class OperatorContact:
         self._heard(command.echo)
         return "", verdict.age_s
 
-    def input_is_fresh(self, message: OperatorInput) -> bool:
-        """Whether an input of the operator's hand is fresh enough to move the robot."""
-        if self._freshness.judge(message.echo, _INPUT_TTL_MAX_S).reason:
+    def is_fresh(self, echo: Stamp) -> bool:
+        """Whether an input of the operator's hand, by its echo, is fresh enough to move something."""
+        if self._freshness.judge(echo, _INPUT_TTL_MAX_S).reason:
             self.stale_refused += 1
             return False
-        self._heard(message.echo)
+        self._heard(echo)
         return True
 
     def heartbeat(self, heartbeat: Heartbeat) -> None:

@@ -14,7 +14,7 @@ from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.manoeuvre import Manoeuvre, Manoeuvres
-from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.motion.previews import Previews

@@ -19,8 +19,6 @@ from farhand.common.wire.messages import (
     CommandReply,
     LeaseReply,
     LeaseRequest,
-    ModelReply,
-    ModelTransfer,
     OperatorInput,
     PlannedPath,
     Stamp,
@@ -42,6 +40,7 @@ from farhand.remote_site.supervision.contact import OperatorContact
 from farhand.remote_site.supervision.events import Announce, Events, Write
 from farhand.remote_site.supervision.failsafe import Failsafe
 from farhand.remote_site.supervision.mode_machine import ModeMachine
+from farhand.remote_site.supervision.model_reception import ModelReception
 from farhand.remote_site.supervision.recordings import Recordings
 from farhand.remote_site.supervision.watch import Trip, Watch
 
@@ -86,6 +85,9 @@ class Supervisor:
         )  # fmt: skip
         self._judge = CommandJudge(tasks, self.contact, self.models, self._plans, self.sensing, embodiment)
         self._log = CommandLog()
+        self.reception = ModelReception(
+            self.models, self.contact.lease, self.events, lambda: self.mode, self.stamp
+        )
         self._watch = Watch(self.sensing, self.contact, self.motion, config.deadline_s)
         self._black_box = BlackBox(self.sensing, self.motion, control_hz, write)
         self.failsafe = Failsafe(self.motion, self.machine, self._black_box, control_hz)
@@ -124,13 +126,6 @@ class Supervisor:
         self._tell_holder()
         return reply
 
-    def on_model(self, transfer: ModelTransfer) -> ModelReply:
-        """Verify and keep a model; it becomes active with the next Execute that names it."""
-        reply = self.models.answer(transfer, self.stamp())
-        if not reply.accepted:
-            self.events.refused("model", "", reply.reason, self.mode, None)
-        return reply
-
     def on_stop(self, stop: Stop) -> None:
         """Stop, whoever asks and in whatever mode."""
         self.machine.stop(stop)
@@ -141,7 +136,7 @@ class Supervisor:
         theirs = (message.lease_id, message.coupling_id)
         if coupling is None or theirs != (coupling.lease_id, coupling.coupling_id):
             self.contact.stale_refused += 1
-        elif self.contact.input_is_fresh(message):
+        elif self.contact.is_fresh(message.echo):
             coupling.feed(message, self.sensing.effector.controlled[0], self._clock.now_s())
 
     def on_command(self, command: Command) -> CommandReply:

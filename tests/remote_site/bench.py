@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, Self, TypeVar
 
 import numpy as np
+from msgspec import structs
 
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode, Phase
@@ -32,6 +33,7 @@ from farhand.common.wire.messages import (
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.plant import EffectorState, PointPlant
+from farhand.remote_site.motion.model_trial import ModelTrial
 from farhand.remote_site.motion.planner import PlanRequest, answer
 from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
 from farhand.remote_site.robots.point_embodiment import PointEmbodiment
@@ -209,7 +211,8 @@ class Bench:
         self.robot.on_stop(Stop(stop_id=stop_id, site_name="bob"))
 
     def send_model(self, sent: ModelTransfer | None = None) -> ModelReply:
-        return self.robot.on_model(sent or transfer())
+        taken = self.robot.reception.take(structs.replace(sent or transfer(), session="session"))
+        return self.robot.reception.settle(taken, taken.outcome()) if isinstance(taken, ModelTrial) else taken
 
     def hand(self, *position_m: float, **fields: Any) -> None:
         """The operator's hand is at a place on their own board, or before their own arm."""

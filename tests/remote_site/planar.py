@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,9 @@ def planar_model() -> TPHSMM:
 
 def transfer(model: TPHSMM | None = None, **changes: Any) -> ModelTransfer:
     """A model on its way, with what is wrong about it."""
-    content = encode(model or planar_model())
+    model = model or planar_model()
+    if model.n_frames == len(TASK.frame_names):
+        model = replace(model, frame_names=TASK.frame_names)
+    content = encode(model)
     fields = {"task": TASK.name, "sha256": content_hash(content), "content": content}
     return ModelTransfer(**(fields | changes))

@@ -53,7 +53,7 @@ def flood(endpoint: str, operator: RawOperator) -> Iterator[Flood]:
 
 def test_a_flood_of_garbage_stops_neither_the_heartbeat_nor_the_execution(operator, robot, flood):
     content = encode_model(learned())
-    transfer = ModelTransfer(task="planar", sha256=content_hash(content), content=content)
+    transfer = ModelTransfer(session=SESSION, task="planar", sha256=content_hash(content), content=content)
     assert operator.ask(keys.MODEL, transfer, ModelReply).accepted
     reply = operator.command(Action.EXECUTE, model_sha256=transfer.sha256)
     assert reply.accepted, reply.reason

@@ -41,7 +41,7 @@ _numbers = itertools.count(1)
 
 
 def model_transfer(content: bytes) -> ModelTransfer:
-    return ModelTransfer(task="planar", sha256=content_hash(content), content=content)
+    return ModelTransfer(session=SESSION, task="planar", sha256=content_hash(content), content=content)
 
 
 STREAMS: dict[Channel, Callable[[RawOperator], Message]] = {
@@ -50,7 +50,7 @@ STREAMS: dict[Channel, Callable[[RawOperator], Message]] = {
         seq=next(_numbers), echo=o.report().stamp, lease_id=o.lease_id, coupling_id=1, position_m=(0.1, 0.2)
     ),
     keys.HEARTBEAT: lambda o: Heartbeat(session=SESSION, seq=next(_numbers), echo=o.report().stamp),
-    keys.TARGET: lambda o: MoveTarget(lease_id=o.lease_id, position_m=(0.2, 0.8)),
+    keys.TARGET: lambda o: MoveTarget(echo=o.report().stamp, lease_id=o.lease_id, position_m=(0.2, 0.8)),
 }
 QUESTIONS: dict[Channel, Callable[[RawOperator], Message]] = {
     keys.COMMAND: lambda o: o.new_command(Action.DISARM),

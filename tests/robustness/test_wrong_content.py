@@ -16,7 +16,7 @@ from farhand.common.model.model_file import encode as encode_model
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import ModelReply, ModelTransfer, OperatorInput, Stamp
-from tests.robustness.raw_operator import RawOperator
+from tests.robustness.raw_operator import SESSION, RawOperator
 from tests.strategies import learned
 
 
@@ -53,14 +53,16 @@ BAD_CONTENTS = {
 @pytest.mark.parametrize("kind", BAD_CONTENTS)
 def test_a_bad_model_is_refused_with_its_field(kind, operator):
     content, reason = BAD_CONTENTS[kind]
-    transfer = ModelTransfer(task="planar", sha256=content_hash(content), content=content)
+    transfer = ModelTransfer(session=SESSION, task="planar", sha256=content_hash(content), content=content)
     assert_refused(operator, transfer, reason)
 
 
 def test_a_model_that_is_not_what_was_announced_is_refused(operator):
     good = encode_model(learned())
-    assert_refused(operator, ModelTransfer(task="planar", sha256="0" * 64, content=good), "sha256")
-    foreign = ModelTransfer(task="juggling", sha256=content_hash(good), content=good)
+    assert_refused(
+        operator, ModelTransfer(session=SESSION, task="planar", sha256="0" * 64, content=good), "sha256"
+    )
+    foreign = ModelTransfer(session=SESSION, task="juggling", sha256=content_hash(good), content=good)
     assert_refused(operator, foreign, "task")
 
 

@@ -225,10 +225,11 @@ def test_what_the_robot_reports_is_told(tmp_path: Path):
 
 def test_moving_the_target_is_passed_on_with_the_lease(tmp_path: Path):
     with desk(tmp_path) as it:
-        it.connected(ControlMode.HOLD)
+        robot = it.connected(ControlMode.HOLD).picture.robot
+        assert robot is not None
         it.console.submit(intents.MoveTarget((0.2, 0.3)))
         (move,) = it.robot.wait_for(MoveTarget)
-        assert move == MoveTarget(lease_id=LEASE_ID, position_m=(0.2, 0.3))
+        assert move == MoveTarget(echo=robot.stamp, lease_id=LEASE_ID, position_m=(0.2, 0.3))
 
 
 def test_one_bad_intent_does_not_take_the_console_away(tmp_path: Path):

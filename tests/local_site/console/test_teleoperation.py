@@ -32,10 +32,12 @@ def test_each_input_echoes_what_was_shown_and_proves_its_right():
 
 def test_the_target_is_moved_with_the_lease():
     link, _ = Loopback.pair()
-    Teleoperation(link).move_target((0.4, 0.4), "lease")
+    Teleoperation(link).move_target((0.4, 0.4), None, "lease")
+    assert not link.sent
+    Teleoperation(link).move_target((0.4, 0.4), ROBOT, "lease")
     ((channel, data),) = link.sent
     assert channel is keys.TARGET
-    assert decode(data, MoveTarget) == MoveTarget(lease_id="lease", position_m=(0.4, 0.4))
+    assert decode(data, MoveTarget) == MoveTarget(echo=ROBOT.stamp, lease_id="lease", position_m=(0.4, 0.4))
 
 
 def test_a_hand_that_guides_a_pose_sends_its_rotation_too():

@@ -30,7 +30,7 @@ class Sending:
         self.jobs: queue.SimpleQueue = queue.SimpleQueue()
         self.inquiries = Inquiries(local, self.jobs.put, lambda: 5.0, ask_timeout_s=0.1)
         self.settled: list[tuple[str, bool]] = []
-        self.sender = ModelSender(self.inquiries, lambda: 5.0)
+        self.sender = ModelSender(self.inquiries, lambda: 5.0, "session")
 
     def send(self, model: LearnedModel, task: str = "planar", ask_first: bool = False) -> None:
         self.sender.send(task, model, lambda *said: self.settled.append(said), ask_first)
@@ -62,7 +62,9 @@ def test_a_model_counts_once_the_robot_has_confirmed_its_hash():
     sending.send(model)
     assert sending.sender.sending("planar") and not sending.confirmed_sha256
     sending.settle()
-    assert got == [ModelTransfer(task="planar", sha256=model.sha256, version=1, content=model.content)]
+    assert got == [
+        ModelTransfer(session="session", task="planar", sha256=model.sha256, version=1, content=model.content)
+    ]
     assert sending.confirmed_sha256 == model.sha256 and not sending.sender.sending("planar")
     assert sending.settled == [("confirmed after 0.00 s", True)]
 
@@ -107,7 +109,7 @@ def test_a_refused_model_leaves_the_confirmed_one():
 
 def test_on_a_narrow_link_a_model_goes_in_parts_each_after_the_one_before_was_confirmed():
     sending, model = Sending(), a_model()
-    sending.sender = ModelSender(sending.inquiries, lambda: 5.0, 9600.0)
+    sending.sender = ModelSender(sending.inquiries, lambda: 5.0, "session", 9600.0)
     got = bytearray()
 
     def answer(request: Request) -> None:

@@ -9,7 +9,7 @@ from farhand.common.wire.messages import Command, OperatorInput, Stamp
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.manoeuvre import Manoeuvre, Straight
-from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.motion import Motion, Outcome
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.robots.point_embodiment import PointEmbodiment

@@ -12,7 +12,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath
 from farhand.common.wire.path_points import points_of
 from farhand.remote_site.interface.plant import EffectorState
-from farhand.remote_site.motion.model_store import StoredModel
+from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.planner import MAX_POINTS, STEP_S, Planner, PlanRequest, plan
 from farhand.remote_site.reproduction.executor import ExecutorSettings
 from tests.remote_site.bench import Bench

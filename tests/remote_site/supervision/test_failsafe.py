@@ -13,7 +13,6 @@ from farhand.common.wire.messages import StopAck
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.reproduction.executor import Executor
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant, in_mode
-from tests.remote_site.planar import transfer
 
 
 class HaltingPlant(FeelingPlant):
@@ -153,6 +152,6 @@ def test_a_failure_that_cannot_even_be_told_stops_the_robot(monkeypatch):
 
 def test_a_message_whose_handling_fails_stops_the_robot_and_the_others_are_handled(monkeypatch):
     bench = Bench().executing()
-    monkeypatch.setattr(bench.robot.models, "answer", failing(ValueError("a bug")))
-    bench.robot.failsafe.run(lambda: bench.robot.on_model(transfer()) and None)
+    monkeypatch.setattr(bench.robot.models, "take", failing(ValueError("a bug")))
+    bench.robot.failsafe.run(lambda: bench.send_model() and None)
     assert_stopped(bench, "ValueError: a bug")

@@ -153,11 +153,11 @@ def test_reset_leads_to_disarmed_and_moves_nothing():
     np.testing.assert_array_equal(bench.position_m, stands)
 
 
-def test_a_stop_that_arrives_again_after_the_reset_does_not_stop_again():
+def test_a_stop_that_arrives_again_after_the_reset_stops_again():
     bench = Bench().stopped()
     bench.command(Action.RESET)
     bench.stop()
-    assert bench.mode is ControlMode.DISARMED
+    assert bench.mode is ControlMode.STOPPED
 
 
 @pytest.mark.parametrize("mode", NOT_STOPPED)
