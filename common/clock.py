@@ -9,6 +9,15 @@ import secrets
 import threading
 import time
 from collections.abc import Callable
+from typing import Annotated
+
+from msgspec import Meta
+
+LONGEST_WAIT_S = 1e8
+"""Longest time that is waited for, three years [s]: the waits of the system end at 300."""
+
+Wait = Annotated[float, Meta(ge=1e-3, le=LONGEST_WAIT_S)]
+"""A time that a process can wait for [s]."""
 
 _BOOTTIME = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)  # only Linux has one that counts a suspend
 _LEAST_SUSPEND_S = 0.1

@@ -7,12 +7,12 @@ import contextlib
 import json
 import os
 import sys
-from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
 from farhand.common.errors import ProcessFailed
 from farhand.common.parent_process import end_with_parent
+from farhand.deploy.entry import own_command
 
 READY_FD = "FARHAND_READY_FD"
 """Names the file descriptor on which a child says that it is ready."""
@@ -20,8 +20,11 @@ READY_FD = "FARHAND_READY_FD"
 PARENT_PID = "FARHAND_PARENT_PID"
 """Names the parent, so that a child sees that it has died."""
 
+REFUSED = "farhand: "
+"""Begins the line that tells why a process ends."""
+
 _END_PATIENCE_S = 10.0
-_LAST_WORDS = 12
+_CHUNK_BYTES = 1 << 16
 
 
 def say_ready(**facts: Any) -> None:
@@ -54,7 +57,9 @@ class Child:
         self.ready = False
         """Whether it has said so."""
         self._arguments = list(arguments)
-        self._last_words: deque[str] = deque(maxlen=_LAST_WORDS)
+        self.refusal = ""
+        """Why it ended, in its own words, when it said so."""
+        self._last_line = ""
         self._process: asyncio.subprocess.Process | None = None
         self._reading: asyncio.Task[None] | None = None
 
@@ -65,12 +70,12 @@ class Child:
             What it said.
 
         Raises:
-            ProcessFailed: When it ended instead, with its own words.
+            ProcessFailed: When it ended instead, with its reason.
         """
         read_fd, write_fd = os.pipe()
         try:
             self._process = await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "farhand.deploy.cli", *self._arguments,
+                *own_command(*self._arguments),
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=asyncio.subprocess.DEVNULL,
                 stderr=asyncio.subprocess.PIPE,
@@ -113,16 +118,33 @@ class Child:
         await self.wait()
 
     def obituary(self) -> str:
-        """How it ended, with its own last words."""
+        """Return in one line how it ended: why it says so, or its last line."""
+        if self.refusal:
+            return f"the {self.name} process: {self.refusal}"
         status = self._process.returncode if self._process else None
-        words = "\n".join(f"    {line}" for line in self._last_words) or "    (it said nothing)"
-        return f"the {self.name} process ended with status {status}; its last words:\n{words}"
+        how = f"was ended by signal {-status}" if status and status < 0 else f"ended with status {status}"
+        return f"the {self.name} process {how}; its last line: {self._last_line or '(it said nothing)'}"
 
     async def _pass_on(self, process: asyncio.subprocess.Process) -> None:
+        """Read it to its end, whatever it writes: a child whose log is not read stands still."""
         assert process.stderr is not None
-        async for line in process.stderr:
-            text = line.decode(errors="replace").rstrip()
-            self._last_words.append(text)
+        rest = b""
+        while chunk := await process.stderr.read(_CHUNK_BYTES):
+            *lines, rest = (rest + chunk).split(b"\n")
+            if len(rest) > _CHUNK_BYTES:
+                lines, rest = [*lines, rest], b""
+            for line in lines:
+                self._say(line)
+        if rest:
+            self._say(rest)
+
+    def _say(self, line: bytes) -> None:
+        text = line.decode(errors="replace").rstrip()
+        if text.startswith(REFUSED):
+            self.refusal = text.removeprefix(REFUSED)  # the parent tells it, when it knows what that means
+            return
+        self._last_line = text or self._last_line
+        with contextlib.suppress(OSError):
             sys.stderr.write(text + "\n")
 
 

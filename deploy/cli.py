@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import os
-
-# Before numpy is imported anywhere: on small matrices more BLAS threads only cost time.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,9 +10,11 @@ from typing import Literal
 
 import tyro
 
-from farhand.common.errors import FarhandError, InvalidInput
 from farhand.common.log import configure_logging
+from farhand.deploy.entry import run
 from farhand.deploy.offline_commands import Evaluate, Import, Learn, Model, Rollout, Samples
+from farhand.deploy.outcome import status_of
+from farhand.deploy.standard_streams import standard_streams
 
 
 @dataclass(frozen=True)
@@ -29,7 +26,7 @@ class Up:
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
     port: int = 8080
-    """Port of the web page on this machine."""
+    """Port of the web page on this machine; 0 takes a free one, which is said when the page is there."""
     seed: int = 0
     """Of everything random."""
     data_dir: str = ""
@@ -214,27 +211,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
     Returns:
-        The exit status: 0 for success, 2 for input that is wrong, 1 for what else failed.
+        The exit status: 0 for success, 2 for input that is wrong, 130 for Ctrl-C, 1 for what else failed.
     """
-    chosen = tyro.extras.subcommand_cli_from_dict(
-        COMMANDS,
-        prog="farhand",
-        description="Supervisory teleoperation: demonstrate here, execute there.",
-        args=arguments,
-        config=(tyro.conf.FlagCreatePairsOff, tyro.conf.HelptextFromCommentsOff),
-    )
-    configure_logging(type(chosen).__name__.lower())
-    try:
-        return chosen.run()
-    except FarhandError as error:
-        sys.stderr.write(f"farhand: {error}\n")
-        return 2 if isinstance(error, InvalidInput) else 1
-    except OSError as error:
-        sys.stderr.write(f"farhand: {error.filename or 'the system'}: {error.strerror or error}\n")
-        return 1
-    except KeyboardInterrupt:
-        return 130
+    with standard_streams() as streams:
+        try:
+            chosen = tyro.extras.subcommand_cli_from_dict(
+                COMMANDS,
+                prog="farhand",
+                description="Supervisory teleoperation: demonstrate here, execute there.",
+                args=arguments,
+                config=(tyro.conf.FlagCreatePairsOff, tyro.conf.HelptextFromCommentsOff),
+            )
+        except SystemExit as end:  # after --help, or after what is wrong with the arguments
+            return streams.settle(end.code if isinstance(end.code, int) else 1)
+        configure_logging(type(chosen).__name__.lower())
+        return streams.settle(status_of(chosen))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run())

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from farhand.common.errors import FarhandError, InvalidConfiguration
+from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.model_file import content_hash, encode, load, part_sizes, save
 from farhand.common.model.tphsmm import TPHSMM
 
@@ -65,7 +65,9 @@ def show(model_file: Path, figure: Path | None) -> int:
         begins = " begins here" if model.initial[i] > 0 else ""
         _say(f"  {i + 1:9d}  {model.counts[i]:6d}  {duration:16s}  {', '.join(targets) or '-'}{begins}")
     if figure is not None:
-        _draw(model, figure)
+        from farhand.evaluation.paper.model_figure import draw_model
+
+        draw_model(model, figure)
         _say(f"written: {figure}")
     return 0
 
@@ -97,34 +99,17 @@ def make_samples(out: Path, task: str, n: int, seed: int) -> int:
 
 def evaluate(study: str, trials: int | None, seed: int, out: Path) -> int:
     """Run a study."""
-    try:
-        from farhand.evaluation.study import run
-    except ImportError as error:
-        raise _MissingExtra("evaluation", error) from error
+    from farhand.evaluation.study import run
+
     command = " ".join(["farhand", *sys.argv[1:]])
     result = run(study, trials, seed, out, command)
     _say(f"written: {result.with_suffix('.md')}, with its figures and {result.name} beside it")
     return 0
 
 
-class _MissingExtra(FarhandError):
-    def __init__(self, extra: str, error: ImportError):
-        super().__init__(
-            f"this needs the extra {extra!r} ({error.name} is missing): pip install 'farhand[{extra}]'"
-        )
-
-
 def _components(model: TPHSMM) -> str:
     n_terminal = int(model.terminal.sum())
     return f"{model.n_components - n_terminal} components and {n_terminal} terminal"
-
-
-def _draw(model: TPHSMM, figure: Path) -> None:
-    try:
-        from farhand.evaluation.paper.model_figure import draw_model
-    except ImportError as error:
-        raise _MissingExtra("evaluation", error) from error
-    draw_model(model, figure)
 
 
 def _say(text: str) -> None:

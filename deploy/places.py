@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from pathlib import Path
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.repertoire import Repertoire
 from farhand.common.task import AnyTask, PointTask, load_task
 
+_REMEDY = "a folder that can be written, which --data-dir or the variable XDG_DATA_HOME names"
 _TASKS = Path(__file__).with_name("tasks")
 _SAMPLES = Path(__file__).with_name("samples")
 
@@ -71,8 +73,19 @@ def check_writable(field: str, file: Path) -> None:
 
 
 def data_folder(chosen: str | Path | None) -> Path:
-    """The chosen folder, or the user's data folder for Farhand."""
-    if chosen:
-        return Path(chosen).expanduser()
-    base = os.environ.get("XDG_DATA_HOME") or "~/.local/share"
-    return Path(base).expanduser() / "farhand"
+    """Return the chosen folder, or the user's data folder for Farhand; made when it is missing.
+
+    Raises:
+        InvalidConfiguration: When the user has no home, or the folder cannot be written.
+    """
+    try:
+        usual = Path(os.environ.get("XDG_DATA_HOME") or "~/.local/share") / "farhand"
+        folder = Path(chosen or usual).expanduser()
+    except RuntimeError as error:
+        raise InvalidConfiguration("data_dir", "", f"{_REMEDY}, as this user has no home") from error
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise InvalidConfiguration("data_dir", "", f"{_REMEDY}; {folder}: {error.strerror}") from error
+    return folder

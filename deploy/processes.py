@@ -1,25 +1,25 @@
-"""`farhand local`, `farhand remote`, `farhand link`: one process each."""
+"""`farhand local`, `farhand remote`, `farhand link`: one process each.
+
+Each imports what it needs: the link, for one, has nothing to compile.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import json
 import math
-import signal
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import msgspec
 
-from farhand.common.errors import FarhandError, InvalidConfiguration
+from farhand.common.errors import InvalidConfiguration
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.process_status import LinkFacts
-from farhand.common.task import load_toml
 from farhand.common.wire.codec import field_of
 from farhand.deploy.child import follow_parent, say_ready
-from farhand.deploy.end_signals import END_SIGNALS, on_end_signal
-from farhand.deploy.places import check_writable, data_folder, find_tasks, sample_files
+from farhand.deploy.end_signals import on_end_signal
 from farhand.deploy.status_door import Identity, status_door
 
 if TYPE_CHECKING:
@@ -40,6 +40,8 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
     Raises:
         InvalidConfiguration: Naming the field.
     """
+    from farhand.common.task import load_toml
+
     base = load_toml(file, kind) if file is not None else kind()
     plain = msgspec.to_builtins(base)
     for name, value in overrides.items():
@@ -60,6 +62,7 @@ _LINK_FIELDS = ("link_listen", "link_connect", "link_vehicle", "link_rate_bps")
 
 def run_remote(config_file: Path | None, **overrides: object) -> int:
     """Serve one robot until SIGTERM or Ctrl-C."""
+    from farhand.deploy.places import data_folder, find_tasks
     from farhand.remote_site.config import RemoteConfig
     from farhand.remote_site.site import RemoteSite
 
@@ -67,9 +70,10 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
     config = configured(RemoteConfig, config_file, **overrides)
     tasks = find_tasks(config.task)
     site = RemoteSite(config, tasks, data_folder(config.data_dir))
-    on_end_signal(site.stop)
     who = Identity("robot", config.link.vehicle, config.link.listen, tasks.names)
     with status_door(who, site.facts, site.data_folder):
+        site.warm_up()  # a signal ends this at once; what follows ends in order
+        on_end_signal(site.stop)
         site.run(say_ready)
     return 0
 
@@ -81,8 +85,9 @@ def run_local(config_file: Path | None, **overrides: object) -> int:
     follow_parent()
     config = configured(LocalConfig, config_file, **overrides)
     site, who = _local_site(config)
-    on_end_signal(site.stop)
     with status_door(who, site.facts, site.data_folder):
+        site.warm_up()  # a signal ends this at once; what follows ends in order
+        on_end_signal(site.stop)
         site.run(say_ready)
     return 0
 
@@ -93,6 +98,7 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
     Returns:
         0 only when the task succeeded.
     """
+    from farhand.deploy.places import check_writable
     from farhand.local_site.config import LocalConfig
 
     follow_parent()
@@ -101,19 +107,18 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
         check_writable("json", json_file)
     config = configured(LocalConfig, config_file, **overrides)
     site, who = _local_site(config)
-    for number in END_SIGNALS:
-        signal.signal(number, _interrupt)
     with status_door(who, site.facts, site.data_folder):
         result = site.run_script(planned, say_ready)
     text = json.dumps(result)
     sys.stdout.write(text + "\n")
     if json_file is not None:
-        json_file.write_text(json.dumps(result, indent=2) + "\n")
+        json_file.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     return 0 if result["success"] else 1
 
 
 def _local_site(config: LocalConfig) -> tuple[LocalSite, Identity]:
     """Return the operator's site and what it is to `farhand status`."""
+    from farhand.deploy.places import data_folder, find_tasks, sample_files
     from farhand.local_site.site import LocalSite
 
     tasks = find_tasks(config.task)
@@ -180,11 +185,3 @@ def parse_outage(text: str):
         )
         raise InvalidConfiguration("command line", "outage", expected)
     return PlannedOutage(kind, duration_s, at)
-
-
-class Interrupted(FarhandError):
-    """The process was asked to end before its work was done."""
-
-
-def _interrupt(*_: object) -> None:
-    raise Interrupted("interrupted before the job was done")

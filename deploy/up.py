@@ -8,6 +8,7 @@ import json
 import logging
 import signal
 import socket
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from farhand.common.errors import ProcessFailed
+from farhand.common.errors import InvalidConfiguration, ProcessFailed
 from farhand.common.impairment.link_profile import find_profile, load_profiles
 from farhand.deploy.child import Child
 from farhand.deploy.link.link_process import PROFILES_FILE
@@ -54,6 +55,8 @@ class Together:
         """
         find_tasks(self.task)
         self.rate_bps()
+        if self.seed < 0:
+            raise InvalidConfiguration("command line", "seed", f"zero or more, got {self.seed}")
 
     def rate_bps(self) -> float:
         """What the simulated link carries in its slower direction [bit/s]; 0: more than enough.
@@ -85,30 +88,42 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
     settings.check()
     if json_file is not None:
         check_writable("json", json_file)
+    if data_dir:
+        data_folder(data_dir)
     with tempfile.TemporaryDirectory(prefix="farhand-") as scratch:
         result = Path(scratch) / "result.json"
         data = [f"--data-dir={data_dir or scratch}"]
         status = asyncio.run(_together(settings, data, ["--demo", f"--outage={outage}", f"--json={result}"]))
         if not result.is_file():
             return status
-        content = result.read_text()
+        content = result.read_text(encoding="utf-8")
     for line in summary(json.loads(content)):
         _log.info(line)
     if json_file is not None:
-        json_file.write_text(content)
+        try:
+            json_file.write_text(content, encoding="utf-8")
+        except OSError:
+            sys.stdout.write(content)  # not lost with the file
+            raise
     return status
 
 
 def run_up(settings: Together, port: int, data_dir: str) -> int:
     """Both sites and the link, with the page of the local site, until Ctrl-C.
 
+    Args:
+        settings: Task, link, seed.
+        port: Port of the page; 0 takes a free one.
+        data_dir: Where what is taught is kept; empty: the user's data folder.
+
     Raises:
-        InvalidConfiguration: When there is no such task or profile.
+        InvalidConfiguration: When there is no such task or profile, or the data folder cannot be written.
         LinkError: When the page's port is in use.
         ProcessFailed: When a process ended by itself.
     """
     settings.check()
-    bind((_HOST, port)).close()  # better now in one line than as a child's last words
+    with bind((_HOST, port)) as free:  # better now in one line than as a child's last words
+        port = free.getsockname()[1]
     _log.info("what is taught is kept in %s", data_folder(data_dir))
     data = [f"--data-dir={data_dir}"] if data_dir else []
     status = asyncio.run(_together(settings, data, [f"--port={port}"]))

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from farhand.common.clock import LONGEST_WAIT_S
 from farhand.common.link.endpoint import EndpointSettings
 
 
@@ -30,7 +31,7 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     which the printed address contains. It is not encrypted: put a proxy with TLS before it."""
     page_names: tuple[str, ...] = ()
     """Further hosts that browsers reach the page by, as in their address bar, such as https://console.example."""
-    connect_timeout_s: Annotated[float, Meta(ge=0)] = 60.0
+    connect_timeout_s: Annotated[float, Meta(ge=0, le=LONGEST_WAIT_S)] = 60.0
     """How long to wait for the first report of the robot [s]; 0: for ever."""
     seed: Annotated[int, Meta(ge=0)] = 0
     """Of the scripted operator's hand."""

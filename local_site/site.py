@@ -73,6 +73,11 @@ class LocalSite:
             opened.console, page, relay_control(self._config.link_control, _RELAY_ANSWERS_S)
         )
 
+    def warm_up(self) -> None:
+        """Compile what learning needs: some seconds at the first start on a machine."""
+        first = self._tasks.first
+        warm_up(first.space, len(first.frame_names))
+
     def run(self, ready: Callable[..., None]) -> None:
         """Serve until stopped.
 
@@ -107,8 +112,8 @@ class LocalSite:
             return ScriptedOperator(opened.console, self._tasks, control, outage, self._config.seed).run()
 
     def _opened(self, page_port: int = 0, stepped: bool = False) -> _Opened:
+        self.warm_up()
         first = self._tasks.first
-        warm_up(first.space, len(first.frame_names))
         log = EventLog(self._event_log)
         place = own_place(first, self._sample_files, self._config.seed, stepped)
         known = self._known_scenes() if page_port else None

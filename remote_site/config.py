@@ -6,9 +6,8 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from farhand.common.clock import Wait
 from farhand.common.link.endpoint import EndpointSettings
-
-Positive = Annotated[float, Meta(gt=0)]
 
 
 class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -21,12 +20,12 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Of the simulated measurement noise and of the target's phase."""
     control_hz: Annotated[float, Meta(ge=10, le=1000)] | None = None
     """Control rate [Hz]; none: what suits the robot. An arm's is 100 Hz, and no other."""
-    telemetry_hz: Annotated[float, Meta(gt=0, le=30)] = 25.0
-    max_age_s: Positive = 15.0
+    telemetry_hz: Annotated[float, Meta(ge=0.1, le=30)] = 25.0
+    max_age_s: Wait = 15.0
     """No command older than this is ever accepted [s]."""
-    deadline_s: Positive = 0.5
+    deadline_s: Wait = 0.5
     """A control period that begins later than this while the robot moves is a fault [s]."""
     data_dir: str = ""
     """Where the events and the state of the simulated robot are kept; empty: the user's data folder."""
-    lease_s: Positive = 3.0
+    lease_s: Wait = 3.0
     """Silence after which the control of the robot is free again [s]."""

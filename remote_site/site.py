@@ -70,6 +70,10 @@ class RemoteSite:
             stopped_by_fault=stop is not None and not stop.who, waiting=robot.waiting,
         )  # fmt: skip
 
+    def warm_up(self) -> None:
+        """Compile what a control period needs: about a minute at the first start on a machine."""
+        warm_up(self._tasks.first.space)
+
     def run(self, ready: Callable[[], None]) -> None:
         """Serve until stopped.
 
@@ -81,7 +85,7 @@ class RemoteSite:
         """
         # The planner and the link's threads must not hold up a control tick.
         sys.setswitchinterval(5e-4)
-        warm_up(self._tasks.first.space)
+        self.warm_up()
         memory = PlantMemory(self._data_dir / "state.json")
         event_log = EventLog(self._data_dir / "events.jsonl")
         self._files = memory, event_log

@@ -6,13 +6,14 @@ import os
 import select
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-FARHAND = (sys.executable, "-m", "farhand.deploy.cli")
+from farhand.deploy.entry import own_command
+
+FARHAND = tuple(own_command())
 PATIENCE_S = 120.0
 
 
@@ -82,7 +83,7 @@ class FarhandProcess:
         """Process ids of its own children, by the name of their command."""
         listed = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text().split()
         commands = {int(pid): Path(f"/proc/{pid}/cmdline").read_text().split("\0") for pid in listed}
-        return {words[len(FARHAND)]: pid for pid, words in commands.items() if "farhand.deploy.cli" in words}
+        return {words[len(FARHAND)]: pid for pid, words in commands.items() if FARHAND[-1] in words}
 
     def _says(self, text: str) -> bool:
         return any(text in line for line in self._lines)

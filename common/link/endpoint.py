@@ -6,6 +6,11 @@ from typing import Annotated, Any
 
 import msgspec
 
+from farhand.common.clock import Wait
+
+LEAST_BPS = 80.0
+"""The slowest modems carry so much [bit/s]."""
+
 
 class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Where the transport listens and connects. The remote site listens, the local site connects."""
@@ -18,10 +23,17 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """Endpoint to connect to: the other site or the link process."""
     rate_bps: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     """What the link carries each way [bit/s]; 0: more than enough. On a narrow one each flow has its share."""
-    lease_s: float = 120.0
+    lease_s: Wait = 120.0
     """Silence after which the transport itself gives up [s]; the application notices much earlier."""
-    handshake_timeout_s: float = 60.0
+    handshake_timeout_s: Wait = 60.0
     """Longest time for a connection to open [s]; a handshake takes four one-way delays."""
+
+    def __post_init__(self) -> None:
+        """Refuse a rate at which no message would ever be whole."""
+        if 0.0 < self.rate_bps < LEAST_BPS:
+            raise ValueError(
+                f"expected rate_bps of 0 (no limit) or at least {LEAST_BPS:g} bit/s, got {self.rate_bps:g}"
+            )
 
 
 def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:

@@ -1,33 +1,141 @@
-"""`kernel`: the decorator of all compiled functions.
+"""`kernel`: the decorator of all compiled functions, and where compiled functions are kept.
 
-Numba keeps compiled functions on disk, but looks only at the file of the function itself when it asks
-whether they are still valid: a kernel that calls one of another, changed file would go on running the old
-code. So the cache lies in a folder that is named by the content of all files with kernels.
+Numba looks only at the file of the function itself when it asks whether what it keeps is still valid: a kernel
+that calls one of another, changed file would go on running the old code. So the cache lies in a folder that is
+named by the content of all files with kernels.
+
+A cache is there to save time, and must never end a process: one that may only be read is used as it is, one
+that is damaged or has no room costs a line and the time to compile.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import logging
 import os
+import stat
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from numba import njit
 from numba.core import config
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
+
+_log = logging.getLogger(__name__)
 
 _ROOT = Path(__file__).resolve().parents[2]
 _FOLDERS = ("common/model", "local_site/learning", "remote_site/reproduction")
+_REMEDY = "XDG_CACHE_HOME names a folder for them"
 
 
-def _cache_folder() -> Path:
+def _content_hash() -> str:
     digest = hashlib.sha256()
     for folder in _FOLDERS:
-        for file in sorted((_ROOT / folder).glob("*.py")):
+        for file in sorted((_ROOT / folder).rglob("*.py")):
             content = file.read_bytes()
             if b"@kernel" in content:
                 digest.update(content)
-    parent = vars(config)["CACHE_DIR"] or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(parent) / "farhand" / f"kernels-{digest.hexdigest()[:12]}"
+    return digest.hexdigest()[:12]
 
 
-config.__dict__["CACHE_DIR"] = str(_cache_folder())  # what the variable NUMBA_CACHE_DIR sets
-kernel = njit(cache=True, error_model="numpy")
+def _usual_folder() -> Path | None:
+    """Return the user's cache folder; None without a home."""
+    try:
+        return Path(vars(config)["CACHE_DIR"] or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError:
+        return None
+
+
+def _own_temporary_folder() -> Path | None:
+    """Return a temporary folder that nobody else may write: what is kept there is run. None without one."""
+    try:
+        folder = Path(tempfile.gettempdir()) / f"farhand-{os.geteuid()}"
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return None
+    ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & 0o022
+    return folder if ours and _may_write(folder) else None
+
+
+def _may_write(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return False
+    return True
+
+
+def _cache_folder() -> Path | None:
+    """Return the folder of the cache, which may be one that can only be read; None when none can be had."""
+    name = f"farhand/kernels-{_content_hash()}"
+    usual = _usual_folder()
+    if usual is not None and (_may_write(usual / name) or (usual / name).is_dir()):
+        return usual / name
+    temporary = _own_temporary_folder()
+    where = "the user has no home" if usual is None else f"{usual} cannot be written"
+    _log.warning("compiled functions are kept in %s: %s; %s", temporary or "no folder", where, _REMEDY)
+    if temporary is not None:
+        os.environ["XDG_CACHE_HOME"] = str(temporary)  # for child processes, which need not say it again
+        return temporary / name
+    return None
+
+
+class _Locator(UserProvidedCacheLocator):
+    """The folder of `config.CACHE_DIR`, also where it may only be read."""
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder if that is possible."""
+        _may_write(Path(self.get_cache_path()))
+
+
+class _CacheImpl(CompileResultCacheImpl):
+    _locator_classes = (_Locator,)
+
+
+class _Cache(FunctionCache):
+    """A cache whose faults cost time and a line."""
+
+    _impl_class = _CacheImpl
+    _told = False
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return what was kept of a signature; None when that is nothing, or damaged."""
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception as error:
+            self._tell("read", error)
+            with contextlib.suppress(OSError):
+                self.flush()  # else a damaged index would be read again at every start
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled, if there is room."""
+        try:
+            super().save_overload(sig, data)
+        except Exception as error:
+            self._tell("kept", error)
+
+    def _tell(self, verb: str, error: Exception) -> None:
+        if not _Cache._told:
+            _Cache._told = True
+            _log.warning(
+                "compiled functions cannot be %s in %s (%s), which costs up to a minute; %s",
+                verb, self.cache_path, error, _REMEDY,
+            )  # fmt: skip
+
+
+_FOLDER = _cache_folder()
+config.__dict__["CACHE_DIR"] = str(_FOLDER or "")  # what the variable NUMBA_CACHE_DIR sets
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function when it is called first, or take it from the cache."""
+    dispatcher: Any = njit(error_model="numpy")(function)
+    if _FOLDER is not None:
+        dispatcher._cache = _Cache(function)
+    return dispatcher

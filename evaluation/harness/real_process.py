@@ -6,12 +6,12 @@ import json
 import os
 import socket
 import subprocess
-import sys
 import time
 from typing import Any
 
 from farhand.common.errors import ProcessFailed
 from farhand.deploy.child import PARENT_PID, READY_FD
+from farhand.deploy.entry import own_command
 
 HOST = "127.0.0.1"
 
@@ -30,7 +30,7 @@ class Process:
         read_fd, write_fd = os.pipe()
         try:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "farhand.deploy.cli", *arguments],
+                own_command(*arguments),
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                 env={**os.environ, READY_FD: str(write_fd), PARENT_PID: str(os.getpid())}, pass_fds=[write_fd],
             )  # fmt: skip

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -22,6 +21,7 @@ from farhand.common.repertoire import Repertoire
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Telemetry, Wish
+from farhand.deploy.entry import own_command
 from farhand.deploy.places import find_task
 from farhand.evaluation.harness.real_process import HOST, Process, free_port
 from farhand.local_site.console.console import Console
@@ -120,12 +120,7 @@ class RealSites:
         """
         result = self.folder / "demo.json"
         arguments = [*self._demo_arguments(), f"--outage={outage}", f"--json={result}"]
-        done = subprocess.run(
-            [sys.executable, "-m", "farhand.deploy.cli", *arguments],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        done = subprocess.run(own_command(*arguments), capture_output=True, text=True, check=False)
         if not result.exists():
             *_, last = done.stderr.splitlines() or [f"it ended with status {done.returncode}"]
             raise ProcessFailed(last.removeprefix("farhand: "))

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from farhand.common.model.kernel import kernel
 from farhand.local_site.teaching.demonstration import Demonstration
 
 Array = NDArray[np.float64]
@@ -157,7 +157,7 @@ def warping_path(one: Array, other: Array) -> tuple[NDArray[np.int64], NDArray[n
     return ours, theirs
 
 
-@njit(cache=True)
+@kernel
 def _costs(a, b):
     """Least sum of squared distances up to each pair of points. Shape (n + 1, m + 1)."""
     cost = np.full((a.shape[0] + 1, b.shape[0] + 1), np.inf)
@@ -169,7 +169,7 @@ def _costs(a, b):
     return cost
 
 
-@njit(cache=True)
+@kernel
 def _warp(a, b):
     """Least sum of squared distances over warping paths, and the length of the path that has it."""
     n, m = a.shape[0], b.shape[0]

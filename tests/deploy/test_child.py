@@ -6,6 +6,8 @@ import asyncio
 import json
 import os
 import signal
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +16,12 @@ from farhand.deploy.child import READY_FD, Child, say_ready
 
 PATIENCE_S = 60.0
 LINK = ("link", "--listen=127.0.0.1:0", "--target=127.0.0.1:1", "--control=127.0.0.1:0", "--profile=lan")
+
+LOUD = """
+import sys
+sys.stderr.buffer.write(b"a line\\n" * 50_000 + b"\\xff" * 300_000 + b"\\n" + b"x" * 100_000)
+sys.exit(3)
+"""
 
 
 def test_a_child_says_what_its_parent_needs_to_know_and_ends_when_asked():
@@ -28,25 +36,39 @@ def test_a_child_says_what_its_parent_needs_to_know_and_ends_when_asked():
     asyncio.run(asyncio.wait_for(scenario(), PATIENCE_S))
 
 
-def test_a_child_that_cannot_begin_is_reported_with_its_own_words(capfd: pytest.CaptureFixture[str]):
+def test_a_child_that_cannot_begin_is_reported_with_its_own_reason(capfd: pytest.CaptureFixture[str]):
     async def scenario() -> None:
         with pytest.raises(ProcessFailed) as caught:
             await Child("link", (*LINK[:-1], "--profile=nowhere")).start()
-        assert "the link process ended with status" in str(caught.value)
-        assert "nowhere" in str(caught.value)
+        assert str(caught.value).startswith("the link process: link: profile: ")
+        assert "nowhere" in str(caught.value) and "\n" not in str(caught.value)
 
     asyncio.run(asyncio.wait_for(scenario(), PATIENCE_S))
-    assert "nowhere" in capfd.readouterr().err, "and the user read it as it was said"
+    assert "nowhere" not in capfd.readouterr().err, "the parent says it, once"
 
 
-def test_a_child_that_is_killed_while_it_runs_is_reported_with_its_last_words():
+def test_a_child_is_read_on_whatever_it_writes_and_whoever_reads_us(monkeypatch: pytest.MonkeyPatch):
+    """Many lines, a line longer than any buffer, no line feed at the end, and a standard error that fails."""
+    with Path("/dev/full").open("w") as full:
+        monkeypatch.setattr(sys, "stderr", full)
+
+        async def scenario() -> None:
+            child = Child("link", LINK)
+            monkeypatch.setattr("farhand.deploy.child.own_command", lambda *_: [sys.executable, "-c", LOUD])
+            with pytest.raises(ProcessFailed, match=r"status 3; its last line: x+$"):
+                await child.start()
+
+        asyncio.run(asyncio.wait_for(scenario(), PATIENCE_S))
+
+
+def test_a_child_that_is_killed_while_it_runs_is_reported_with_its_last_line():
     async def scenario() -> None:
         child = Child("link", LINK)
         await child.start()
         assert child._process is not None
         os.kill(child._process.pid, signal.SIGKILL)
         assert await child.wait() == -signal.SIGKILL
-        assert "the link process ended with status -9" in child.obituary()
+        assert "the link process was ended by signal 9" in child.obituary()
 
     asyncio.run(asyncio.wait_for(scenario(), PATIENCE_S))
 

@@ -1,0 +1,59 @@
+"""The first lines of every `farhand` process: its own code, and an end on Ctrl-C, before anything else is imported.
+
+Child processes run this file by its path (`own_command`). `python -m` would put the working directory before
+everything that is imported, and a PYTHONPATH with an empty part does so too: a folder `farhand/` or a file
+`queue.py` that happens to stand there would be run in place of ours.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from importlib.machinery import ModuleSpec, PathFinder
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+"""The folder that holds the package of this very program."""
+
+PACKAGE = "farhand"
+
+
+class OwnPackage:
+    """Finds Farhand's package in `ROOT`, whatever else `sys.path` offers under its name."""
+
+    @staticmethod
+    def find_spec(name: str, path: object = None, target: object = None) -> ModuleSpec | None:
+        """Return where our package is; None for everything else."""
+        return PathFinder.find_spec(name, [ROOT]) if name == PACKAGE else None
+
+
+sys.meta_path.insert(0, OwnPackage)  # on import: a pool's processes import this file too, and call nothing
+
+
+def own_command(*arguments: str) -> list[str]:
+    """Return the words that start another `farhand` process with the code of this one, from any folder.
+
+    Args:
+        arguments: Arguments of the `farhand` command.
+    """
+    # -P keeps the folder of this file off the path as well: it holds files with common names.
+    return [sys.executable, "-P", os.path.join(ROOT, PACKAGE, "deploy", "entry.py"), *arguments]
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line, see `farhand.deploy.cli.main`."""
+    # Until something needs an orderly end, Ctrl-C simply ends the process: imports take a second.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # On small matrices more BLAS threads only cost time. numpy reads this when it is imported.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # For the processes of a pool, which Python starts on its own.
+    os.environ["PYTHONSAFEPATH"] = "1"
+    from farhand.deploy.cli import main
+
+    return main(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(run())

@@ -1,0 +1,75 @@
+"""How a command ends: its exit status, and one line that says why it failed."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+from typing import Protocol
+
+from farhand.common.errors import FarhandError, InvalidInput
+from farhand.deploy.entry import PACKAGE
+
+FAILED, REFUSED, INTERRUPTED, TERMINATED = 1, 2, 130, 143
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, where nothing else waits for it: ends the work as Ctrl-C does."""
+
+
+class Command(Protocol):
+    """A command with its arguments."""
+
+    def run(self) -> int:
+        """Do it, and return the exit status."""
+        ...
+
+
+def status_of(command: Command) -> int:
+    """Run a command.
+
+    Returns:
+        The exit status: the command's own, 2 for input that is wrong, 130 for Ctrl-C, 143 for SIGTERM, 1 for
+        what else failed.
+    """
+    sys.unraisablehook = _end_when_interrupted
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, _terminate)
+    try:
+        return command.run()
+    except Terminated:
+        return _failed("terminated", TERMINATED)
+    except KeyboardInterrupt:
+        return _failed("interrupted", INTERRUPTED)
+    except FarhandError as error:
+        return _failed(str(error), REFUSED if isinstance(error, InvalidInput) else FAILED)
+    except OSError as error:
+        return _failed(f"{error.filename or 'the system'}: {error.strerror or error}", FAILED)
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package == PACKAGE:
+            raise
+        return _failed(
+            f"{package} is not installed: pip install 'farhand[evaluation]' brings it along", FAILED
+        )
+
+
+def _failed(why: str, status: int) -> int:
+    sys.stderr.write(f"farhand: {why}\n")
+    return status
+
+
+def _terminate(*_: object) -> None:
+    raise Terminated
+
+
+def _end_when_interrupted(unraisable: sys.UnraisableHookArgs) -> None:
+    """End the process where Ctrl-C came inside what cannot raise (a finalizer, a callback from C)."""
+    if isinstance(unraisable.exc_value, KeyboardInterrupt):
+        with contextlib.suppress(OSError):
+            os.write(2, b"farhand: interrupted\n")
+        os._exit(INTERRUPTED)
+    sys.__unraisablehook__(unraisable)
