@@ -12,21 +12,16 @@ import pytest
 
 from farhand.deploy.child import Child
 from farhand.deploy.entry import ROOT, own_command
+from tests.farhand_process import put_foreign_code
 
 PATIENCE_S = 120.0
 LINK = ("link", "--listen=127.0.0.1:0", "--target=127.0.0.1:1", "--control=127.0.0.1:0", "--profile=lan")
-STANDARD = ("queue", "random", "signal", "socket", "types", "json", "numpy", "tyro")
 
 
 @pytest.fixture
 def foreign_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The working directory: every name that is ours or that we import is foreign here."""
-    for name in ("farhand", "farhand/deploy", "farhand/common", "deploy", "common", "evaluation"):
-        (tmp_path / name).mkdir()
-        for file in ("__init__.py", "cli.py", "entry.py"):
-            (tmp_path / name / file).write_text("raise SystemExit('foreign code')\n")
-    for name in STANDARD:
-        (tmp_path / f"{name}.py").write_text("raise SystemExit('foreign code')\n")
+    put_foreign_code(tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -43,8 +38,8 @@ def test_a_child_runs_its_parents_code():
 
 
 def test_our_package_comes_before_a_foreign_path(foreign_folder: Path):
-    for name in STANDARD:
-        (foreign_folder / f"{name}.py").unlink()
+    for file in foreign_folder.glob("*.py"):
+        file.unlink()
     # As many shells have it that were set up for a robot: an empty part is the working directory.
     done = subprocess.run(
         own_command("model", "show", "none.model"), capture_output=True, text=True, timeout=PATIENCE_S,
@@ -52,16 +47,6 @@ def test_our_package_comes_before_a_foreign_path(foreign_folder: Path):
     )  # fmt: skip
     assert done.returncode == 2
     assert done.stderr.startswith("farhand: none.model: a readable model file")
-
-
-@pytest.mark.usefixtures("foreign_folder")
-def test_the_processes_of_a_study_run_the_same_code(tmp_path: Path):
-    done = subprocess.run(
-        own_command("evaluate", "handwriting", "--trials=1", f"--out={tmp_path / 'results'}"),
-        capture_output=True, text=True, timeout=PATIENCE_S, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "results" / "handwriting.json").is_file()
 
 
 @pytest.mark.usefixtures("foreign_folder")

@@ -8,7 +8,7 @@ import numpy as np
 
 from farhand.common.model.model_file import content_hash
 from farhand.local_site.teaching.demonstration import Demonstration
-from tests.farhand_process import farhand, refusal
+from tests.farhand_process import farhand, put_foreign_code, refusal
 from tests.integration.files import N_RECORDINGS, demonstrations, unchanged
 
 
@@ -59,8 +59,9 @@ def test_learning_the_same_again_writes_the_same_bytes(folder, tmp_path):
 # The study -------------------------------------------------------------------------------------
 
 
-def test_the_study_of_handwriting_leaves_its_record(tmp_path):
-    done = farhand("evaluate", "handwriting", "--trials", 2, "--out", tmp_path / "results")
+def test_the_study_of_handwriting_leaves_its_record_from_any_folder(tmp_path):
+    put_foreign_code(tmp_path)  # which none of the study's processes may run
+    done = farhand("evaluate", "handwriting", "--trials", 2, "--out", tmp_path / "results", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     record = json.loads((tmp_path / "results" / "handwriting.json").read_text())
     assert record["study"] == "handwriting"
