@@ -46,7 +46,7 @@ def test_our_package_comes_before_a_foreign_path(foreign_folder: Path):
         check=False, env={**os.environ, "PYTHONPATH": ":/nowhere"},
     )  # fmt: skip
     assert done.returncode == 2
-    assert done.stderr.startswith("farhand: none.model: a readable model file")
+    assert done.stderr.startswith("farhand: none.model: a readable ")
 
 
 @pytest.mark.usefixtures("foreign_folder")
