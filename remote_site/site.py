@@ -105,13 +105,14 @@ class RemoteSite:
             robot.take_path(request, path, words)  # which needs the planner first
 
         planner, trials = Planner(take_path), ModelTrials()
+        remembered = memory.load(self._tasks.first.space.n_dims)
         try:
             robot = Robot(
                 self._config, self._tasks, BootClock(), link, planner.request, event_log.append,
-                memory.load(self._tasks.first.space.n_dims), try_model=trials.submit_trial,
+                remembered, try_model=trials.submit_trial,
             )  # fmt: skip
-            if why:
-                robot.supervisor.machine.tell("restarted", why, succeeded=False)
+            for words in filter(None, (why, memory.unknown_place)):
+                robot.supervisor.machine.tell("restarted", words, succeeded=False)
             _log.info("the robot is ready: %s", self._config.link.listen)
             self._ticked_s, self._robot = time.monotonic(), robot
             ready()

@@ -90,6 +90,8 @@ class PlantMemory:
         self._path = path
         self.error: OSError | None = None
         """Why the newest state could not be written; None when it was."""
+        self.unknown_place = ""
+        """Why `load` did not find where the robot was, though it was somewhere: for the operator."""
         self._box: Mailbox[PlantState] = Mailbox()
         self._wanted = threading.Event()
         self._closed = False
@@ -102,6 +104,8 @@ class PlantMemory:
         if self._newest is not None:
             return self._newest
         if not self._path.exists():
+            if self._stale.exists():
+                self.unknown_place = "where the robot was could not be kept: it begins at its start"
             return None
         try:
             with fault_of(self._path, InvalidConfiguration, "the state of a robot"):
@@ -113,8 +117,15 @@ class PlantMemory:
                 self._path.replace(aside)
             words = "%s is not understood and kept as %s, the robot starts anew: %s"
             _log.warning(words, self._path, aside.name, error.expected)
+            self.unknown_place = (
+                f"where the robot was is not understood ({aside.name}): it begins at its start"
+            )
             return None
         return state if len(state.position_m) == n_dims else None
+
+    @property
+    def _stale(self) -> Path:
+        return self._path.with_suffix(".stale")
 
     def remember(self, state: PlantState) -> None:
         """Have a state written soon; what has not changed is not written. Never blocks."""
@@ -141,6 +152,8 @@ class PlantMemory:
                     self.error = None
                 except OSError as error:
                     self.error = error
+                    with contextlib.suppress(OSError):  # where the robot was before is not where it is
+                        self._path.replace(self._stale)
                     _log.warning(
                         "the robot's state could not be written to %s: %s", self._path, error.strerror
                     )

@@ -78,8 +78,11 @@ class OperatorContact:
         if is_renewal and verdict.reason and not verdict.delay_changed and not self._awaits_report(request):
             self.stale_refused += 1
             return f"this renewal came too late: {verdict.reason}", verdict.age_s
-        fresh = not verdict.reason
-        reason = self.lease.request(request.session, request.site_name, now_s, request.wish, fresh)
+        heard_s = now_s - verdict.age_s if verdict.age_s is not None and verdict.age_s >= 0.0 else None
+        late_s = max(0.0, (verdict.age_s or 0.0) - self.usual_age_s) if is_renewal else 0.0
+        reason = self.lease.request(
+            request.session, request.site_name, now_s, request.wish, not verdict.reason, heard_s, late_s
+        )
         if self.lease.session and self.lease.session != self._usual_for:
             self._usual_for = self.lease.session
             self._freshness.forget()

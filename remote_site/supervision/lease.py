@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import secrets
-from collections import deque
+from collections import OrderedDict, deque
 
 from farhand.common.wire.messages import Wish
 
@@ -25,7 +26,9 @@ class Lease:
         self.since_s = 0.0
         """When the holder took it [s]."""
         self._asking: tuple[str, str, float] = ("", "", 0.0)  # session, name, when
-        self._replaced: deque[str] = deque(maxlen=_REMEMBERED)
+        self._hears = False
+        """Whether the holder has shown that it hears the robot."""
+        self._lost_s: OrderedDict[str, float] = OrderedDict()  # by session, when it had it last
         self._sessions: deque[str] = deque(maxlen=_REMEMBERED)  # in the order in which they were heard of
         self.holder = ""
         """Name of the site that holds it, empty when free."""
@@ -37,7 +40,14 @@ class Lease:
         """Why the last holder has it no more."""
 
     def request(
-        self, session: str, site_name: str, now_s: float, wish: Wish = Wish.CONTROL, fresh: bool = True
+        self,
+        session: str,
+        site_name: str,
+        now_s: float,
+        wish: Wish = Wish.CONTROL,
+        fresh: bool = True,
+        heard_s: float | None = math.inf,
+        late_s: float = 0.0,
     ) -> str:
         """Take, renew, ask for, hand over or give up the lease.
 
@@ -47,14 +57,18 @@ class Lease:
             now_s: Now [s].
             wish: What it wants.
             fresh: Whether the request is known to be of now; only then a restarted site takes its own back.
+            heard_s: When the robot said the newest that the site has heard of it [s]; None for nothing.
+            late_s: How much later than usual the request came [s]: it renews for so much less.
 
         Returns:
             An empty string when it holds the lease after this, else why not.
         """
         self.expire(now_s)
+        if not session or not any(letter.isalnum() for letter in site_name):
+            return "who asks must say who it is: a session and a site name with letters"
         if session not in self._sessions:
             self._sessions.append(session)
-        if session in self._replaced or self._is_earlier(session, site_name):
+        if self._is_earlier(session, site_name):
             return f"{site_name} was started again: this one only watches"
         holds = bool(self.lease_id) and self.session == session
         if wish is Wish.WATCH:
@@ -63,19 +77,30 @@ class Lease:
             return "watching"
         if holds and wish is Wish.GIVE and self.asked_by:
             asking, name, _ = self._asking
-            self._grant(asking, name, now_s)
+            self._grant(asking, name, now_s, hears=True)
             return f"handed over to {name}"
         if holds:
-            self._renewed_s = now_s
+            self._renewed_s = max(self._renewed_s, now_s - late_s)
+            self._hears = self._hears or heard_s is not None
             return ""
-        if self.lease_id and self.holder == site_name and fresh:
-            # The site was restarted: it reclaims its own. Its earlier process must not do the same.
-            self._replaced.append(self.session)
-        elif self.lease_id:
+        return self._take(session, site_name, now_s, wish, fresh, heard_s)
+
+    def _take(
+        self, session: str, site_name: str, now_s: float, wish: Wish, fresh: bool, heard_s: float | None
+    ) -> str:
+        """Take what somebody else holds, or nobody; see `request`."""
+        heard = heard_s is not None and heard_s > self._lost_s.get(session, -math.inf)
+        if not heard and session in self._lost_s:
+            return "this site has heard nothing of the robot since it lost the control"
+        # Its own, after a restart; or from a site that hears nothing.
+        may_replace = heard and fresh and (self.holder == site_name or not self._hears)
+        if self.lease_id and not may_replace:
             if wish is Wish.ASK:
                 self._asking, self.asked_by = (session, site_name, now_s), site_name
             return f"held by {self.holder} for {now_s - self.since_s:.0f} s"
-        self._grant(session, site_name, now_s)
+        if self.lease_id:
+            self._lose(now_s)
+        self._grant(session, site_name, now_s, heard)
         return ""
 
     def expire(self, now_s: float) -> bool:
@@ -83,6 +108,7 @@ class Lease:
         if self.asked_by and now_s - self._asking[2] > self._duration_s:
             self._forget_asking()
         if self.lease_id and now_s - self._renewed_s > self._duration_s:
+            self._lose(self._renewed_s + self._duration_s)
             self._free(f"nothing of it arrived in time for {self._duration_s:g} s")
             return True
         return False
@@ -97,8 +123,15 @@ class Lease:
             return False
         return self._sessions.index(session) < self._sessions.index(self.session)
 
-    def _grant(self, session: str, site_name: str, now_s: float) -> None:
-        self.session, self.holder = session, site_name
+    def _lose(self, at_s: float) -> None:
+        """The holder has it no more, and gets it back only by what it hears from now on."""
+        self._lost_s[self.session] = at_s
+        self._lost_s.move_to_end(self.session)
+        if len(self._lost_s) > _REMEMBERED:
+            self._lost_s.popitem(last=False)
+
+    def _grant(self, session: str, site_name: str, now_s: float, hears: bool) -> None:
+        self.session, self.holder, self._hears = session, site_name, hears
         self.since_s = self._renewed_s = now_s
         self.lease_id = secrets.token_hex(8)
         self._forget_asking()

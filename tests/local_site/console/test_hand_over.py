@@ -148,6 +148,48 @@ def test_an_acknowledgement_of_the_past_is_shown_beside_what_the_robot_does_now(
     assert meeting.mode is ControlMode.STOPPED and stop_of(eve).settled
 
 
+@pytest.mark.parametrize("at", ["first", "later"])
+def test_a_site_that_hears_nothing_has_lost_the_control_to_the_other_one_within_four_seconds(
+    meeting: Meeting, tmp_path: Path, at: str
+):
+    ann = meeting.join("ann", tmp_path / "ann")
+    meeting.run(1.0 if at == "first" else 20.0)
+    bob = meeting.join("bob", tmp_path / "bob")
+    meeting.run(5.0)
+    lease = meeting.robot.supervisor.contact.lease
+    assert lease.holder == "ann"
+    ann.link.deaf = True
+    meeting.run(4.0)
+    assert lease.holder == "bob" and bob.picture.in_control
+    for _ in range(60):
+        meeting.run(1.0)
+        assert lease.holder == "bob"
+    ann.link.mend()
+    bob.link.deaf = True
+    meeting.run(4.0)
+    assert lease.holder == "ann" and ann.picture.in_control
+
+
+def test_a_site_that_never_hears_the_robot_has_it_only_until_another_one_asks(
+    meeting: Meeting, tmp_path: Path
+):
+    ann = meeting.join("ann", tmp_path / "ann")
+    ann.link.deaf = True
+    lease = meeting.robot.supervisor.contact.lease
+    meeting.leave(ann)
+    meeting.run(4.0)
+    deaf = Site(meeting, "deaf", tmp_path / "deaf", Wish.CONTROL)
+    deaf.link.deaf = True
+    meeting.sites.append(deaf)
+    meeting.run(2.0)
+    assert lease.holder == "deaf"
+    bob = meeting.join("bob", tmp_path / "bob")
+    meeting.run(1.5)
+    assert lease.holder == "bob" and bob.picture.in_control
+    meeting.run(30.0)
+    assert lease.holder == "bob"
+
+
 def test_driving_passes_through_hold_and_the_new_holder_couples_anew(meeting: Meeting, ann: Site, bob: Site):
     ann.ask(Action.ARM, Action.COUPLE)
     ann.drive(1.5, 0.3, 0.3)

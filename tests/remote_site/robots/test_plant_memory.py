@@ -1,10 +1,14 @@
 from __future__ import annotations
 
+import errno
 import logging
 import os
 from pathlib import Path
 
+import msgspec
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from msgspec import structs
 
 from farhand.remote_site.robots.arm_memory import ArmMemory
@@ -113,6 +117,46 @@ def test_a_folder_that_cannot_be_written_is_said_and_ends_nothing(tmp_path: Path
     memory.remember(PlantState((0.1, 0.2)))
     memory.close()
     assert "could not be written" in caplog.text
+
+
+@pytest.mark.parametrize(
+    "code", [errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO], ids=errno.errorcode.get
+)
+def test_a_place_that_could_not_be_kept_is_set_aside_and_told(file: Path, monkeypatch, code: int):
+    assert remembered(file, PlantState((0.1, 0.2))) == PlantState((0.1, 0.2))
+
+    def full(self: Path, data: bytes) -> int:
+        raise OSError(code, os.strerror(code))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "write_bytes", full)
+        memory = PlantMemory(file)
+        memory.remember(PlantState((0.8, 0.9)))
+        memory.close()
+    assert memory.error is not None and memory.error.errno == code
+    later = PlantMemory(file)
+    assert later.load(2) is None and "could not be kept" in later.unknown_place
+    later.remember(PlantState((0.3, 0.3)))
+    later.close()
+    assert remembered(file) == PlantState((0.3, 0.3))
+
+
+@given(data=st.data())
+def test_no_damage_of_the_file_is_more_than_a_robot_that_starts_anew(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+):
+    arm = ArmMemory((0.1,) * 6, (0.8, 0.0, 0.4, 0.5, 0.5, -0.5, 0.5), 12.25, (1.0,) * 6)
+    content = bytearray(msgspec.json.encode(PlantState((0.6, 0.1, 0.4), "a" * 64, arm)))
+    for _ in range(data.draw(st.integers(1, 3))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    file = tmp_path_factory.mktemp("state") / "state.json"
+    file.write_bytes(content[: data.draw(st.integers(0, len(content)))])
+    memory = PlantMemory(file)
+    state = memory.load(3)
+    memory.close()
+    assert state is None or (file.exists() and not memory.unknown_place)
+    if state is None and not file.exists():
+        assert "is not understood" in memory.unknown_place
 
 
 def test_the_state_names_the_execution_until_it_has_arrived():

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import pytest
+
 from farhand.common.wire.messages import Wish
 from farhand.remote_site.supervision.lease import Lease
 
@@ -122,3 +124,63 @@ def test_a_restarted_site_reclaims_its_lease_by_what_is_surely_of_now():
     assert "held by ann" in lease.request("unknown", "ann", 1.0, fresh=False)
     assert lease.session == "present"
     assert lease.request("restarted", "ann", 1.1, fresh=True) == ""
+
+
+# Who hears nothing ------------------------------------------------------------------------------
+
+
+def test_a_site_that_heard_nothing_since_it_lost_the_control_does_not_get_it_back():
+    lease = Lease(3.0)
+    lease.request("a", "ann", 0.0, heard_s=-0.1)
+    for now_s in (3.5, 4.5, 60.0):
+        assert "heard nothing" in lease.request("a", "ann", now_s, heard_s=-0.1)
+        assert "heard nothing" in lease.request("a", "ann", now_s, heard_s=None)
+    assert lease.request("a", "ann", 61.0, heard_s=60.9) == ""
+
+
+def test_a_site_that_never_heard_the_robot_gives_way_to_one_that_does():
+    lease = Lease(3.0)
+    assert lease.request("deaf", "ann", 0.0, fresh=False, heard_s=None) == ""
+    assert "held by ann" in lease.request("deaf too", "bob", 0.5, fresh=False, heard_s=None)
+    assert "held by ann" in lease.request("late", "bob", 0.5, fresh=False, heard_s=-9.0)
+    assert lease.request("b", "bob", 1.0, heard_s=0.9) == ""
+    assert "heard nothing" in lease.request("deaf", "ann", 1.5, fresh=False, heard_s=None)
+    assert lease.holder == "bob"
+
+
+def test_a_holder_that_hears_is_not_taken_from_by_one_that_hears_too():
+    lease = Lease(3.0)
+    assert lease.request("a", "ann", 0.0, fresh=False, heard_s=None) == ""
+    assert lease.request("a", "ann", 0.5, heard_s=0.4) == ""
+    assert "held by ann" in lease.request("b", "bob", 1.0, heard_s=0.9)
+
+
+def test_a_renewal_that_comes_late_renews_for_less():
+    lease = Lease(3.0)
+    lease.request("a", "ann", 0.0)
+    lease.request("a", "ann", 2.0, late_s=0.9)
+    assert not lease.expire(4.0) and lease.expire(4.2)
+    lease.request("a", "ann", 5.0)
+    lease.request("a", "ann", 5.5, late_s=2.0)  # which never takes away what it had
+    assert not lease.expire(8.0) and lease.expire(8.1)
+
+
+@pytest.mark.parametrize("name", ["", " ", "\t\n", "\u200b", "--", "\u2066\u2069"])
+def test_nobody_holds_it_who_does_not_say_who_it_is(name: str):
+    lease = Lease(3.0)
+    assert "must say who it is" in lease.request("a", name, 0.0)
+    assert "must say who it is" in lease.request("a", name, 0.0, Wish.ASK)
+    assert "must say who it is" in lease.request("", "ann", 0.0)
+    assert (lease.holder, lease.lease_id, lease.asked_by) == ("", "", "")
+
+
+def test_a_second_process_of_the_same_name_locks_the_first_one_out_only_while_it_lives():
+    lease = Lease(3.0)
+    lease.request("first", "operator", 0.0)
+    assert lease.request("second", "operator", 1.0, heard_s=0.9) == ""
+    for now_s in (1.5, 2.5):
+        lease.request("second", "operator", now_s)
+        assert "started again" in lease.request("first", "operator", now_s, heard_s=now_s - 0.1)
+    assert "heard nothing" in lease.request("first", "operator", 6.0, heard_s=0.5)  # an echo of the past
+    assert lease.request("first", "operator", 6.1, heard_s=6.0) == ""
+    assert lease.session == "first"
