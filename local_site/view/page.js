@@ -1,4 +1,5 @@
-// The page's own part: it says by itself when its server is silent, and Escape stops even from a text field.
+// The page's own part: it says by itself when its server is silent, shows times in the viewer's zone, and lets Escape
+// stop even from a text field.
 if (!window.farhand) {
   const LOOK_MS = 200;
   const SILENT_AFTER_LOOKS = 8; // not a time: a page that was busy itself has not heard what it could hear
@@ -20,6 +21,13 @@ if (!window.farhand) {
       ? `NO NEWS from the local site for ${silent_s} s: what you see is old, and buttons do nothing`
       : "";
   }, LOOK_MS);
+  const clock = new Intl.DateTimeFormat([], { hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23" });
+  new MutationObserver(() => {
+    for (const time of document.querySelectorAll("time[datetime]:not([title])")) {
+      time.title = time.dateTime;
+      time.textContent = clock.format(new Date(time.dateTime));
+    }
+  }).observe(document.body, { childList: true, subtree: true });
   addEventListener(
     "keydown",
     (event) => {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -24,6 +25,19 @@ _COLUMN_M = (0.0, 0.0, 0.12)
 _FRAMES = 600
 _GRIP_M = 0.93 * SIZE_M
 """Where an arrow is taken hold of, from the plug's tip: by its head, away from the arcs [m]."""
+
+DEEP = re.compile("(7[5-9]|8[0-9]|9[0-5]) mm deep")
+_SEATED_OR_ENDED = """() => document.querySelector('[data-tp=phase]')?.textContent === 'SEATED'
+  || document.querySelector('[data-tp=mode]')?.textContent !== 'AUTONOMOUS'"""
+_EXECUTE = (("Preview", "plan", re.compile("^plan [0-9]+ s old")), ("Execute", "mode", "AUTONOMOUS"))
+_TOWARDS_SEATED = {
+    "DISARMED": (("Arm", "mode", "HOLD"), *_EXECUTE),
+    "HOLD": _EXECUTE,
+    "AUTONOMOUS": (),
+    "PAUSED": (("Resume", "mode", "AUTONOMOUS"),),
+    "STOPPED": (("Reset", "mode", "DISARMED"), ("Arm", "mode", "HOLD"), *_EXECUTE),
+}
+"""What to press in each mode: on a busy machine the receptacle is out of sight for too long, or a deadline missed."""
 
 
 class ArmPage(OperatorPage):
@@ -65,8 +79,32 @@ class ArmPage(OperatorPage):
         self.next_frame()
         return HeldArm("insert", self.seed).view()
 
+    def execute_until_seated(self, *first: str) -> None:
+        """Press what the page advises, until the plug is seated."""
+        for button in (*first, "Send model"):
+            self.advises(button)
+            self.press(button)
+        self.says("model", re.compile("robot has it"))
+        self.seat(advised=True)
+
+    def seat(self, advised: bool = False) -> None:
+        """Press what leads from the robot's mode to a seated plug; where `advised`, the page must advise each at first."""
+        for attempt in range(6):
+            for button, name, words in _TOWARDS_SEATED[self.tp("mode").inner_text()]:
+                if advised and attempt == 0:
+                    self.advises(button)
+                self.insist(button, name, words)
+            self.page.wait_for_function(_SEATED_OR_ENDED, timeout=2.0 * WAIT_MS)
+            if self.tp("phase").inner_text() == "SEATED":
+                break
+        else:
+            raise AssertionError(f"the plug was never seated: {self.tp('message').all_inner_texts()}")
+        self.says("depth", DEEP)
+
     @contextmanager
-    def hold_arrow(self, tip: Array, axis: int, length_m: float, n_moves: int = 8) -> Iterator[None]:
+    def hold_arrow(
+        self, tip: Array, axis: int, length_m: float, n_moves: int = 8, view_reset: bool = False
+    ) -> Iterator[None]:
         """Take one of the arrows at the plug and drag it along itself; let go at the end of the block.
 
         Where the mouse misses the arrow, because the browser is busy drawing, the camera is turned instead.
@@ -76,8 +114,10 @@ class ArmPage(OperatorPage):
             axis: 0, 1 or 2: of the tool.
             length_m: How far [m].
             n_moves: Of the mouse.
+            view_reset: Whether `Reset view` was pressed already: a click takes a busy browser seconds.
         """
-        self.press("Reset view")
+        if not view_reset:
+            self.press("Reset view")
         mouse, frame = self.page.mouse, TaskFrame.at(tip)
         along = np.eye(3)[axis]
         mouse.move(*self.arm_pixel(frame.to_world(_GRIP_M * along)))

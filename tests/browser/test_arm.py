@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, expect
 
 from farhand.common.control_mode import ControlMode
 from farhand.common.model.task_frame import TaskFrame
-from tests.browser.arm_page import ArmPage
+from tests.browser.arm_page import DEEP, ArmPage
 from tests.browser.operator_page import WAIT_MS
 from tests.browser.robot_record import RobotRecord, recorded, went_m
 from tests.browser.stack import Stack, farhand_up, swaying_task
@@ -37,18 +37,6 @@ AIMED_MM = 8
 """How far from where it is to be an arrow may leave the plug: the chamfer catches one that is 15 mm beside [mm]."""
 BORE_M = 0.10
 """How far beyond the mouth the hand goes: the bore is a little less deep [m]."""
-DEEP = re.compile("(7[5-9]|8[0-9]|9[0-5]) mm deep")
-SEATED_OR_ENDED = """() => document.querySelector('[data-tp=phase]')?.textContent === 'SEATED'
-  || document.querySelector('[data-tp=mode]')?.textContent !== 'AUTONOMOUS'"""
-EXECUTE = (("Preview", "plan", re.compile("^plan [0-9]+ s old")), ("Execute", "mode", "AUTONOMOUS"))
-TOWARDS_SEATED = {
-    "DISARMED": (("Arm", "mode", "HOLD"), *EXECUTE),
-    "HOLD": EXECUTE,
-    "AUTONOMOUS": (),
-    "PAUSED": (("Resume", "mode", "AUTONOMOUS"),),
-    "STOPPED": (("Reset", "mode", "DISARMED"), ("Arm", "mode", "HOLD"), *EXECUTE),
-}
-"""What to press in each mode: on a busy machine the receptacle is out of sight for too long, or a deadline missed."""
 MANOEUVRE = {"Retract": "RETRACTING", "Go to ready": "GOING TO READY"}
 
 
@@ -71,25 +59,6 @@ def new_arm_tab(browser: Browser) -> Iterator[NewArmTab]:
 def tab(new_arm_tab: NewArmTab, stack: Stack) -> ArmPage:
     """One tab for most tests here: drawing an arm in software is slow the first time."""
     return new_arm_tab(stack)
-
-
-def execute_until_seated(tab: ArmPage, *first: str) -> None:
-    """Press what the page advises, until the plug is seated."""
-    for button in (*first, "Send model"):
-        tab.advises(button)
-        tab.press(button)
-    tab.says("model", re.compile("robot has it"))
-    for attempt in range(6):
-        for button, name, words in TOWARDS_SEATED[tab.tp("mode").inner_text()]:
-            if attempt == 0:
-                tab.advises(button)
-            tab.insist(button, name, words)
-        tab.page.wait_for_function(SEATED_OR_ENDED, timeout=2.0 * WAIT_MS)
-        if tab.tp("phase").inner_text() == "SEATED":
-            break
-    else:
-        raise AssertionError(f"the plug was never seated: {tab.tp('message').all_inner_texts()}")
-    tab.says("depth", DEEP)
 
 
 def test_dragging_an_arrow_demonstrates_with_the_operators_arm(tab: ArmPage) -> None:
@@ -142,7 +111,7 @@ def drive(tab: ArmPage, robot: RobotRecord, tip: Array, axis: int, end: Callable
 
 
 def test_the_samples_lead_to_a_seated_plug_by_clicks_alone(tab: ArmPage) -> None:
-    execute_until_seated(tab, "Load samples")
+    tab.execute_until_seated("Load samples")
     tab.says("demos", "5")
     assert 0.0 < tab.number("force") < 60.0
     assert_legible(tab)
@@ -168,7 +137,7 @@ def test_a_demonstration_by_the_arrows_leads_to_a_seated_plug(tab: ArmPage) -> N
     assert_legible(tab)
     tab.press("End")
     tab.says("demos", f"{demos + 1:.0f}")
-    execute_until_seated(tab)
+    tab.execute_until_seated()
 
 
 def lead(tab: ArmPage, tip: Array, axis: int, length_m: float, arrived: re.Pattern[str]) -> None:
@@ -182,7 +151,7 @@ def lead(tab: ArmPage, tip: Array, axis: int, length_m: float, arrived: re.Patte
 
 def test_the_other_task_takes_the_plug_out_again(tab: ArmPage) -> None:
     if tab.tp("phase").inner_text() != "SEATED":
-        execute_until_seated(tab, "Load samples")
+        tab.execute_until_seated("Load samples")
     tab.insist("Clutch", "mode", "HOLD")
     tab.choose_task("hot-unstab")
     tab.press("Load samples")
@@ -202,7 +171,7 @@ def test_a_stop_in_the_bore_holds_gently_while_the_receptacle_sways(
     with farhand_up(tmp_path / "data", link="geo", task=swaying_task(tmp_path)) as stack:
         tab = new_arm_tab(stack)
         with recorded(stack) as robot:
-            execute_until_seated(tab, "Load samples")
+            tab.execute_until_seated("Load samples")
             tab.insist("STOP", "mode", "STOPPED")
             robot.let_pass(30.0)
         forces_n = robot.forces_n(ControlMode.STOPPED)

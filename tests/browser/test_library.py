@@ -31,7 +31,7 @@ def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
             tab.says("demos", "3")
             tab.tells("revision 3 counts now")
             assert stack.model_file.read_bytes() == three
-            choose_revision(tab, "1: 1 demonstration,")
+            choose_revision(tab, "1: 1 demonstration")
             tab.press("Delete")
             tab.tells("revision 1 was deleted")
             assert tab.problems == []

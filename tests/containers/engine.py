@@ -10,13 +10,15 @@ import os
 import shutil
 import subprocess
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 _REPOSITORY = Path(__file__).parents[2]
-_COMPOSE_FILE = _REPOSITORY / "docker" / "compose.yaml"
+_FOLDER = _REPOSITORY / "docker"
+_FILES = ("compose.yaml",)
 # Generous time-outs: what they end has failed.
 ANSWER_S, BUILD_S, RUN_S = 15, 900, 300
 STALLED = "the control loop was"
@@ -29,13 +31,13 @@ class Engine:
 
     Args:
         docker: Path of the client.
-        compose: The command line of Compose, version 1 or 2.
+        client: The command line of Compose, version 1 or 2.
         environment: Environment variables of every command.
         project: What Compose calls all that belongs together.
     """
 
     docker: str
-    compose: tuple[str, ...]
+    client: tuple[str, ...]
     environment: dict[str, str]
     project: str = "farhand-test"
 
@@ -52,18 +54,21 @@ class Engine:
             check=False,
         )
 
-    def compose_run(
-        self, *arguments: str, timeout_s: float, **variables: str
+    def compose(
+        self, *arguments: str, timeout_s: float, files: Sequence[str] = _FILES, **variables: str
     ) -> subprocess.CompletedProcess[str]:
         """Run Compose on the project of this test."""
-        project = ("--project-name", self.project, "--file", str(_COMPOSE_FILE))
-        return self.run(*self.compose, *project, *arguments, timeout_s=timeout_s, **variables)
+        chosen = (word for name in files for word in ("--file", str(_FOLDER / name)))
+        project = ("--project-name", self.project, *chosen)
+        return self.run(*self.client, *project, *arguments, timeout_s=timeout_s, **variables)
 
     def container(self, service: str) -> str:
         """Id of a service's container, whether it runs or has ended."""
-        listed = self.compose_run("ps", "--quiet", service, timeout_s=ANSWER_S).stdout.strip()
+        labels = {"project": self.project, "service": service}
+        chosen = (f"--filter=label=com.docker.compose.{name}={value}" for name, value in labels.items())
+        listed = self.do("ps", "--all", "--quiet", "--no-trunc", *chosen)
         assert listed, f"there is no container of {service}"
-        return listed
+        return listed.splitlines()[0]
 
     def output_of(self, service: str) -> str:
         """What a service's container wrote to its standard output."""
@@ -72,6 +77,10 @@ class Engine:
     def words_of(self, service: str) -> str:
         """What a service's container logged."""
         return self.run(self.docker, "logs", self.container(service), timeout_s=ANSWER_S).stderr
+
+    def all_words(self, files: Sequence[str] = _FILES) -> str:
+        """The last lines that all services have logged."""
+        return self.compose("logs", "--tail=40", files=files, timeout_s=ANSWER_S).stdout
 
     def do(self, *command: str, timeout_s: float = ANSWER_S) -> str:
         """A command of the client; what it wrote. It must succeed."""

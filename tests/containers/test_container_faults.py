@@ -1,66 +1,124 @@
-"""Each container paused, killed and disconnected while the robot inserts its plug.
+"""Each container paused, crashed, restarted and disconnected while the robot executes or is driven, seen on the page.
 
-What befalls the link or the operator does not stop the robot; after its own container's fault the job can be done anew.
+What befalls the link or the operator does not end an execution, and ends driving; the page says what is wrong and is
+right again without being loaded again.
 """
 
 from __future__ import annotations
 
-import json
+import re
+from collections.abc import Callable
 
 import pytest
+from playwright.sync_api import expect
 
 from farhand.local_site.script.operators_place import RealTime
-from tests.containers.engine import BUILD_S, RUN_S, STALLED, Engine
+from tests.browser.arm_page import ArmPage
+from tests.browser.operator_page import WAIT_MS
+from tests.containers.engine import BUILD_S, RUN_S, STALLED
+from tests.containers.place import Place
 
 pytestmark = [pytest.mark.containers, pytest.mark.soak, pytest.mark.timeout(BUILD_S + 3 * RUN_S)]
 
 _FAULT_S = 5.0
-_EXECUTING = "the robot is in AUTONOMOUS"
-# The network over which a container speaks with the others' side.
-_NETWORK = {"remote": "subsea", "link": "subsea", "local": "shore"}
+# The network over which a container's data goes, and its name there.
+_NETWORK = {"robot": ("subsea", "robot"), "link": ("shore", "link-shore"), "operator": ("shore", "operator")}
+_LOST = """() => document.querySelector('[data-tp=link]')?.textContent === 'LOST'
+  || document.querySelector('[data-tp=stale]')?.textContent !== ''"""
+_BACK_MS = 200_000.0
+"""A connection whose other end is gone without a word is given up after two minutes [ms]."""
 
 
-def pause(engine: Engine, service: str) -> None:
-    container = engine.container(service)
-    engine.do("pause", container)
+def pause(place: Place, service: str, lost: Callable[[], None]) -> None:
+    container = place.engine.container(service)
+    place.engine.do("pause", container)
+    lost()
     RealTime().pause(_FAULT_S)
-    engine.do("unpause", container)
+    place.engine.do("unpause", container)
 
 
-def kill(engine: Engine, service: str) -> None:
-    container = engine.container(service)
-    engine.do("kill", container)
+def crash(place: Place, service: str, lost: Callable[[], None]) -> None:
+    """Kill the process and nothing else: the engine starts its container again."""
+    pid = place.status(service)[1]["processes"][0]["pid"]
+    place.engine.run(
+        place.engine.docker,
+        "exec",
+        place.engine.container(service),
+        "sh",
+        "-c",
+        f"kill -9 {pid}",
+        timeout_s=RUN_S,
+    )
+
+
+def restart(place: Place, service: str, lost: Callable[[], None]) -> None:
+    place.engine.do("restart", "--time", "10", place.engine.container(service), timeout_s=RUN_S)
+
+
+def disconnect(place: Place, service: str, lost: Callable[[], None]) -> None:
+    container, (name, alias) = place.engine.container(service), _NETWORK[service]
+    network = f"{place.engine.project}_{name}"
+    place.engine.do("network", "disconnect", network, container)
+    lost()
     RealTime().pause(_FAULT_S)
-    engine.do("start", container)
+    place.engine.do("network", "connect", "--alias", alias, network, container)
 
 
-def disconnect(engine: Engine, service: str) -> None:
-    container, network = engine.container(service), f"{engine.project}_{_NETWORK[service]}"
-    engine.do("network", "disconnect", network, container)
-    RealTime().pause(_FAULT_S)
-    engine.do("network", "connect", "--alias", service, network, container)
+_FAULTS = (pause, crash, restart, disconnect)
+_CASES = [
+    (mode, fault, service)
+    for service in ("link", "operator", "robot")
+    for fault in _FAULTS
+    for mode in ("AUTONOMOUS", "DIRECT")
+]
 
 
-_ALL = [(fault, service) for fault in (pause, kill, disconnect) for service in ("link", "remote", "local")]
+def modes_after(mode: str, fault: Callable[..., None], service: str) -> set[str]:
+    """The modes that a fault may lead to."""
+    if service == "robot" and fault in (crash, restart):
+        return {"DISARMED"}
+    if service == "robot" and fault is pause:
+        return {"STOPPED"}
+    return {"AUTONOMOUS"} if mode == "AUTONOMOUS" else {"HOLD"}
 
 
 @pytest.mark.parametrize(
-    ("fault", "service"),
-    _ALL,
-    ids=[f"{fault.__name__} {service}" for fault, service in _ALL],
+    ("mode", "fault", "service"),
+    _CASES,
+    ids=[f"{fault.__name__} {service} in {mode}" for mode, fault, service in _CASES],
 )
-def test_after_a_fault_of_a_container_the_job_can_be_done(engine: Engine, fault, service: str) -> None:
-    engine.compose_run("down", "--timeout", "5", timeout_s=120)
-    up = engine.compose_run("up", "--no-build", "--detach", timeout_s=RUN_S, FARHAND_LINK_PROFILE="geo")
-    assert up.returncode == 0, up.stderr
-    engine.await_words("local", _EXECUTING, RUN_S)
-    fault(engine, service)
-    local = engine.container("local")
-    status, words = engine.do("wait", local, timeout_s=RUN_S), engine.words_of("local")
-    if (fault, service) == (kill, "remote") or STALLED in words:
-        # The robot was restarted and is disarmed, or it has stopped: the operator begins anew.
-        assert status == "1"
-        engine.do("start", local)
-        status, words = engine.do("wait", local, timeout_s=RUN_S), engine.words_of("local")
-    assert status == "0", words[-5000:]
-    assert json.loads(engine.output_of("local").strip().splitlines()[-1])["success"] is True
+def test_a_fault_is_shown_and_overcome(
+    place: Place, tab: ArmPage, mode: str, fault: Callable[..., None], service: str
+) -> None:
+    bring_to(tab, mode)
+    fault(place, service, lambda: tab.page.wait_for_function(_LOST, timeout=WAIT_MS))
+    expect(tab.tp("stale")).to_have_text("", timeout=_BACK_MS)
+    expect(tab.tp("link")).to_have_text("OK", timeout=_BACK_MS)
+    expected = modes_after(mode, fault, service)
+    if STALLED in place.engine.words_of("robot") + "".join(tab.tp("message").all_inner_texts()):
+        expected |= {"STOPPED"}  # the machine was busy as well
+    tab.says("mode", re.compile("|".join(expected)))
+    if mode == "AUTONOMOUS" and service != "robot":
+        tab.says("demos", "5")
+    bring_to(tab, "AUTONOMOUS")  # the job can be done
+    for each in ("robot", "link", "operator"):
+        place.await_troubles(each, set())
+
+
+def bring_to(tab: ArmPage, mode: str) -> None:
+    """Bring the robot to a seated plug, or into the operator's hand."""
+    if tab.tp("demos").inner_text() != "5":
+        tab.press("Load samples")
+        tab.says("demos", "5")
+    if mode == "AUTONOMOUS":
+        tab.insist("Send model", "model", re.compile("robot has it"))
+        if tab.tp("phase").inner_text() != "SEATED":
+            tab.seat()
+        return
+    if tab.tp("mode").inner_text() == "STOPPED":
+        tab.insist("Reset", "mode", "DISARMED")
+    if tab.tp("mode").inner_text() == "DISARMED":
+        tab.insist("Arm", "mode", "HOLD")
+    if tab.tp("mode").inner_text() == "AUTONOMOUS":
+        tab.insist("Clutch", "mode", "HOLD")
+    tab.insist("Couple", "mode", "DIRECT")

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from datetime import datetime
 
 import viser
 
 from farhand.common.clock import elapsed_s
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.exchange.notices import Notice
-from farhand.local_site.view.panels.html import Html, text
+from farhand.local_site.view.panels.html import Html, clock, text
 
 _SHOWN = 80
 _LATE_S = 2.0
@@ -52,10 +51,9 @@ class EventPanel:
     def _line(self, notice: Notice, newest: bool) -> str:
         kind = ("fh-said" if notice.good else "fh-refused") + " fh-newest" * newest
         at_s = self._wall_s + notice.time_s - (notice.late_s if notice.late_s > _LATE_S else 0.0)
-        clock = datetime.fromtimestamp(at_s).strftime("%H:%M:%S")
         return (
             f'<div data-tp="message" class="{kind}" title="{text(robot_clock(notice))}">'
-            f"<time>{clock}</time>{text(words(notice))}</div>"
+            f"{clock(at_s)}{text(words(notice))}</div>"
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from datetime import UTC, datetime
 from typing import Any
 
 import viser
@@ -35,6 +36,16 @@ def element(name: str, text: object, kind: str = "", tag: str = "span", **attrib
     """An element with the attribute `data-tp` that the tests hold on to, its text escaped."""
     more = "".join(f' {key}="{html.escape(str(value))}"' for key, value in attributes.items())
     return f'<{tag} data-tp="{name}" class="{kind}"{more}>{html.escape(str(text))}</{tag}>'
+
+
+def clock(at_s: float) -> str:
+    """Return the time of day of a moment: of the viewer's own zone, which `page.js` fills in, and else of UTC.
+
+    Args:
+        at_s: Seconds of the epoch.
+    """
+    at = datetime.fromtimestamp(at_s, UTC)
+    return f'<time datetime="{at.isoformat(timespec="milliseconds")}">{at:%H:%M:%S} UTC</time>'
 
 
 def text(value: object) -> str:

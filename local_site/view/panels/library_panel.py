@@ -10,6 +10,7 @@ import viser
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.teaching.revisions import Revision
+from farhand.local_site.view.panels.html import Html, clock
 
 Submit = Callable[[intents.Intent], None]
 Act = Callable[[int, Callable[[], None]], None]
@@ -32,6 +33,7 @@ class LibraryPanel:
         self._numbers: tuple[int, ...] = (0,)
         self._present = 0
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Revision", self._labels)
+        self._made = Html(gui)
         self._buttons = {
             "Go to": gui.add_button("Go to", color="blue", disabled=True),
             "Delete": gui.add_button("Delete", color="gray", disabled=True),
@@ -51,6 +53,9 @@ class LibraryPanel:
             if self._choice.options != labels:
                 self._choice.options = labels
             self._choice.value = labels[numbers.index(shown)] if shown in numbers else labels[-1]
+        made = next((each.made for each in picture.revisions if each.number == self._chosen()), "")
+        at = clock(datetime.fromisoformat(made).timestamp()) if made else ""
+        self._made.show(f'<div class="fh-note" data-tp="made">{at and f"made at {at}"}</div>')
         another = self._chosen() not in (0, picture.revision) and not picture.recording
         self._enable("Go to", another)
         self._enable("Delete", another)
@@ -72,5 +77,4 @@ class LibraryPanel:
 
 def _label(revision: Revision) -> str:
     n = len(revision.demonstrations)
-    made = datetime.fromisoformat(revision.made).astimezone().strftime("%H:%M:%S")
-    return f"{revision.number}: {n} demonstration{'' if n == 1 else 's'}, {made}"
+    return f"{revision.number}: {n} demonstration{'' if n == 1 else 's'}"

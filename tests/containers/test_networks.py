@@ -1,0 +1,111 @@
+"""Each network carries what it says and nothing else: read from the kernels' own lists of connections."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.containers.engine import BUILD_S, Engine
+from tests.containers.place import Place
+from tests.ports import free_port
+
+pytestmark = [pytest.mark.containers, pytest.mark.timeout(BUILD_S)]
+
+DATA, CONTROL, PAGE = 7447, 7448, 8080
+_OUTSIDE, _HERE = "203.0.113.2", "203.0.113.1"
+_REACH = "import socket, sys; socket.create_connection((sys.argv[1], int(sys.argv[2])), 2).close()"
+
+
+@pytest.fixture
+def addresses(place: Place) -> dict[str, dict[str, str]]:
+    """Each service's address in each of its networks."""
+    place.await_troubles("operator", set())
+    return {service: place.networks(service) for service in ("robot", "link", "operator")}
+
+
+def test_each_container_is_on_its_networks_alone(addresses: dict[str, dict[str, str]]) -> None:
+    assert addresses["robot"].keys() == {"subsea"}
+    assert addresses["link"].keys() == {"subsea", "shore", "control"}
+    assert addresses["operator"].keys() == {"shore", "control", "page"}
+
+
+def test_the_robot_speaks_with_the_link_alone_over_subsea(place: Place, addresses) -> None:
+    robot, link = addresses["robot"]["subsea"], addresses["link"]["subsea"]
+    connections = place.connections("robot")
+    assert {(own, port, other) for own, port, other, _ in connections} == {(robot, DATA, link)}
+
+
+def test_the_operators_data_goes_over_shore_and_the_relays_settings_over_control(
+    place: Place, addresses
+) -> None:
+    operator, link = addresses["operator"], addresses["link"]
+    open_now = {
+        (own, other, port) for own, _, other, port in place.connections("operator") if port in (DATA, CONTROL)
+    }
+    data = {(own, other) for own, other, port in open_now if port == DATA}
+    control = {(own, other) for own, other, port in open_now if port == CONTROL}
+    assert data == {(operator["shore"], link["shore"])}
+    assert control <= {(operator["control"], link["control"])}  # it is asked once a second, and closed again
+    of_link = place.connections("link")
+    assert {(own, other) for own, port, other, _ in of_link if port == DATA} == {
+        (link["shore"], operator["shore"])
+    }
+    assert {(own, other) for own, _, other, port in of_link if port == DATA} == {
+        (link["subsea"], addresses["robot"]["subsea"])
+    }
+
+
+def test_the_relay_s_settings_are_out_of_the_robots_reach(place: Place, addresses) -> None:
+    for network in ("subsea", "shore", "control"):
+        assert not reaches(place.engine, place.engine.container("robot"), addresses["link"][network], CONTROL)
+    assert reaches(place.engine, place.engine.container("operator"), addresses["link"]["control"], CONTROL)
+
+
+def test_the_page_is_published_at_loopback_alone(place: Place) -> None:
+    listening = subprocess.run(("ss", "-Hltn"), capture_output=True, text=True, check=True).stdout.split()
+    assert [word for word in listening if word.endswith(f":{place.page_port}")] == [
+        f"127.0.0.1:{place.page_port}"
+    ]
+
+
+@pytest.fixture
+def outside(tmp_path: Path) -> Iterator[int]:
+    """A machine outside, that this one can reach and that knows no way to the containers' own addresses: its port."""
+    name, port = f"farhand{free_port()}", free_port()
+    commands = (
+        f"ip netns add {name}", f"ip link add {name[:13]}a type veth peer name {name[:13]}b netns {name}",
+        f"ip addr add {_HERE}/30 dev {name[:13]}a", f"ip link set {name[:13]}a up",
+        f"ip -n {name} addr add {_OUTSIDE}/30 dev {name[:13]}b", f"ip -n {name} link set {name[:13]}b up",
+    )  # fmt: skip
+    try:
+        for command in commands:
+            subprocess.run(command.split(), check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        pytest.skip(f"a machine outside needs root and iproute2: {error}")
+    serve = ("ip", "netns", "exec", name, "python3", "-u", "-m", "http.server", str(port))
+    with subprocess.Popen(serve, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as server:
+        try:
+            assert server.stdout is not None and b"Serving" in server.stdout.readline()
+            yield port
+        finally:
+            server.kill()
+    subprocess.run(("ip", "netns", "del", name), check=False)
+
+
+def test_no_container_gets_out(place: Place, outside: int) -> None:
+    engine = place.engine
+    usual = ("run", "--rm", "--entrypoint=python3", "farhand", "-c", _REACH, _OUTSIDE, str(outside))
+    engine.do(*usual, timeout_s=60.0)  # a container on the engine's usual network does
+    for service in ("robot", "link", "operator"):
+        assert not reaches(engine, engine.container(service), _OUTSIDE, outside)
+
+
+def reaches(engine: Engine, container: str, address: str, port: int) -> bool:
+    """Whether a connection can be made from inside a container."""
+    command = (engine.docker, "exec", container, "python3", "-c", _REACH, address, str(port))
+    done = engine.run(*command, timeout_s=60.0)
+    assert done.returncode == 0 or "Error" in done.stderr or "error" in done.stderr, done.stderr
+    return done.returncode == 0

@@ -1,0 +1,113 @@
+"""An operator's work through the published page: both sites and the link in containers, a browser on the host."""
+
+from __future__ import annotations
+
+import re
+from contextlib import suppress
+from datetime import datetime, timedelta, timezone
+
+import pytest
+from playwright.sync_api import expect
+
+from farhand.deploy.status import HEALTHY
+from tests.browser.arm_page import DEEP, ArmPage
+from tests.browser.operator_page import WAIT_MS
+from tests.containers.engine import BUILD_S, RUN_S
+from tests.containers.place import Place
+
+pytestmark = [pytest.mark.containers, pytest.mark.timeout(BUILD_S + RUN_S)]
+
+SERVICES = ("robot", "link", "operator")
+
+
+def test_every_container_is_healthy_and_says_so(place: Place) -> None:
+    for service in SERVICES:
+        place.await_troubles(service, set())
+        status, answer = place.status(service, f"--of={service}")
+        assert status == HEALTHY
+        assert [process["role"] for process in answer["processes"]] == [service]
+    assert place.status("operator")[1]["processes"][0]["status"]["facts"]["round_trip_s"] >= 0.56
+
+
+def test_the_processes_have_no_rights_that_they_do_not_need(place: Place) -> None:
+    for service in SERVICES:
+        status = dict(
+            line.split(":\t", 1)
+            for line in place.run(service, "cat", "/proc/1/status").splitlines()
+            if ":\t" in line
+        )
+        assert status["Uid"].split()[1] != "0"
+        assert int(status["CapEff"], 16) == int(status["CapBnd"], 16) == 0
+        assert status["NoNewPrivs"] == "1"
+        mounts = [line.split() for line in place.run(service, "cat", "/proc/mounts").splitlines()]
+        assert next(words for words in mounts if words[1] == "/")[3].startswith("ro")
+
+
+def test_the_kernels_are_those_of_the_image(place: Place) -> None:
+    """Nothing was compiled: no kernel lies anywhere but in the image, which cannot be written."""
+    for service in SERVICES:
+        assert place.run(service, "find", "/tmp", "/data", "-name", "*.nbi") == ""
+        assert "compiled functions" not in place.engine.words_of(service)
+    assert place.run("robot", "find", "/var/cache/farhand", "-name", "*.nbi") != ""
+
+
+def test_the_link_loads_no_compiler(place: Place) -> None:
+    assert "llvmlite" in place.run("robot", "sh", "-c", "cat /proc/[0-9]*/maps")
+    assert "llvmlite" not in place.run("link", "sh", "-c", "cat /proc/[0-9]*/maps")
+
+
+def test_an_operator_seats_the_plug_by_clicks(place: Place, tab: ArmPage) -> None:
+    tab.execute_until_seated("Load samples")
+    tab.says("demos", "5")
+
+
+def test_the_times_are_those_of_the_viewer(tab: ArmPage) -> None:
+    shown = tab.tp("message").locator("time").first
+    expect(shown).to_have_text(re.compile("^..:..:..$"), timeout=WAIT_MS)
+    at = datetime.fromisoformat(shown.get_attribute("datetime") or "")
+    assert shown.inner_text() == f"{at.astimezone(timezone(timedelta(hours=9))):%H:%M:%S}"  # in Tokyo
+
+
+def test_what_a_cut_link_does_to_the_page_and_that_it_comes_back(place: Place, tab: ArmPage) -> None:
+    tab.slide("Cut for [s]", 8)
+    tab.press("Cut")
+    tab.says("link", "LOST")
+    place.await_troubles("operator", {"link-cut"})
+    tab.says("link", "OK")
+    tab.says("phase", "SEATED")  # it has held its place meanwhile
+    tab.says("depth", DEEP)
+    for service in SERVICES:
+        place.await_troubles(service, set())
+
+
+def test_an_operator_stops_couples_drives_and_clutches(tab: ArmPage) -> None:
+    tab.command("STOP", "STOPPED")
+    tab.command("Reset", "DISARMED")
+    tab.insist("Arm", "mode", "HOLD")
+    for manoeuvre, words in (("Retract", "retracting ended"), ("Go to ready", "going to ready ended")):
+        tab.press(manoeuvre)
+        tab.tells(words)
+        tab.says("mode", "HOLD")
+    arm = tab.new_place()
+    before = tab.tp("depth").inner_text()
+    moved = re.compile(f"^(?!{re.escape(before)}$).")
+    for _ in range(4):  # a browser that is busy drawing may take longer than the robot waits for a hand
+        tab.insist("Reset view", "mode", "HOLD")
+        tab.insist("Couple", "mode", "DIRECT")
+        with (
+            tab.hold_arrow(arm.tip, axis=2, length_m=0.05, n_moves=4, view_reset=True),
+            suppress(AssertionError),
+        ):
+            expect(tab.tp("depth")).to_have_text(moved, timeout=WAIT_MS / 4.0)
+        if tab.tp("depth").inner_text() != before:
+            break
+        tab.says("mode", "HOLD")  # without a hand for ten seconds
+    else:
+        raise AssertionError(f"the robot could not be driven: {tab.tp('message').all_inner_texts()}")
+    tab.says("mode", re.compile("DIRECT|HOLD"))
+    if tab.tp("mode").inner_text() == "DIRECT":
+        tab.press("Clutch")
+    tab.says("mode", "HOLD")
+    tab.insist("Couple", "mode", "DIRECT")
+    tab.insist("Clutch", "mode", "HOLD")
+    tab.tells("clutch: done")

@@ -1,0 +1,58 @@
+"""docker/robot.yaml and docker/operator.yaml as on two machines: each on a network of its own, a route between them.
+
+The robot is found at the address where its port is published; the engine lets no packet from one network into the
+other, so that this is the only way.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+from playwright.sync_api import Browser
+
+from tests.browser.arm_page import ArmPage
+from tests.containers.engine import ANSWER_S, BUILD_S, RUN_S, Engine
+from tests.containers.place import Place
+
+pytestmark = [pytest.mark.containers, pytest.mark.soak, pytest.mark.timeout(BUILD_S + 2 * RUN_S)]
+
+
+@pytest.fixture
+def machines(engine: Engine) -> Iterator[tuple[Place, Place]]:
+    """The robot's and the operator's."""
+    usual = json.loads(engine.do("network", "inspect", "bridge"))[0]
+    address = usual["IPAM"]["Config"][0].get("Gateway", "172.17.0.1")
+    robot = Place(replace(engine, project="farhand-robot"), ("robot.yaml",), {"FARHAND_LISTEN": address})
+    operator = Place(
+        replace(engine, project="farhand-operator"), ("operator.yaml",), {"FARHAND_ROBOT": address}
+    )
+    yield robot, operator
+    for place in (operator, robot):
+        place.compose("down", "--volumes", "--timeout", "5")
+
+
+def test_the_operator_waits_for_the_robot_and_seats_the_plug(
+    machines: tuple[Place, Place], browser: Browser
+) -> None:
+    robot, operator = machines
+    operator.up()  # first: the order does not matter
+    assert operator.troubles("operator") == {"page-only"}
+    robot.compose("up", "--no-build", "--detach")
+    operator.await_troubles("operator", set())
+    own, other = (
+        next(iter(robot.networks("robot").values())),
+        next(iter(operator.networks("operator").values())),
+    )
+    assert own.rpartition(".")[0] != other.rpartition(".")[0]
+    direct = f"import socket; socket.create_connection(('{own}', 7447), 2)"
+    command = (operator.engine.docker, "exec", operator.engine.container("operator"), "python3", "-c", direct)
+    assert operator.engine.run(*command, timeout_s=ANSWER_S).returncode != 0
+    tab = ArmPage(browser.new_context(viewport={"width": 1000, "height": 620}).new_page())
+    tab.open(operator.address)
+    tab.execute_until_seated("Load samples")
+    tab.says("link", re.compile("OK"))
+    tab.page.context.close()
