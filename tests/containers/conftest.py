@@ -41,9 +41,9 @@ def browser() -> Iterator[Browser]:
         browser.close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="package")
 def tab(browser: Browser, place: Place) -> Iterator[ArmPage]:
-    """A tab on the published page."""
+    """A tab on the published page, loaded once for all."""
     context = browser.new_context(viewport={"width": 840, "height": 560}, timezone_id="Asia/Tokyo")
     tab = ArmPage(context.new_page())
     tab.open(place.address)
