@@ -91,7 +91,9 @@ class Local:
     port: int | None = None
     """Port of the web page; without one, or with 0, there is no page."""
     host: str | None = None
-    """Address that the page is served at; 127.0.0.1, for this machine alone, when not said. It has no access control."""
+    """Address that the page is served at; 127.0.0.1, for this machine alone, when not said. Off loopback it asks for a token."""
+    published_at: str | None = None
+    """In a container: where the page's port is published on its machine, such as 127.0.0.1:8080."""
     site_name: str | None = None
     """What the robot and other operators call this place; a second one of the same name takes over from the first."""
     watch: bool = False
@@ -115,7 +117,7 @@ class Local:
 
         overrides = {
             "link_connect": self.connect, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task,
-            "page_port": self.port, "page_host": self.host, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
+            "page_port": self.port, "page_host": self.host, "page_published_at": self.published_at, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
             "connect_timeout_s": self.connect_timeout_s, "watch": self.watch or None,
         }  # fmt: skip
         if self.demo:

@@ -31,6 +31,9 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     which the printed address contains. It is not encrypted: put a proxy with TLS before it."""
     page_names: tuple[str, ...] = ()
     """Further hosts that browsers reach the page by, as in their address bar, such as https://console.example."""
+    page_published_at: str = ""
+    """Where the page's port is published on the container's machine, such as 127.0.0.1:8080; empty outside of a
+    container. At loopback, who comes from the container's gateway needs no token."""
     connect_timeout_s: Annotated[float, Meta(ge=0, le=LONGEST_WAIT_S)] = 60.0
     """How long to wait for the first report of the robot [s]; 0: for ever."""
     seed: Annotated[int, Meta(ge=0)] = 0

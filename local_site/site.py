@@ -195,7 +195,10 @@ class _Opened:
         from farhand.local_site.view.page import Page
 
         control = relay_control(self._config.link_control)
-        door = Door(self._config.page_host, self._config.page_names, kept_token(self._data_dir))
+        config = self._config
+        door = Door(
+            config.page_host, config.page_names, kept_token(self._data_dir), config.page_published_at
+        )  # fmt: skip
         page = Page(self.console, self._library.task, control, door, self._page_port)
         page.start()
         _log.info("the page is at %s", page.address)

@@ -19,10 +19,10 @@ def warm_up(space: Manifold | int, n_frames: int = 1) -> None:
     """
     names = [f"frame {j}" for j in range(n_frames)]
     learner = OnlineLearner(LearnerSettings(1.0), space, names)
-    frames = [TaskFrame.identity(learner.space.n_dims)] * n_frames
     points = np.zeros((3, learner.space.n_coordinates))
     points[:, 0] = [0.0, 1.0, 2.0]
     points[:, learner.space.n_dims : learner.space.n_dims + 1] = 1.0  # the quaternion's real part
+    frames = [TaskFrame.at(points[0])] * n_frames
     learner.start()
     learner.observe_many(points[:2], frames, [0.0, 1.0])
     learner.observe(points[2], frames, 2.0)

@@ -8,6 +8,7 @@ import ipaddress
 import re
 import socket
 from dataclasses import dataclass
+from pathlib import Path
 from urllib.parse import urlsplit
 
 from farhand.common.errors import LinkError, PortTaken
@@ -68,6 +69,16 @@ class Name:
         if self.port is not None:
             return {self.port}
         return {_DEFAULT_PORTS[self.scheme]} if self.scheme else set(_DEFAULT_PORTS.values())
+
+
+def default_gateway() -> str:
+    """Return the address of the gateway that leads out of this machine or container; empty without one."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/net/route").read_text("ascii").splitlines()[1:]:
+            _, destination, gateway, *_ = line.split()
+            if int(destination, 16) == 0:
+                return str(ipaddress.IPv4Address(int(gateway, 16).to_bytes(4, "little")))
+    return ""
 
 
 def is_loopback(address: str) -> bool:

@@ -18,7 +18,13 @@ from pathlib import Path
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.local_site.view.address import EVERY_ADDRESS, Name, is_loopback, reachable_address
+from farhand.local_site.view.address import (
+    EVERY_ADDRESS,
+    Name,
+    default_gateway,
+    is_loopback,
+    reachable_address,
+)
 
 TOKEN_FIELD = "token"
 _TOKEN_BYTES = 16
@@ -79,6 +85,9 @@ class Door:
         names: Further hosts that browsers reach the page by, such as a proxy's: `HOST`, `HOST:PORT` or an origin.
             A proxy's visitors come from loopback too, so with names everybody needs the token.
         token: What visitors from other machines must show.
+        published_at: Where the port of a container is published on the container's machine, such as
+            `127.0.0.1:8080`; empty outside of one. At loopback, only that machine can come in, and it comes from the
+            container's gateway: it needs no token. Who reaches the container in another way comes from elsewhere.
 
     Raises:
         InvalidConfiguration: When a name is not of that form.
@@ -87,12 +96,16 @@ class Door:
     host: str = "127.0.0.1"
     names: tuple[str, ...] = ()
     token: str = field(default_factory=lambda: secrets.token_urlsafe(_TOKEN_BYTES), repr=False)
+    published_at: str = ""
 
     def __post_init__(self) -> None:
-        for name in self.names:
+        for field_name, name in [
+            *(("page_names", name) for name in self.names),
+            *([("page_published_at", self.published_at)] if self.published_at else []),
+        ]:
             if Name.of(name) is None:
                 raise InvalidConfiguration(
-                    "configuration", "page_names",
+                    "configuration", field_name,
                     f"hosts as in the page's address, such as https://console.example, got {name!r}",
                 )  # fmt: skip
 
@@ -132,6 +145,8 @@ class Door:
         """Return the address to open in a browser, with the token where it is needed."""
         secret = f"/?{TOKEN_FIELD}={self.token}"
         name = Name.of(self.names[0]) if self.names else None
+        if name is None and self._published_at_loopback:
+            return f"http://{self.published_at}"
         if name is None:
             host = Name(reachable_address(self.host)).in_url
             return f"http://{host}:{port}{'' if Name(self.host).is_loopback else secret}"
@@ -151,7 +166,13 @@ class Door:
         return origin.same_origin(host) or any(map(origin.same_origin, named))
 
     def _needs_no_token(self, visit: Visit, host: Name) -> bool:
-        return not self.names and host.is_loopback and is_loopback(visit.peer)
+        own = is_loopback(visit.peer) or (self._published_at_loopback and visit.peer == default_gateway())
+        return not self.names and host.is_loopback and own
+
+    @property
+    def _published_at_loopback(self) -> bool:
+        name = Name.of(self.published_at) if self.published_at else None
+        return name is not None and name.is_loopback
 
     def _opens(self, token: str) -> bool:
         return hmac.compare_digest(token.encode(errors="replace"), self.token.encode())

@@ -14,8 +14,9 @@ from farhand.remote_site.reproduction.forward_variable import forward_variable
 def warm_up(space: Manifold | int) -> None:
     """Execute a little of a model of two components in a space of `Manifold` or dimension D."""
     space = space if isinstance(space, Manifold) else Manifold(space)
-    model, frames = _two_components(space), [TaskFrame.identity(space.n_dims)]
+    model = _two_components(space)
     executor, here = Executor(model, ExecutorSettings()), model.means[0, 0]
+    frames = [TaskFrame.at(here)]
     executor.begin(here, np.zeros(space.n_tangent), frames)
     executor.step(here, np.zeros(space.n_tangent), frames)
     executor.predict(here, np.zeros(space.n_tangent), frames, max_points=2)

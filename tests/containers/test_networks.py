@@ -71,6 +71,20 @@ def test_the_page_is_published_at_loopback_alone(place: Place) -> None:
     ]
 
 
+def test_only_who_comes_from_this_machine_needs_no_token(place: Place) -> None:
+    """A neighbour of the container, who says that it is at loopback, comes from another address than the gateway."""
+    engine = place.engine
+    container = place.networks("operator")["page"]
+    ask = (
+        "import sys, http.client; c = http.client.HTTPConnection(sys.argv[1], 8080, timeout=5); "
+        "c.request('GET', '/', headers={'Host': '127.0.0.1:8080'}); print(c.getresponse().status)"
+    )
+    network = f"--network={engine.project}_page"
+    neighbour = ("run", "--rm", network, "--entrypoint=python3", "farhand", "-c", ask, container)
+    assert engine.do(*neighbour, timeout_s=60.0) == "403"
+    assert place.page_answers()
+
+
 @pytest.fixture
 def outside(tmp_path: Path) -> Iterator[int]:
     """A machine outside, that this one can reach and that knows no way to the containers' own addresses: its port."""

@@ -19,7 +19,7 @@ from websockets.frames import OP_BINARY, Frame
 
 from farhand.common.errors import InvalidConfiguration, PortTaken
 from farhand.common.wire.messages import Stop
-from farhand.local_site.view.address import Name, PageUnavailable, listening
+from farhand.local_site.view.address import Name, PageUnavailable, default_gateway, listening
 from farhand.local_site.view.door import Door, Visit, kept_token
 from farhand.local_site.view.page import Page
 from tests.browser.raw_client import CAMERA, SUBPROTOCOL, RawClient, raw_connection
@@ -140,6 +140,18 @@ def test_this_machine_needs_no_token_but_a_proxy_on_it_does() -> None:
     assert enters(Door("0.0.0.0", token=TOKEN), visit("127.0.0.1:8080"))
     assert not enters(Door(names=("console.example",), token=TOKEN), visit("127.0.0.1:8080"))
     assert not enters(Door("0.0.0.0", token=TOKEN), visit("127.0.0.1:8080", peer="192.168.1.9"))
+
+
+@pytest.mark.skipif(not default_gateway(), reason="this machine has no way out, so no gateway")
+def test_a_page_published_at_loopback_asks_nobody_who_comes_through_the_gateway_and_all_others() -> None:
+    here, elsewhere = visit(peer=default_gateway()), visit(peer="192.168.1.77")
+    published = Door("0.0.0.0", published_at="127.0.0.1:8080")
+    assert enters(published, here)
+    assert not enters(published, elsewhere)
+    assert not enters(published, visit("evil.example:8080", peer=default_gateway()))
+    assert not enters(Door("0.0.0.0"), here)
+    assert not enters(Door("0.0.0.0", published_at="192.168.1.5:8080"), here)
+    assert published.address(8080) == "http://127.0.0.1:8080"
 
 
 @pytest.mark.parametrize(
