@@ -20,7 +20,13 @@ import re
 
 
 class FarhandError(Exception):
-    """Base of all errors that Farhand raises on purpose; its text is fit for the operator."""
+    """Base of all errors that Farhand raises on purpose; its text is fit for the operator, and one line.
+
+    Names of files and fields come from outside: what cannot be printed in them is shown as its code.
+    """
+
+    def __str__(self) -> str:
+        return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in super().__str__())
 
 
 class InvalidInput(FarhandError):

@@ -60,7 +60,7 @@ class Sample(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A demonstration that comes with the task: a smooth stroke through some points."""
 
     waypoints_m: Annotated[tuple[Vector, ...], Meta(min_length=2)]
-    duration_s: Annotated[float, Meta(gt=0, le=600)] = 3.0
+    duration_s: Annotated[float, Meta(gt=0, le=300)] = 3.0
 
     def __post_init__(self) -> None:
         for number, (point, following) in enumerate(itertools.pairwise(self.waypoints_m)):

@@ -28,20 +28,23 @@ def learn(demonstrations: Sequence[Path], out: Path, max_distance_m: float | Non
 
 
 def rollout(model_file: Path, like: Path, out: Path | None) -> int:
-    """Reproduce a model from a demonstration's start in its frames."""
-    from farhand.deploy.rollout import roll_out
+    """Reproduce a model from a demonstration's start in its frames.
+
+    Returns:
+        0, or 1 for a motion that was given up before its end.
+    """
+    from farhand.deploy.rollout import reproduce
     from farhand.local_site.teaching.demonstration import Demonstration
 
     model, demonstration = load(model_file), Demonstration.load(like)
-    motion = roll_out(model, demonstration)
+    motion, arrived = reproduce(model, demonstration)
     ends_apart_m = float(np.linalg.norm(motion.position_m[-1] - demonstration.position_m[-1]))
-    _say(
-        f"moved for {motion.time_s[-1]:.2f} s, ends {ends_apart_m * 1e3:.2f} mm from the demonstration's end"
-    )
+    moved = f"{motion.time_s[-1]:.2f} s, {ends_apart_m * 1e3:.2f} mm from the demonstration's end"
+    _say(f"moved for {moved}" if arrived else f"gave up before the model's end: moved for {moved}")
     if out is not None:
         motion.save(out)
         _say(f"written: {out}")
-    return 0
+    return 0 if arrived else 1
 
 
 def show(model_file: Path, figure: Path | None) -> int:

@@ -17,10 +17,21 @@ from farhand.remote_site.reproduction.executor import ExecutorSettings
 def roll_out(
     model: TPHSMM, demonstration: Demonstration, settings: ExecutorSettings | None = None
 ) -> Demonstration:
+    """Execute the model as `reproduce` does; what comes of an execution that gave up is returned too."""
+    return reproduce(model, demonstration, settings)[0]
+
+
+def reproduce(
+    model: TPHSMM, demonstration: Demonstration, settings: ExecutorSettings | None = None
+) -> tuple[Demonstration, bool]:
     """Execute the model on the point plant from the demonstration's start, in its frames.
+
+    Returns:
+        The motion, and whether it came to its end; if not, it was given up.
 
     Raises:
         InvalidDemonstration: When its dimension or frames are not the model's.
+        InvalidModel: When the model's motion takes longer than anybody demonstrates.
     """
     if demonstration.n_dims != model.n_dims or demonstration.frame_names != model.frame_names:
         expected = f"dimension {model.n_dims} and frames {model.frame_names}, as the model has"
@@ -40,7 +51,7 @@ def roll_out(
     result = rollout.roll_out(model, start, frames_at, settings)
     samples = [sample_at(t) for t in result.time_s]
     moving_b, moving_A = demonstration.frame_origin_m.ndim == 3, demonstration.frame_rotation.ndim == 4
-    return replace(
+    motion = replace(
         demonstration,
         time_s=result.time_s,
         position_m=result.position_m,
@@ -49,3 +60,4 @@ def roll_out(
         quat_wxyz=result.quat_wxyz,
         source=f"rollout of a model{'' if result.arrived else ' (gave up before its end)'}",
     )
+    return motion, result.arrived

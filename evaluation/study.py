@@ -61,6 +61,7 @@ STUDIES = {
     "cuts-real": "farhand.evaluation.link.real_cuts",
     "kills": "farhand.evaluation.live.kills",
     "tick": "farhand.evaluation.live.tick",
+    "mutations": "farhand.evaluation.faults.mutations",
     "modes": "farhand.evaluation.modes.modes",
     "freshness": "farhand.evaluation.link.freshness",
 }

@@ -20,6 +20,8 @@ _ROW_SUM_TOLERANCE = 1e-9
 _UNIT_TOLERANCE = 1e-6
 MAX_COMPONENTS = 256
 """More are never learned from demonstrations, and none are executed in time."""
+_MOST = 1e6
+"""No number of a model of a motion is larger [m, s, m^2, ...]: larger ones only overflow where they are used."""
 
 # Shape and kind of every array: K components, P frames, C coordinates of a point and T of a tangent.
 # Both are D for positions; for poses they are 7 and 6 (see `farhand.common.model.manifold`).
@@ -145,8 +147,9 @@ class TPHSMM:
             raise InvalidModel("model", "frame_names", f"{self.n_frames} names, one per frame, got {names!r}")
         if len(set(names)) != len(names):
             raise InvalidModel("model", "frame_names", f"names that differ, got {names!r}")
-        if not (np.isfinite(self.max_distance_m) and self.max_distance_m > 0):
-            raise InvalidModel("model", "max_distance_m", f"a positive number, got {self.max_distance_m}")
+        if not 0.0 < self.max_distance_m <= _MOST:
+            expected = f"a positive number of at most {_MOST:g}, got {self.max_distance_m}"
+            raise InvalidModel("model", "max_distance_m", expected)
         if self.n_demonstrations < 0:
             raise InvalidModel("model", "n_demonstrations", f"zero or more, got {self.n_demonstrations}")
 
@@ -222,6 +225,8 @@ def _checked(name: str, value: object, shape: tuple[int, ...], kind: type) -> ND
     array = np.array(raw, dtype=kind, order="C")
     if not np.isfinite(array).all():
         raise InvalidModel("model", name, "finite numbers only")
+    if array.dtype.kind == "f" and np.abs(array).max() > _MOST:
+        raise InvalidModel("model", name, f"numbers of at most {_MOST:g}, got {np.abs(array).max():g}")
     array.setflags(write=False)
     return array
 

@@ -28,7 +28,7 @@ MOVED_PART = 0.1
 sees no direction of travel."""
 REST_PART, REST_S = 0.02, 0.5
 """Within this part of lambda of its beginning a motion rests; rests at the beginning are cut to so long [s]."""
-_DURATION_S = (0.1, 600.0)
+_DURATION_S = (0.1, 300.0)
 _LONGEST_PERIOD_S = 0.5
 _LARGEST_M, _FARTHEST_M = 10.0, 20.0
 _MOST_APART = 30.0

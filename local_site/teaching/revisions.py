@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from farhand.common.whole_file import fault_of, read_whole, write_whole
 
 KEPT = 5
 _SCHEMA = 1
+_NAME = re.compile(r"[A-Za-z0-9._-]{1,128}\.npz")
 
 
 class Revision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -44,8 +46,15 @@ class _Index(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         if self.schema != _SCHEMA:
             raise ValueError(f"schema {self.schema}")
-        if any(name != Path(name).name for revision in self.revisions for name in revision.demonstrations):
-            raise ValueError("a demonstration outside the folder")
+        if not all(_NAME.fullmatch(name) for revision in self.revisions for name in revision.demonstrations):
+            raise ValueError("a demonstration with another name than Farhand gives")
+        for revision in self.revisions:
+            datetime.fromisoformat(revision.made)
+        numbers = [revision.number for revision in self.revisions]
+        if len(set(numbers)) < len(numbers) or not all(1 <= number <= self.last for number in numbers):
+            raise ValueError(f"numbers from 1 to {self.last}, each once, got {numbers}")
+        if self.current and self.current not in numbers:
+            raise ValueError(f"the revision {self.current}, which counts, is not listed")
 
 
 class Revisions:
@@ -127,7 +136,22 @@ class Revisions:
                 return msgspec.json.decode(read_whole(self._path), type=_Index)
         except InvalidConfiguration as error:
             aside = self._path.with_suffix(".unreadable")
-            self.faults = (f"what was taught before is not listed any more: {error}; kept as {aside.name}",)
             with contextlib.suppress(OSError):
                 self._path.replace(aside)
+            return self._from_files(
+                f"the list of what was taught is damaged and kept as {aside.name}: {error}"
+            )
+
+    def _from_files(self, fault: str) -> _Index:
+        """A list that was lost, from the demonstrations that lie in the folder: one revision, which does not count yet."""
+        names = tuple(
+            sorted(file.name for file in self._path.parent.glob("*.npz") if _NAME.fullmatch(file.name))
+        )
+        if not names:
+            self.faults = (fault,)
             return _Index()
+        self.faults = (
+            f"{fault}; the {len(names)} demonstrations in the folder are revision 1: go to it, or begin anew",
+        )
+        made = datetime.now(UTC).isoformat(timespec="seconds")
+        return _Index(_SCHEMA, 0, 1, (Revision(1, 0, "", names, made, held=True),))

@@ -89,6 +89,7 @@ class Taught:
             NotSaved: When it counts, but not on disk.
         """
         try:
+            check_units(demonstration)
             check_moves(demonstration, self.settings)
             self.learner.end()
             self._count(self.learner, (*self.demonstrations, Kept.made_now(demonstration)))
@@ -160,12 +161,15 @@ class Taught:
                 self._learn(learner, each.demonstration)
         return learner
 
-    def _learn(self, learner: OnlineLearner, motion: Demonstration) -> None:
+    def _check(self, motion: Demonstration) -> None:
         task = self._task
         if (motion.space, motion.frame_names) != (task.space, task.frame_names):
             raise InvalidDemonstration("demonstration", "position_m, frame_names", f"those of {task.name}")
         check_units(motion)
         check_moves(motion, self.settings)
+
+    def _learn(self, learner: OnlineLearner, motion: Demonstration) -> None:
+        self._check(motion)
         learner.start()
         learner.observe_many(motion.points, motion.frames(), motion.time_s)
         learner.end()
@@ -184,29 +188,31 @@ class Taught:
 
     def _begin_with_what_counted(self) -> None:
         """Learn what counted; what is damaged of it is set aside, and the rest counts."""
-        revision = self._archive.revisions.current
-        self.faults = self._archive.revisions.faults
-        if revision is None:
-            return
-        sound = list[Kept]()
-        for name in revision.demonstrations:
-            try:
-                kept = self._archive.load_one(name)
-                self._learner_of((kept,))
-                sound.append(kept)
-            except InvalidDemonstration as error:
-                self._archive.set_aside(name)
-                self.faults += (
-                    f"a demonstration of {self._task.name} is damaged and does not count: {error}",
-                )
+        revision, self.faults = self._archive.revisions.current, self._archive.revisions.faults
         try:
-            self.become(tuple(sound))
+            if revision is not None:
+                self.become(self._sound(revision))
         except NotSaved as error:
             self.faults += (str(error),)
         except FarhandError as error:
             self.faults += (f"{self._task.name} begins empty: {error}",)
         for fault in self.faults:
             _log.error("%s", fault)
+
+    def _sound(self, revision: Revision) -> tuple[Kept, ...]:
+        """The demonstrations of a revision without those that are damaged, which are set aside."""
+        sound = list[Kept]()
+        for name in revision.demonstrations:
+            try:
+                kept = self._archive.load_one(name)
+                with fault_of(name, InvalidDemonstration, "a motion that can be learned"):
+                    self._check(kept.demonstration)
+                sound.append(kept)
+            except InvalidDemonstration as error:
+                self._archive.set_aside(name)
+                fault = f"a demonstration of {self._task.name} is damaged and does not count: {error}"
+                self.faults += (fault,)
+        return tuple(sound)
 
 
 def _lambda_m(task: AnyTask) -> float:

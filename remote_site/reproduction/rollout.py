@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.common.errors import InvalidModel
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
@@ -17,7 +18,9 @@ Array = NDArray[np.float64]
 
 # An execution that takes longer than so many times what was demonstrated has stalled.
 _PATIENCE = 3.0
-_PATIENCE_S = 5.0
+_PATIENCE_S, _MOST_PATIENCE_S = 5.0, 60.0
+LONGEST_S = 300.0
+"""No motion takes longer [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,9 @@ def roll_out(
         start: Where the point rests at first. Shape (C,).
         frames_at: The task frames at a time from the start [s].
         settings: Of the executor.
+
+    Raises:
+        InvalidModel: When the motion would take longer than anybody demonstrates.
     """
     settings = settings or ExecutorSettings()
     dt = settings.dt_s
@@ -69,7 +75,12 @@ def roll_out(
     space = model.manifold
     p, v, t = space.checked(start, "rollout", "start"), np.zeros(space.n_tangent), 0.0
     executor.begin(p, v, frames_at(0.0))
-    limit_s = _PATIENCE * executor.remaining_s + _PATIENCE_S
+    if not (expected_s := executor.remaining_s) <= LONGEST_S:
+        expected = (
+            f"a motion of at most {LONGEST_S:g} s, got {expected_s:g} s; were its times in milliseconds?"
+        )
+        raise InvalidModel("model", "duration_mean_s", expected)
+    limit_s = expected_s + min((_PATIENCE - 1.0) * expected_s + _PATIENCE_S, _MOST_PATIENCE_S)
     times, points, components, arrived = [0.0], [p], [executor.state().progress.component], False
     while not arrived and t < limit_s:
         control = executor.step(p, v, frames_at(t))
