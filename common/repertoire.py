@@ -14,7 +14,7 @@ _OF_THE_ROBOT = (
 """What tasks say about the robot and its surroundings, not about a motion."""
 
 
-class Repertoire:
+class TaskSet:
     """Tasks by their names. A robot begins with the first: an arm is then where that one starts.
 
     Args:

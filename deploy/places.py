@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import AnyTask, PointTask, load_task
 
 _REMEDY = "a folder that can be written, which --data-dir or the variable XDG_DATA_HOME names"
@@ -30,13 +30,13 @@ def find_task(name_or_file: str) -> AnyTask:
     return load_task(path)
 
 
-def find_tasks(names: str) -> Repertoire:
+def find_tasks(names: str) -> TaskSet:
     """The tasks of one robot, by names or files with commas between them.
 
     Raises:
         InvalidConfiguration: When there is none, one is malformed, or they are not for the same robot.
     """
-    return Repertoire([find_task(name.strip()) for name in names.split(",")])
+    return TaskSet([find_task(name.strip()) for name in names.split(",")])
 
 
 def find_point_task(name_or_file: str) -> PointTask:

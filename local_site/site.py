@@ -13,7 +13,7 @@ from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.link import ZenohLink
 from farhand.common.process_status import DataFolder, OperatorFacts
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import ArmTask
 from farhand.common.wire.messages import Wish
 from farhand.local_site.config import LocalConfig
@@ -24,7 +24,7 @@ from farhand.local_site.learning.warm_up import warm_up
 from farhand.local_site.script.operators_place import PlannedOutage
 from farhand.local_site.script.scripted_operator import ScriptedOperator
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.workcell.own_place import OwnPlace, SampleFiles, no_files, own_place
+from farhand.local_site.workcell.workcell import SampleFiles, Workcell, make_workcell, no_files
 
 if TYPE_CHECKING:
     from farhand.local_site.view.page import Page
@@ -45,7 +45,7 @@ class LocalSite:
     """
 
     def __init__(
-        self, config: LocalConfig, tasks: Repertoire, data_dir: Path, sample_files: SampleFiles = no_files
+        self, config: LocalConfig, tasks: TaskSet, data_dir: Path, sample_files: SampleFiles = no_files
     ):
         self._config, self._tasks, self._sample_files = config, tasks, sample_files
         self._library = Library(tasks, data_dir)
@@ -115,7 +115,7 @@ class LocalSite:
         self.warm_up()
         first = self._tasks.first
         log = EventLog(self._event_log)
-        place = own_place(first, self._sample_files, self._config.seed, stepped)
+        place = make_workcell(first, self._sample_files, self._config.seed, stepped)
         known = self._known_scenes() if page_port else None
         opened = _Opened(
             self._config, self._library, place, log, self._stop, page_port, known, self._data_dir
@@ -141,7 +141,7 @@ class _Opened:
         self,
         config: LocalConfig,
         library: Library,
-        place: OwnPlace,
+        place: Workcell,
         log: EventLog,
         stop: threading.Event,
         page_port: int,

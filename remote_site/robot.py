@@ -17,7 +17,7 @@ from farhand.common.link.budget import limit_flows, part_bytes
 from farhand.common.link.link import Link, Request
 from farhand.common.log import loop_logger
 from farhand.common.mailbox import Mailbox
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.keys import Channel
@@ -77,7 +77,7 @@ class Robot:
     def __init__(
         self,
         config: RemoteConfig,
-        tasks: Repertoire,
+        tasks: TaskSet,
         clock: BootClock,
         link: Link,
         request_plan: Callable[[PlanRequest], None],

@@ -15,7 +15,7 @@ from farhand.common.event_log import EventLog
 from farhand.common.link.link import ZenohLink
 from farhand.common.log import loop_logger
 from farhand.common.process_status import DataFolder, RobotFacts
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import PlannedPath
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.motion.model_trial import ModelTrials
@@ -37,7 +37,7 @@ class RemoteSite:
         data_dir: Where its events and the state of the simulated robot are kept.
     """
 
-    def __init__(self, config: RemoteConfig, tasks: Repertoire, data_dir: Path):
+    def __init__(self, config: RemoteConfig, tasks: TaskSet, data_dir: Path):
         self._config, self._tasks = config, tasks
         self._data_dir = data_dir / "robot" / config.link.vehicle
         self._stop = threading.Event()

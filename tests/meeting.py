@@ -12,7 +12,7 @@ import numpy as np
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.link import Answered, Deliver, Request
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import PointTask
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
@@ -145,12 +145,12 @@ class Site:
     def ask(self, *asked: intents.Intent | Action) -> Picture:
         """Ask for something, and have half a second for what comes of it."""
         for intent in asked:
-            self.console.submit(intents.Command(intent) if isinstance(intent, Action) else intent)
+            self.console.submit(intents.CommandRobot(intent) if isinstance(intent, Action) else intent)
             self._meeting.run(0.5)
         return self.picture
 
     def wants(self, wish: Wish) -> Picture:
-        return self.ask(intents.Control(wish))
+        return self.ask(intents.WishControl(wish))
 
     def hand(self, x: float, y: float) -> None:
         now_s = self._meeting.sites_time.ns * 1e-9
@@ -182,7 +182,7 @@ class Meeting:
         self.robots_end = RobotsEnd()
         self.sites: list[Site] = []
         self.written: list[dict[str, Any]] = []
-        self.tasks, self._boots, self._ticks = Repertoire(tasks), 0, 0
+        self.tasks, self._boots, self._ticks = TaskSet(tasks), 0, 0
         self.robot = self._boot(None)
 
     def join(self, name: str, data_dir: Path, wish: Wish = Wish.CONTROL) -> Site:

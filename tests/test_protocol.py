@@ -14,7 +14,7 @@ from docs.protocol_page import FLOWS, PAGE, meaning, page
 from docs.protocol_words import ERRORS, SHARED_FIELDS
 from farhand.common.clock import BootClock
 from farhand.common.link.link import Answered
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import Message
@@ -69,7 +69,7 @@ def test_the_robot_listens_to_what_the_page_says_goes_to_it():
     spy = Spy()
     Robot(
         RemoteConfig(),
-        Repertoire([TASK]),
+        TaskSet([TASK]),
         BootClock(),
         spy,
         lambda request: None,
@@ -83,7 +83,7 @@ def test_the_robot_listens_to_what_the_page_says_goes_to_it():
 
 def test_a_console_listens_to_what_the_page_says_comes_from_the_robot(tmp_path: Path):
     spy = Spy()
-    Console(Library(Repertoire([TASK]), tmp_path), spy, "ann").listen()
+    Console(Library(TaskSet([TASK]), tmp_path), spy, "ann").listen()
     assert set(spy.kinds) == {flow.channel for flow in FLOWS if flow.channel.key.startswith("rov/")}
 
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.common.arm.insertion_trajectory import InsertionTrajectory
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.poses import difference
-from farhand.common.arm.way_in import WayIn
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ class Preflights:
     """
 
     def __init__(self, kinematics: Kinematics):
-        self._way_in = WayIn(kinematics)
+        self._way_in = InsertionTrajectory(kinematics)
 
     def examine(self, joints_rad: Array, receptacle: Array) -> Preflight:
         """Go from these angles straight to before the receptacle, then into it.

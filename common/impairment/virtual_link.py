@@ -13,7 +13,7 @@ from itertools import count
 
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_time import VirtualTime
-from farhand.common.impairment.virtual_way import Kind, Packet, Way
+from farhand.common.impairment.virtual_way import Kind, OneWay, Packet
 from farhand.common.link.link import Answered, Deliver, Request
 from farhand.common.wire.keys import Channel
 
@@ -38,7 +38,7 @@ class VirtualEnd:
 
     _numbers = count(1)  # of all ends: an answer to an end of before must not look like one to this
 
-    def __init__(self, time: VirtualTime, out: Way, back: Way):
+    def __init__(self, time: VirtualTime, out: OneWay, back: OneWay):
         self._time, self._out = time, out
         self._subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
         self._servers: dict[Channel, Callable[[Request], None]] = {}
@@ -107,8 +107,8 @@ class VirtualLink:
 
     def __init__(self, time: VirtualTime, settings: LinkSettings):
         self._time = time
-        self.uplink = Way(time, settings.uplink, "uplink")
-        self.downlink = Way(time, settings.downlink, "downlink")
+        self.uplink = OneWay(time, settings.uplink, "uplink")
+        self.downlink = OneWay(time, settings.downlink, "downlink")
 
     def local_end(self) -> VirtualEnd:
         """Open a new end at the operator's site and close the one before."""

@@ -45,7 +45,7 @@ class Packet:
 Tap = Callable[[Packet], None]
 
 
-class Way:
+class OneWay:
     """One direction of the link.
 
     Args:

@@ -58,7 +58,7 @@ class Mesh(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
         return np.frombuffer(self.faces, "<u2").reshape(-1, 3).astype(np.uint32)
 
 
-class Link(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+class ArmLink(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
     """One rigid part of the arm."""
 
     name: str
@@ -77,7 +77,7 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     Poses are points of `farhand.common.model.manifold.POSE`.
     """
 
-    links: Annotated[tuple[Link, ...], Meta(min_length=2, max_length=16)]
+    links: Annotated[tuple[ArmLink, ...], Meta(min_length=2, max_length=16)]
     """The base first, each after its parent; every link but the base has one joint, in this order."""
     tip: Pose
     """Of the tool, in the last link."""
@@ -120,7 +120,7 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return hashlib.sha256(self.content).hexdigest()
 
     @property
-    def tool(self) -> Link:
+    def tool(self) -> ArmLink:
         """The last link, which carries the tip."""
         return self.links[-1]
 

@@ -18,7 +18,7 @@ from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_link import VirtualLink
 from farhand.common.impairment.virtual_time import VirtualTime
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import ArmTask
 from farhand.deploy.places import find_task
 from farhand.evaluation.arm.arm_record import HELD_S, Record
@@ -188,7 +188,7 @@ class Trial:
 _NAMES = {True: "hot-stab", False: "hot-unstab"}
 
 
-def _tasks(enters: bool, obeying: bool) -> Repertoire:
+def _tasks(enters: bool, obeying: bool) -> TaskSet:
     """Return both tasks, the one that the trial begins with first."""
     names = (_NAMES[enters], _NAMES[not enters])
-    return Repertoire([structs.replace(find_task(name), require_preview=obeying) for name in names])
+    return TaskSet([structs.replace(find_task(name), require_preview=obeying) for name in names])

@@ -17,7 +17,7 @@ from farhand.common.errors import ProcessFailed
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Telemetry, Wish
@@ -27,7 +27,7 @@ from farhand.evaluation.harness.real_process import HOST, Process, free_port
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.workcell.own_place import own_place
+from farhand.local_site.workcell.workcell import make_workcell
 
 PATIENCE_S = 120.0
 
@@ -154,7 +154,7 @@ class RealSites:
             folder: Where its library is; the one of `run_demo` when not given.
         """
         task = find_task(self._task)
-        place, library = own_place(task), Library(Repertoire([task]), folder or self.folder)
+        place, library = make_workcell(task), Library(TaskSet([task]), folder or self.folder)
         endpoint = f"tcp/{HOST}:{self._link.ready['port']}"
         self.link = ZenohLink(EndpointSettings(connect=endpoint, rate_bps=self._rate_bps))
         opened_s = time.monotonic()

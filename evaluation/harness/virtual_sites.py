@@ -12,10 +12,10 @@ from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_link import VirtualLink
 from farhand.common.impairment.virtual_time import VirtualTime
 from farhand.common.link.link import Link
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.local_site.console.console import PERIOD_S, Console
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.workcell.own_place import own_place
+from farhand.local_site.workcell.workcell import make_workcell
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.planner import PlanRequest, answer
@@ -65,7 +65,7 @@ class VirtualRobot:
         time: VirtualTime,
         end: Link,
         config: RemoteConfig,
-        tasks: Repertoire,
+        tasks: TaskSet,
         life: int = 1,
         remembered: PlantState | None = None,
         hooks: Callable[[], Hooks] = lambda: _NO_HOOKS,
@@ -189,7 +189,7 @@ class VirtualSites:
         self.console_end = self.link.local_end()
         self.console = Console(
             self.library, self.console_end, "operator", now_s=self.time.now_s,
-            rate_bps=self.config.link.rate_bps, place=own_place(self.task, stepped=True),
+            rate_bps=self.config.link.rate_bps, place=make_workcell(self.task, stepped=True),
         )  # fmt: skip
         self.console.listen()
         self._console_tick(life)

@@ -71,7 +71,7 @@ class ChaosOperator:
                 self._drag_until_s = self._sites.time.now_s() + self._random.uniform(0.2, 3.0)
                 self._drag()
         elif chance < 0.03:
-            self._sites.console.submit(intents.Control(self._random.choice(list(Wish))))
+            self._sites.console.submit(intents.WishControl(self._random.choice(list(Wish))))
         elif chance < 0.08:
             self._sites.console.submit(intents.MoveTarget((self._random.random(), self._random.random())))
         else:
@@ -89,7 +89,7 @@ class ChaosOperator:
             actions = [Action.COUPLE]
         action = self._random.choice(actions)
         if action is not Action.PREVIEW or self._random.random() < _PREVIEW_SHARE:
-            self._sites.console.submit(intents.Command(action))
+            self._sites.console.submit(intents.CommandRobot(action))
 
     def _drag(self) -> None:
         """Move the hand until the drag ends; often it is not let go in order."""

@@ -24,7 +24,7 @@ from msgspec import structs
 
 from farhand.common.errors import FarhandError
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.deploy.places import find_point_task
 from farhand.evaluation.harness.virtual_job import do_job
 from farhand.evaluation.harness.virtual_sites import VirtualSites
@@ -82,7 +82,7 @@ def _virtually(case: Case, outage: PlannedOutage | None) -> Case:
     way = DirectionSettings(delay_ms=1e3 * case["delay_s"], jitter_ms=50.0 * case["delay_s"], seed=seed)
     settings = LinkSettings(uplink=way, downlink=structs.replace(way, seed=seed + 1))
     with tempfile.TemporaryDirectory(prefix="farhand-cuts-") as folder:
-        sites = VirtualSites(Library(Repertoire([task]), Path(folder)), settings, RemoteConfig(seed=seed))
+        sites = VirtualSites(Library(TaskSet([task]), Path(folder)), settings, RemoteConfig(seed=seed))
         try:
             return told(do_job(sites, settings, outage, seed))
         except FarhandError as error:

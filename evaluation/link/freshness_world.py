@@ -19,7 +19,7 @@ from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.impairment.delay_line import DelayLine
 from farhand.common.impairment.impairment import DirectionSettings
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import PointTask, Target
 from farhand.common.wire.messages import Command, Heartbeat, LeaseRequest, OperatorInput, Stamp
 from farhand.remote_site.config import RemoteConfig
@@ -188,7 +188,7 @@ class World:
         self._clock = BootClock(f"boot {self._boots}", lambda: round(self.now_s * 1e9))
         sight = SimulatedPerception.of_oscillating(OscillatingTarget(_TASK.target), 0.0, 0)
         return Supervisor(
-            Repertoire([_TASK]),
+            TaskSet([_TASK]),
             RemoteConfig(),
             PointEmbodiment(_TASK, self._plant, sight),
             self._clock,

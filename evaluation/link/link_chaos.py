@@ -20,7 +20,7 @@ from typing import Any
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_way import Packet
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import PointTask, load_toml
 from farhand.common.wire.messages import Wish
 from farhand.evaluation.harness.virtual_sites import Hooks, VirtualSites
@@ -115,10 +115,10 @@ class _Run:
         sites, problems = self.sites, []
         sites.link.change(LinkSettings())
         sites.console_frozen = False
-        sites.console.submit(intents.Control(Wish.CONTROL))
+        sites.console.submit(intents.WishControl(Wish.CONTROL))
         for action, mode in ((Action.STOP, ControlMode.STOPPED), (Action.RESET, ControlMode.DISARMED)):
             for _ in range(_ATTEMPTS):
-                sites.console.submit(intents.Command(action))
+                sites.console.submit(intents.CommandRobot(action))
                 sites.run(2.0)
                 if sites.robot.supervisor.mode is mode:
                     break
@@ -158,7 +158,7 @@ class _Run:
 def _taught() -> tuple[PointTask, Library]:
     """Learn the task's samples once per process; nothing is recorded during a trial."""
     task = load_toml(_TASK_FILE, PointTask)
-    library = Library(Repertoire([task]), Path(tempfile.mkdtemp(prefix="farhand-chaos-")))
+    library = Library(TaskSet([task]), Path(tempfile.mkdtemp(prefix="farhand-chaos-")))
     library.chosen.learn(sample_strokes(task))
     return task, library
 

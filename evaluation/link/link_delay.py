@@ -151,7 +151,7 @@ def _done(sites: RealSites, action: Action, mode: ControlMode, number: int) -> b
 
     sites.wait_for("control of the robot", lambda p: p.in_control)
     before = refusals(sites.console.picture)
-    sites.console.submit(intents.Command(action))
+    sites.console.submit(intents.CommandRobot(action))
     sites.wait_for(str(action), lambda p: done(p) or refusals(p) > before)
     return done(sites.console.picture)
 

@@ -20,7 +20,7 @@ from farhand.common.impairment.virtual_way import Packet
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import OVERHEAD_BYTES
 from farhand.common.model.model_file import content_hash, encode
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire import keys
 from farhand.deploy.link.link_process import PROFILES_FILE
 from farhand.deploy.places import find_point_task
@@ -29,11 +29,11 @@ from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.evaluation.paper.approach_trials import taught
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
-from farhand.local_site.exchange.inquiries import Inquiries
 from farhand.local_site.exchange.model_sender import ModelSender
+from farhand.local_site.exchange.requests import Requests
+from farhand.local_site.teaching.lesson import LearnedModel
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.samples import sample_strokes
-from farhand.local_site.teaching.taught import LearnedModel
 from farhand.remote_site.config import RemoteConfig
 
 Case = dict[str, Any]
@@ -69,7 +69,7 @@ class _VirtualProfile:
     def __init__(self, profile: LinkProfile, folder: Path):
         self._profile, task = profile, find_point_task("planar")
         rate = rate_bps(profile)
-        self._library = Library(Repertoire([task]), folder)
+        self._library = Library(TaskSet([task]), folder)
         self._library.chosen.learn(sample_strokes(task))
         config = RemoteConfig(link=EndpointSettings(rate_bps=rate))
         self._sites = VirtualSites(self._library, profile.settings, config)
@@ -79,7 +79,7 @@ class _VirtualProfile:
         self._sites.link.uplink.tap = self._on_packet_there
         self._sites.link.downlink.tap = self._on_packet_back
         _play(self._sites, profile.over_time(), self._sites.time.now_s())
-        inquiries = Inquiries(self._sites.console_end, self._sites.console.owner.put, self._sites.time.now_s)
+        inquiries = Requests(self._sites.console_end, self._sites.console.owner.put, self._sites.time.now_s)
         self._answers: list[float] = []
         self._other = ModelSender(inquiries, self._place.now_s, self._sites.console._commanding.session, rate)
 
@@ -129,7 +129,7 @@ class _VirtualProfile:
     def _stop(self) -> float:
         """Press Stop; when the robot has it [s after]."""
         pressed_s, supervisor = self._place.now_s(), self._sites.robot.supervisor
-        self._place.submit(intents.Command(Action.STOP))
+        self._place.submit(intents.CommandRobot(Action.STOP))
         while supervisor.mode is not ControlMode.STOPPED and self._place.now_s() < pressed_s + _PATIENCE_S:
             self._place.pause(_SAMPLE_S)
         return self._place.now_s() - pressed_s
@@ -148,7 +148,7 @@ class _VirtualProfile:
         }
 
     def _command(self, action: Action, mode: ControlMode) -> None:
-        self._place.submit(intents.Command(action))
+        self._place.submit(intents.CommandRobot(action))
         self._await(str(action), lambda picture: picture.mode is mode and not picture.pending)
 
     def _move_hand(self, until_s: float) -> None:

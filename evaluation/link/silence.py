@@ -26,7 +26,7 @@ from farhand.common.control_mode import Action, ControlMode
 from farhand.common.errors import FarhandError
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.virtual_way import Packet
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import PointTask, Target
 from farhand.common.wire import keys
 from farhand.evaluation.harness.virtual_job import VirtualPlace
@@ -90,7 +90,7 @@ class _Drive:
             DirectionSettings(delay_ms=delay_ms, jitter_ms=jitter_ms, seed=case["seed"] + n) for n in (0, 1)
         ]
         settings = LinkSettings(uplink=ways[0], downlink=ways[1])
-        self._sites = VirtualSites(Library(Repertoire([_TASK]), folder), settings, _CONFIG)
+        self._sites = VirtualSites(Library(TaskSet([_TASK]), folder), settings, _CONFIG)
         self._sites.hooks = Hooks(after=self._watch)
         self._sites.link.uplink.tap = self._on_packet
         self._place = VirtualPlace(self._sites, settings)
@@ -149,7 +149,7 @@ class _Drive:
         for _ in range(_ATTEMPTS):
             self._place.wait_for(lambda picture: picture.in_control, _PATIENCE_S)
             before = refusals(self._place.picture)
-            self._place.submit(intents.Command(action))
+            self._place.submit(intents.CommandRobot(action))
             self._place.wait_for(lambda p, n=before: there(p) or refusals(p) > n, _PATIENCE_S)
             if there(self._place.picture):
                 return

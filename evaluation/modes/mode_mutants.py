@@ -14,10 +14,10 @@ from farhand.common.wire.messages import CommandReply
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.supervision.command_log import CommandLog
-from farhand.remote_site.supervision.contact import OperatorContact
 from farhand.remote_site.supervision.freshness import Freshness, Verdict
 from farhand.remote_site.supervision.guards import ForceGuard, SightGuard
 from farhand.remote_site.supervision.recordings import Recordings
+from farhand.remote_site.supervision.session import OperatorSession
 
 _M = ControlMode
 
@@ -74,7 +74,7 @@ MUTANTS: dict[str, Callable[[], Any]] = {
     "the force guard feels nothing": lambda: _method(ForceGuard, "reason", lambda *_: ("", None)),
     "the loss of sight changes nothing": lambda: _method(SightGuard, "reason", lambda *_: ("", None)),
     "any age is fresh": lambda: _method(Freshness, "judge", lambda *_: Verdict("", 0.1)),
-    "the watchdog sleeps": lambda: _method(OperatorContact, "lost_reason", lambda *_: ""),
+    "the watchdog sleeps": lambda: _method(OperatorSession, "lost_reason", lambda *_: ""),
     "commands run as often as they arrive": lambda: _method(CommandLog, "reply_to", _never_heard_of),
     "any plan will do": lambda: _method(Plans, "refusal", lambda *_: ("", None)),
     "a recording outlives DIRECT": lambda: _method(Recordings, "leave", lambda *_: None),

@@ -15,7 +15,7 @@ import numpy as np
 
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode, Phase
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import (
     Command,
@@ -94,7 +94,7 @@ class World:
         self.plan_request: PlanRequest | None = None
         embodiment = PointEmbodiment(TASK, self.plant, self.sight, 1.0 / DT_S)
         self.robot = Supervisor(
-            Repertoire([TASK]), CONFIG, embodiment, self.clock, self._hear, self._take_plan, _forget
+            TaskSet([TASK]), CONFIG, embodiment, self.clock, self._hear, self._take_plan, _forget
         )  # fmt: skip
 
     def restart(self) -> None:

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.evaluation.paper.approach_task import minimum_jerk, random_direction, random_rotation
-from farhand.evaluation.paper.closed_loop import Event
+from farhand.evaluation.paper.closed_loop import Disturbance
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ def moved(random: np.random.Generator, frame: TaskFrame) -> TaskFrame:
     return TaskFrame(A, frame.b + JUMP_M * random_direction(random))
 
 
-class Jump(Event):
+class Jump(Disturbance):
     """The receptacle is elsewhere from one instant to the next."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
@@ -34,12 +34,12 @@ class Jump(Event):
         self._after = moved(random, frame)
 
     def frame(self, time_s: float, position: Array) -> TaskFrame:
-        """See `Event.frame`."""
+        """See `Disturbance.frame`."""
         del position
         return self._frame if time_s < JUMP_S else self._after
 
 
-class LateJump(Event):
+class LateJump(Disturbance):
     """The same when the tool is already on its final approach; it stays in front of the mouth's plane."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
@@ -48,7 +48,7 @@ class LateJump(Event):
         self._jumped = False
 
     def frame(self, time_s: float, position: Array) -> TaskFrame:
-        """See `Event.frame`."""
+        """See `Disturbance.frame`."""
         del time_s
         if not self._jumped and self._frame.to_local(position)[2] < LATE_M:
             candidate = moved(self._random, self._frame)
@@ -58,7 +58,7 @@ class LateJump(Event):
         return self._frame
 
 
-class Sway(Event):
+class Sway(Disturbance):
     """The receptacle swings to and fro, and turns with it, as under a vessel."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
@@ -67,14 +67,14 @@ class Sway(Event):
         self._phases = random.uniform(0.0, 2.0 * np.pi, 2)
 
     def frame(self, time_s: float, position: Array) -> TaskFrame:
-        """See `Event.frame`."""
+        """See `Disturbance.frame`."""
         del position
         swing, turn = np.sin(2.0 * np.pi * time_s / SWAY_S + self._phases)
         A = Rotation.from_rotvec(SWAY_RAD * turn * self._about).as_matrix() @ self._frame.A
         return TaskFrame(A, self._frame.b + SWAY_M * swing * self._along)
 
 
-class Push(Event):
+class Push(Disturbance):
     """Something displaces the robot, quickly and smoothly; its velocity is as before afterwards."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
@@ -84,13 +84,13 @@ class Push(Event):
     def robot(
         self, time_s: float, position: Array, velocity: Array, following: tuple[Array, Array]
     ) -> tuple[Array, Array]:
-        """See `Event.robot`."""
+        """See `Disturbance.robot`."""
         del position, velocity
         tau = (np.array([time_s, time_s + 0.02]) - PUSH_S) / PUSH_FOR_S
         return following[0] + float(np.diff(minimum_jerk(tau))[0]) * self._by, following[1]
 
 
-class Held(Event):
+class Held(Disturbance):
     """Something holds the robot for a while."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
@@ -100,14 +100,14 @@ class Held(Event):
     def robot(
         self, time_s: float, position: Array, velocity: Array, following: tuple[Array, Array]
     ) -> tuple[Array, Array]:
-        """See `Event.robot`."""
+        """See `Disturbance.robot`."""
         del velocity
         if HELD_S <= time_s < HELD_S + HELD_FOR_S:
             return position, np.zeros_like(position)
         return following
 
 
-class Static(Event):
+class Static(Disturbance):
     """Nothing happens."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):

@@ -20,14 +20,14 @@ from farhand.evaluation.paper.approach_task import (
     random_frame,
     turned_tool,
 )
-from farhand.evaluation.paper.closed_loop import Event
+from farhand.evaluation.paper.closed_loop import Disturbance
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
 
 Array = NDArray[np.float64]
 
-SCENARIOS: dict[str, Callable[[TaskFrame, np.random.Generator], Event]] = {
+SCENARIOS: dict[str, Callable[[TaskFrame, np.random.Generator], Disturbance]] = {
     "static": Static,
     "jump": Jump,
     "sway": Sway,
@@ -54,7 +54,7 @@ def hands(seed: int, n: int = N_DEMONSTRATIONS, oriented: bool = False) -> list[
     return demonstrations(np.random.default_rng([seed, 0]), n, oriented, EXACT)
 
 
-def scene(seed: int, scenario: str, oriented: bool = False) -> tuple[Event, TaskFrame, Array]:
+def scene(seed: int, scenario: str, oriented: bool = False) -> tuple[Disturbance, TaskFrame, Array]:
     """What happens in a trial, its receptacle, and the position or pose in the world that the robot starts from."""
     random = np.random.default_rng([seed, 1])
     frame = random_frame(random)

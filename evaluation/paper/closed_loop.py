@@ -21,7 +21,7 @@ SETTINGS = ExecutorSettings(max_acceleration_m_s2=4.0, max_speed_m_s=0.6)
 _PATIENCE, _PATIENCE_S = 3.0, 8.0
 
 
-class Event:
+class Disturbance:
     """What may happen during an execution. By default nothing does."""
 
     def __init__(self, frame: TaskFrame):
@@ -69,7 +69,7 @@ class Execution:
 def execute(
     model: TPHSMM,
     start: Array,
-    event: Event,
+    event: Disturbance,
     settings: ExecutorSettings = SETTINGS,
     seen: Callable[[list[TaskFrame]], TaskFrame] = lambda frames: frames[-1],
     rest_s: float = 0.0,

@@ -16,7 +16,7 @@ from farhand.evaluation.metrics.motion_metrics import approach_of, at_phases, dt
 from farhand.evaluation.metrics.tables import rate, spread, table, wilson_interval
 from farhand.evaluation.paper.approach_task import TAUGHT_STARTS, demonstrate, random_frame
 from farhand.evaluation.paper.approach_trials import taught
-from farhand.evaluation.paper.closed_loop import Event, execute
+from farhand.evaluation.paper.closed_loop import Disturbance, execute
 from farhand.evaluation.study import Case, reporting_seeds
 
 _NUMBERS = (1, 2, 3, 5, 8, 12)
@@ -37,7 +37,7 @@ def trial(case: Case) -> Case:
     frame, begin, mouth = like.frames_at(0)[0], like.in_frame()[0], np.zeros(3)
     times, local = [d.time_s for d in shown], [d.in_frame() for d in shown]
     found = {
-        "ours": execute(model, like.position_m[0], Event(frame)).local,
+        "ours": execute(model, like.position_m[0], Disturbance(frame)).local,
         "ProMP": PrompBaseline.fit(times, local, PAPER).motion((0.0, begin), (1.0, mouth), n_points=200),
         "mean warp": mean_warp([at_phases(t, p) for t, p in zip(times, local, strict=True)], begin, mouth),
     }

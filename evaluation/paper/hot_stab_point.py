@@ -26,7 +26,7 @@ from matplotlib.lines import Line2D
 from farhand.evaluation.metrics.motion_metrics import approach_of, dtw_rms, time_rms
 from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wilson_interval
 from farhand.evaluation.paper.approach_trials import SCENARIOS, hands, scene, stepping, taught
-from farhand.evaluation.paper.closed_loop import Event, execute
+from farhand.evaluation.paper.closed_loop import Disturbance, execute
 from farhand.evaluation.study import Case, reporting_seeds
 
 _TRIALS = 200  # of each scenario
@@ -59,7 +59,7 @@ def trial(case: Case) -> Case:
         hand = hands(case["seed"], oriented=True)
         like = hand[case["seed"] % len(hand)]
         for prefix, reference in (("", model), ("step_", stepping(model))):
-            again = execute(reference, like.points[0], Event(like.frames_at(0)[0]))
+            again = execute(reference, like.points[0], Disturbance(like.frames_at(0)[0]))
             row[f"{prefix}time_rms_m"] = time_rms(again.time_s, again.local, like.time_s, like.in_frame())
             row[f"{prefix}dtw_rms_m"] = dtw_rms(again.local, like.in_frame())
     return row

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from farhand.evaluation.metrics.motion_metrics import approach_of, dtw_rms, time_rms
 from farhand.evaluation.metrics.tables import rate, spread, table
 from farhand.evaluation.paper.approach_trials import hands, scene, stepping, taught
-from farhand.evaluation.paper.closed_loop import Event, execute
+from farhand.evaluation.paper.closed_loop import Disturbance, execute
 from farhand.evaluation.study import Case, reporting_seeds
 
 _LAMBDAS_M = (0.02, 0.03, 0.05, 0.10, 0.15, 0.20)
@@ -35,7 +35,7 @@ def trial(case: Case) -> Case:
     used = model if case["ramp"] else stepping(model)
     hand = hands(case["seed"])
     like = hand[case["seed"] % len(hand)]
-    again = execute(used, like.position_m[0], Event(like.frames_at(0)[0]))
+    again = execute(used, like.position_m[0], Disturbance(like.frames_at(0)[0]))
     event, _, start = scene(case["seed"], "static")
     executed = execute(used, start, event, rest_s=1.0)
     return {

@@ -25,7 +25,7 @@ from farhand.evaluation.paper.approach_task import (
     random_rotation,
 )
 from farhand.evaluation.paper.approach_trials import taught
-from farhand.evaluation.paper.closed_loop import Event, execute
+from farhand.evaluation.paper.closed_loop import Disturbance, execute
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.teaching.demonstration import Demonstration
 
@@ -37,7 +37,7 @@ _N = 200  # points of a ProMP's motion
 METHODS = ("ours", "ProMP, receptacle's frame", "ProMP, world")
 
 
-class Jump(Event):
+class Jump(Disturbance):
     """The receptacle jumps at a time."""
 
     def __init__(self, before: TaskFrame, after: TaskFrame, at_s: float):
@@ -45,7 +45,7 @@ class Jump(Event):
         self._after, self._at_s = after, at_s
 
     def frame(self, time_s: float, position: Array) -> TaskFrame:
-        """See `Event.frame`."""
+        """See `Disturbance.frame`."""
         return self._after if time_s >= self._at_s else super().frame(time_s, position)
 
 

@@ -23,7 +23,7 @@ from farhand.deploy.places import find_point_task
 from farhand.evaluation.metrics.motion_metrics import rms
 from farhand.evaluation.metrics.sensor import TRACKER
 from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval
-from farhand.evaluation.paper.closed_loop import Event, Execution, execute
+from farhand.evaluation.paper.closed_loop import Disturbance, Execution, execute
 from farhand.evaluation.paper.model_figure import draw_components, draw_model
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
@@ -39,7 +39,7 @@ _START_STD_M = 0.05
 _U_M = 0.05  # half the width of the drawn U
 
 
-class OscillatingU(Event):
+class OscillatingU(Disturbance):
     """The U as the robot sees it, and where it really is."""
 
     def __init__(self, task: PointTask, seed: int):
@@ -49,7 +49,7 @@ class OscillatingU(Event):
         self._perception = SimulatedPerception.of_oscillating(self._target, task.target.noise_std_m, seed)
 
     def frame(self, time_s: float, position: Array) -> TaskFrame:
-        """See `Event.frame`: as estimated."""
+        """See `Disturbance.frame`: as estimated."""
         del position
         return (self._perception.observe(time_s) or [self._frame])[0]
 

@@ -29,7 +29,7 @@ from farhand.evaluation.metrics.motion_metrics import (
 from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wilson_interval
 from farhand.evaluation.paper.approach_task import FAR_STARTS, TAUGHT_STARTS, demonstrate, random_frame
 from farhand.evaluation.paper.approach_trials import hands, stepping, taught
-from farhand.evaluation.paper.closed_loop import Event, execute
+from farhand.evaluation.paper.closed_loop import Disturbance, execute
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.teaching.demonstration import Demonstration
 
@@ -74,7 +74,10 @@ def motions(seed: int, shown: list[Demonstration], like: Demonstration, grid: bo
     """What each method does from the start of a motion to its receptacle."""
     _, model = taught(seed)
     frame, start = like.frames_at(0)[0], like.position_m[0]
-    ours = {OURS: execute(model, start, Event(frame)), STEP: execute(stepping(model), start, Event(frame))}
+    ours = {
+        OURS: execute(model, start, Disturbance(frame)),
+        STEP: execute(stepping(model), start, Disturbance(frame)),
+    }
     found = {name: (done.time_s, done.local) for name, done in ours.items()}
     duration_s = float(np.mean([np.ptp(d.time_s) for d in shown]))
     at = np.linspace(0.0, duration_s, _N)

@@ -7,8 +7,8 @@ from farhand.common.wire import keys
 from farhand.common.wire.messages import CatalogueReply, CatalogueRequest, Event, Telemetry
 from farhand.local_site.console.robot_recordings import RobotRecordings
 from farhand.local_site.exchange.blob_fetcher import BlobFetcher
-from farhand.local_site.exchange.inquiries import Inquiries
 from farhand.local_site.exchange.notices import Tell
+from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.exchange.robot_scene import KnownScenes, RobotScene
 from farhand.local_site.teaching.library import Library
 
@@ -29,7 +29,7 @@ class Catalogue:
 
     def __init__(
         self,
-        inquiries: Inquiries,
+        inquiries: Requests,
         library: Library,
         site_name: str,
         tell: Tell,

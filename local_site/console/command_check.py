@@ -6,10 +6,10 @@ from farhand.common.control_mode import Action, mode_after, modes_allowing
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
-from farhand.local_site.teaching.taught import NotNow
+from farhand.local_site.teaching.lesson import NotNow
 
 
-def check(intent: intents.Command, picture: Picture) -> Telemetry:
+def check(intent: intents.CommandRobot, picture: Picture) -> Telemetry:
     """Let a command pass that may be sent now.
 
     The robot decides anew on its own; this only spares the operator a round trip.

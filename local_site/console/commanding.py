@@ -22,8 +22,8 @@ from farhand.common.wire.messages import (
     Wish,
 )
 from farhand.local_site.console.picture import Pending
-from farhand.local_site.exchange.inquiries import Inquiries
 from farhand.local_site.exchange.notices import Notice
+from farhand.local_site.exchange.requests import Requests
 
 _HEARTBEAT_S = 0.1
 _RENEW_S = 1.0
@@ -48,7 +48,7 @@ class Commanding:
     def __init__(
         self,
         link: Link,
-        inquiries: Inquiries,
+        inquiries: Requests,
         monitor: LinkMonitor,
         site_name: str,
         notify: Notify,

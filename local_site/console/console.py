@@ -16,10 +16,10 @@ from farhand.common.clock import SuspendWatch, elapsed_s
 from farhand.common.control_mode import Action
 from farhand.common.errors import FarhandError
 from farhand.common.event_log import EventLog
+from farhand.common.event_loop import EventLoop
 from farhand.common.link.budget import limit_flows
 from farhand.common.link.link import Link
 from farhand.common.link.link_monitor import LinkMonitor
-from farhand.common.owner import Owner
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Event, ExecutionReport, PlannedPath, ReportRequest, Telemetry, Wish
 from farhand.local_site.console import intents
@@ -32,15 +32,15 @@ from farhand.local_site.console.sending import Sending
 from farhand.local_site.console.teaching import Teaching
 from farhand.local_site.console.teleoperation import Teleoperation
 from farhand.local_site.exchange.event_follower import EventFollower
-from farhand.local_site.exchange.inquiries import Inquiries
 from farhand.local_site.exchange.listening import listen
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.notices import Notice, Notices
 from farhand.local_site.exchange.reports import Reports
+from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.exchange.robot_scene import KnownScenes
 from farhand.local_site.exchange.stop_sender import StopLane
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.workcell.own_place import OwnPlace, own_place
+from farhand.local_site.workcell.workcell import Workcell, make_workcell
 
 PERIOD_S = 0.05
 """Time from one tick to the next [s]."""
@@ -70,19 +70,19 @@ class Console:
         wish: Wish = Wish.CONTROL,
         now_s: Callable[[], float] = elapsed_s,
         rate_bps: float = 0.0,
-        place: OwnPlace | None = None,
+        place: Workcell | None = None,
         known: KnownScenes | None = None,
     ):
         self._library, self._link, self._now_s = library, link, now_s
-        self.owner = Owner("console", PERIOD_S, self._tick, self._redraw, now_s)
+        self.owner = EventLoop("console", PERIOD_S, self._tick, self._redraw, now_s)
         """Does everything here, one after the other."""
         self._notices, monitor = Notices(log), LinkMonitor()
-        self._inquiries = Inquiries(link, self.owner.put, now_s)
+        self._inquiries = Requests(link, self.owner.put, now_s)
         self._commanding = Commanding(link, self._inquiries, monitor, site_name, self._notices.add, wish)
         self._models = ModelSender(self._inquiries, now_s, self._commanding.session, rate_bps)
         self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(monitor, self._events, self._on_restart)
-        self._place = place or own_place(library.task)
+        self._place = place or make_workcell(library.task)
         self._catalogue = Catalogue(self._inquiries, library, site_name, self._tell, rate_bps, known)
         self._teaching = Teaching(library, self._place, self._tell)
         self._sending = Sending(library, self._models, self._tell)
@@ -132,7 +132,7 @@ class Console:
 
         A stop is on its way when this returns, whatever the console is busy with.
         """
-        if isinstance(intent, intents.Command) and intent.action is Action.STOP:
+        if isinstance(intent, intents.CommandRobot) and intent.action is Action.STOP:
             self._stop.press()
         self.owner.put(partial(self._on_intent, intent))
 
@@ -182,13 +182,13 @@ class Console:
     def _on_intent(self, intent: intents.Intent) -> None:
         try:
             if (action := self._catalogue.recordings.action_for(intent, self.picture)) is not None:
-                intent = intents.Command(action)
+                intent = intents.CommandRobot(action)
             match intent:
-                case intents.Command():
+                case intents.CommandRobot():
                     self._command(intent)
                 case intents.Hand():
                     self._hand(intent)
-                case intents.Control():
+                case intents.WishControl():
                     self._commanding.wish(intent.wish)
                 case intents.MoveTarget(to_m):
                     self._teleoperation.move_target(to_m, self._reports.robot, self._commanding.lease_id)
@@ -202,10 +202,9 @@ class Console:
                 case _:
                     self._teaching.do(intent)
         except FarhandError as error:
-            what = intent.action if isinstance(intent, intents.Command) else type(intent).__name__.lower()
-            self._tell(what, f"refused: {error}", good=False)
+            self._tell(intent.label, f"refused: {error}", good=False)
 
-    def _command(self, intent: intents.Command) -> None:
+    def _command(self, intent: intents.CommandRobot) -> None:
         action, now_s = intent.action, self._now_s()
         if action in (Action.STOP, Action.ABORT):
             self._teaching.roll_back(f"{action} was pressed")

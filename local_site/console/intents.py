@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Wish
 
 
 @dataclass(frozen=True)
-class Command:
+class CommandRobot:
     """Ask the robot for an action.
 
     Args:
@@ -22,39 +23,56 @@ class Command:
     shown_mode: ControlMode | None = None
     pace: float = 1.0
 
+    @property
+    def label(self) -> str:
+        """The name under which events tell of the intent."""
+        return str(self.action)
+
 
 @dataclass(frozen=True)
-class Record:
+class RecordDemonstration:
     """Begin a demonstration."""
 
+    label: ClassVar[str] = "record"
+
 
 @dataclass(frozen=True)
-class End:
+class EndDemonstration:
     """End the demonstration that is being recorded and keep what was learned."""
+
+    label: ClassVar[str] = "end"
 
 
 @dataclass(frozen=True)
 class Undo:
     """Forget the demonstration that is being recorded, or else the last one."""
 
+    label: ClassVar[str] = "undo"
+
 
 @dataclass(frozen=True)
 class LoadSamples:
     """Learn the demonstrations that come with the task."""
+
+    label: ClassVar[str] = "load samples"
 
 
 @dataclass(frozen=True)
 class Recover:
     """Learn the demonstration that an earlier process was recording when it ended."""
 
+    label: ClassVar[str] = "recover"
+
 
 @dataclass(frozen=True)
-class GoTo:
+class SelectRevision:
     """Have another revision of the task count.
 
     Args:
         revision: Its number.
     """
+
+    label: ClassVar[str] = "go to"
 
     revision: int
 
@@ -62,6 +80,8 @@ class GoTo:
 @dataclass(frozen=True)
 class StartAnew:
     """Begin the task without a demonstration; what was taught can be gone back to."""
+
+    label: ClassVar[str] = "start anew"
 
 
 @dataclass(frozen=True)
@@ -71,6 +91,8 @@ class Delete:
     Args:
         revision: Its number.
     """
+
+    label: ClassVar[str] = "delete"
 
     revision: int
 
@@ -83,6 +105,8 @@ class Choose:
         task: Its name.
     """
 
+    label: ClassVar[str] = "choose"
+
     task: str
 
 
@@ -94,16 +118,20 @@ class AutoSend:
         on: Whether to.
     """
 
+    label: ClassVar[str] = "auto send"
+
     on: bool
 
 
 @dataclass(frozen=True)
-class Control:
+class WishControl:
     """Want the control of the robot, ask its holder for it, hand it over, or watch.
 
     Args:
         wish: Which of them.
     """
+
+    label: ClassVar[str] = "control"
 
     wish: Wish
 
@@ -112,10 +140,14 @@ class Control:
 class SendModel:
     """Send the learned model of the chosen task to the robot."""
 
+    label: ClassVar[str] = "send model"
+
 
 @dataclass(frozen=True)
 class SendLibrary:
     """Send the robot of each task what it lacks."""
+
+    label: ClassVar[str] = "send library"
 
 
 @dataclass(frozen=True)
@@ -129,18 +161,22 @@ class Hand:
         released: It let go.
     """
 
+    label: ClassVar[str] = "hand"
+
     point: tuple[float, ...]
     time_s: float
     released: bool = False
 
 
 @dataclass(frozen=True)
-class Renew:
+class ResetArm:
     """Put the operator's arm back to ready, and its receptacle elsewhere.
 
     Args:
         seed: Of where both are then; None: the next one.
     """
+
+    label: ClassVar[str] = "new place"
 
     seed: int | None = None
 
@@ -148,6 +184,8 @@ class Renew:
 @dataclass(frozen=True)
 class Align:
     """Turn the plug of the operator's arm, where it is, until it points along the bore."""
+
+    label: ClassVar[str] = "align"
 
 
 @dataclass(frozen=True)
@@ -158,9 +196,22 @@ class MoveTarget:
         position_m: Where its mean is to be. Length D [m].
     """
 
+    label: ClassVar[str] = "move target"
+
     position_m: tuple[float, ...]
 
 
 Send = SendModel | SendLibrary | AutoSend
-Teach = Record | End | Undo | LoadSamples | Recover | GoTo | StartAnew | Delete | Renew | Align
-Intent = Command | Control | Hand | MoveTarget | Choose | Send | Teach
+Teach = (
+    RecordDemonstration
+    | EndDemonstration
+    | Undo
+    | LoadSamples
+    | Recover
+    | SelectRevision
+    | StartAnew
+    | Delete
+    | ResetArm
+    | Align
+)
+Intent = CommandRobot | WishControl | Hand | MoveTarget | Choose | Send | Teach

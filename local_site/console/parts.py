@@ -15,7 +15,7 @@ from farhand.local_site.exchange.notices import Notices
 from farhand.local_site.exchange.reports import Reports
 from farhand.local_site.exchange.stop_sender import StopLane
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.workcell.own_place import OwnPlace
+from farhand.local_site.workcell.workcell import Workcell
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Parts:
     """
 
     library: Library
-    place: OwnPlace
+    place: Workcell
     catalogue: Catalogue
     teaching: Teaching
     sending: Sending

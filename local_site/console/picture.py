@@ -17,8 +17,8 @@ from farhand.common.wire.messages import PlannedPath, Telemetry, Wish
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
+from farhand.local_site.teaching.lesson import LearnedModel
 from farhand.local_site.teaching.revisions import Revision
-from farhand.local_site.teaching.taught import LearnedModel
 from farhand.local_site.workcell.arm_view import ArmView
 
 

@@ -14,8 +14,8 @@ from farhand.local_site.console.picture import Picture
 from farhand.local_site.exchange.blob_fetcher import BlobFetcher
 from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.teaching.taught import NotNow
 
 
 class RobotRecordings:
@@ -55,10 +55,10 @@ class RobotRecordings:
     def action_for(self, intent: intents.Intent, picture: Picture) -> Action | None:
         """What to ask the robot for when an intent is about its recording; None when it is not."""
         match intent:
-            case intents.Record() if picture.coupled:
+            case intents.RecordDemonstration() if picture.coupled:
                 self._expected = True
                 return Action.RECORD
-            case intents.End() if picture.robot_records:
+            case intents.EndDemonstration() if picture.robot_records:
                 return Action.END_RECORDING
             case intents.Undo() if picture.robot_records:
                 self._expected = False

@@ -7,8 +7,8 @@ from functools import partial
 from farhand.local_site.console import intents
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.notices import Tell
+from farhand.local_site.teaching.lesson import LearnedModel, NotNow
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.teaching.taught import LearnedModel, NotNow
 
 
 class Sending:

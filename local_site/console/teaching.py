@@ -7,10 +7,10 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.task_library import TaskLibrary
-from farhand.local_site.teaching.taught import NotNow
-from farhand.local_site.workcell.own_place import OwnPlace
+from farhand.local_site.workcell.workcell import Workcell
 
 _LOST_S = 3.0
 """Control that came back sooner was not lost: as long as a lease lasts [s]."""
@@ -25,7 +25,7 @@ class Teaching:
         tell: Tells the operator what was done.
     """
 
-    def __init__(self, library: Library, place: OwnPlace, tell: Tell):
+    def __init__(self, library: Library, place: Workcell, tell: Tell):
         self._library, self._place, self._tell = library, place, tell
         self._control_s: float | None = None
 
@@ -41,10 +41,10 @@ class Teaching:
             NotNow: When it is not possible at this moment.
         """
         match intent:
-            case intents.Record():
+            case intents.RecordDemonstration():
                 self._task.record(self._place.frames)
                 self._tell("record", "recording a demonstration")
-            case intents.End():
+            case intents.EndDemonstration():
                 learned = self._task.end()
                 self._tell("end", f"learned: {learned.model.n_components} components")
             case intents.Undo():
@@ -55,9 +55,9 @@ class Teaching:
             case intents.Recover():
                 self._task.recover()
                 self._tell("recover", "the demonstration that was left over was learned")
-            case intents.GoTo() | intents.StartAnew() | intents.Delete():
+            case intents.SelectRevision() | intents.StartAnew() | intents.Delete():
                 self._go_back(intent)
-            case intents.Renew() | intents.Align():
+            case intents.ResetArm() | intents.Align():
                 self._move_arm(intent)
 
     def choose(self, name: str, picture: Picture) -> None:
@@ -105,20 +105,20 @@ class Teaching:
         self._task.learn(samples)
         self._tell("samples", "the samples were learned")
 
-    def _move_arm(self, intent: intents.Renew | intents.Align) -> None:
+    def _move_arm(self, intent: intents.ResetArm | intents.Align) -> None:
         match intent:
-            case intents.Renew() if self._task.recording:
+            case intents.ResetArm() if self._task.recording:
                 raise NotNow("a demonstration is being recorded: end or undo it first")
-            case intents.Renew(seed):
+            case intents.ResetArm(seed):
                 self._place.renew(seed)
                 self._tell("renew", "your arm is back at ready, and its receptacle elsewhere")
             case intents.Align():
                 self._place.align()
                 self._tell("align", "your plug turns until it points along the bore")
 
-    def _go_back(self, intent: intents.GoTo | intents.StartAnew | intents.Delete) -> None:
+    def _go_back(self, intent: intents.SelectRevision | intents.StartAnew | intents.Delete) -> None:
         match intent:
-            case intents.GoTo(number):
+            case intents.SelectRevision(number):
                 self._task.go_to(number)
                 self._tell("library", f"revision {number} counts now")
             case intents.StartAnew():

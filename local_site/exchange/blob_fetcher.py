@@ -10,7 +10,7 @@ from functools import partial
 from farhand.common.link.budget import part_bytes
 from farhand.common.wire import keys
 from farhand.common.wire.messages import BlobReply, BlobRequest
-from farhand.local_site.exchange.inquiries import Inquiries
+from farhand.local_site.exchange.requests import Requests
 
 Done = Callable[[bytes | None], None]
 
@@ -47,7 +47,7 @@ class BlobFetcher:
         rate_bps: What the link carries [bit/s], 0 for more than enough: how large the parts are.
     """
 
-    def __init__(self, inquiries: Inquiries, rate_bps: float = 0.0):
+    def __init__(self, inquiries: Requests, rate_bps: float = 0.0):
         self._inquiries, self._part_bytes = inquiries, part_bytes(rate_bps)
         self._open: list[_Fetch] = []
         self._asking = False

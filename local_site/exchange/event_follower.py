@@ -7,7 +7,7 @@ from functools import partial
 
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Event, EventsReply, EventsRequest
-from farhand.local_site.exchange.inquiries import Inquiries
+from farhand.local_site.exchange.requests import Requests
 
 _GIVE_UP_S = 60.0
 
@@ -20,7 +20,7 @@ class EventFollower:
         tell: Takes each new event.
     """
 
-    def __init__(self, inquiries: Inquiries, tell: Callable[[Event], None]):
+    def __init__(self, inquiries: Requests, tell: Callable[[Event], None]):
         self._inquiries, self._tell = inquiries, tell
         self._boot = ""
         self._complete_to = 0

@@ -7,9 +7,9 @@ from functools import partial
 from typing import TypeVar
 
 from farhand.common.errors import InvalidMessage
+from farhand.common.event_loop import Job
 from farhand.common.link.link import Link
 from farhand.common.log import loop_logger
-from farhand.common.owner import Job
 from farhand.common.wire.codec import decode
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import Message

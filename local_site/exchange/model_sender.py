@@ -9,8 +9,8 @@ from functools import partial
 from farhand.common.link.budget import part_bytes
 from farhand.common.wire import keys
 from farhand.common.wire.messages import ModelReply, ModelTransfer
-from farhand.local_site.exchange.inquiries import Inquiries
-from farhand.local_site.teaching.taught import LearnedModel
+from farhand.local_site.exchange.requests import Requests
+from farhand.local_site.teaching.lesson import LearnedModel
 
 _GIVE_UP_S = 600.0
 
@@ -44,7 +44,7 @@ class ModelSender:
         rate_bps: What the link carries [bit/s], 0 for more than enough: how large the parts are.
     """
 
-    def __init__(self, inquiries: Inquiries, now_s: Callable[[], float], session: str, rate_bps: float = 0.0):
+    def __init__(self, inquiries: Requests, now_s: Callable[[], float], session: str, rate_bps: float = 0.0):
         self._inquiries, self._now_s, self._part_bytes = inquiries, now_s, part_bytes(rate_bps)
         self._session = session
         self._queue: list[_Transfer] = []  # the first one is on its way

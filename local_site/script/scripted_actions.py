@@ -80,7 +80,7 @@ class ScriptedActions:
         def done(p: Picture) -> bool:
             return len(p.command_round_trips_s) > n_answers and p.mode is mode
 
-        self.submit(intents.Command(action))
+        self.submit(intents.CommandRobot(action))
         self._console.wait_for(lambda p: done(p) or self._refusals(action, p) > n_refusals, PATIENCE_S)
         if done(self.picture):
             took_s = self.picture.command_round_trips_s[-1]
@@ -100,7 +100,7 @@ class ScriptedActions:
         """
         self.until("control of the robot", lambda p: p.in_control)
         n_told = len(self._told(action, self.picture))
-        self.submit(intents.Command(action))
+        self.submit(intents.CommandRobot(action))
         picture = self.until(f"the end of {action}", lambda p: len(self._told(action, p)) > n_told)
         if self._told(action, picture)[-1].good:
             self.until("the report of it", lambda p: p.mode is not ControlMode.AUTONOMOUS)
@@ -114,7 +114,7 @@ class ScriptedActions:
             JobFailed: When nothing came.
         """
         before, n_refusals = self.picture.plan_id, self._refusals(Action.PREVIEW, self.picture)
-        self.submit(intents.Command(Action.PREVIEW))
+        self.submit(intents.CommandRobot(Action.PREVIEW))
         picture = self.until(
             "the preview",
             lambda p: (

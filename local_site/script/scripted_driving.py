@@ -18,7 +18,7 @@ from farhand.local_site.console import intents
 from farhand.local_site.script.scripted_actions import JobFailed, ScriptedActions
 
 if TYPE_CHECKING:
-    from farhand.local_site.workcell.scripted_ways import Way
+    from farhand.local_site.workcell.scripted_ways import ScriptedPath
 
 Array = NDArray[np.float64]
 Hand = Callable[[float, Telemetry], tuple[float, ...]]
@@ -47,12 +47,12 @@ def demonstrate_by_driving(task: AnyTask, actions: ScriptedActions, seed: int) -
     n, robot = picture.n_demonstrations, picture.robot
     assert robot is not None
     hand, duration_s = _hand_for(task, robot, seed)
-    actions.submit(intents.Record())
+    actions.submit(intents.RecordDemonstration())
     actions.until("the robot's recording", lambda p: p.robot_records)
     _drive(actions, hand, duration_s, _PATIENCE_S if isinstance(task, ArmTask) else 0.0)
     if not actions.picture.robot_records:
         raise JobFailed(f"the robot did not record to the end: {actions.last_words()}")
-    actions.submit(intents.End())
+    actions.submit(intents.EndDemonstration())
     actions.until("what the robot recorded", lambda p: p.n_demonstrations == n + 1, _FETCH_S)
     actions.say(f"demonstration {n + 1}, driven: recorded by the robot, fetched and learned")
     actions.command(Action.CLUTCH, ControlMode.HOLD)
@@ -95,13 +95,13 @@ def _hand_for(task: AnyTask, robot: Telemetry, seed: int) -> tuple[Hand, float]:
     return along_way, way.duration_s
 
 
-def _way(task: ArmTask, start: Array, random: np.random.Generator) -> Way:
+def _way(task: ArmTask, start: Array, random: np.random.Generator) -> ScriptedPath:
     # The physics take a second to import, which a board need not wait for.
     from farhand.common.arm.dimensions import Dimensions
-    from farhand.local_site.workcell.scripted_ways import WayIn, WayOut
+    from farhand.local_site.workcell.scripted_ways import ScriptedInsertion, WayOut
 
     return (
-        WayIn(start, Dimensions().receptacle.depth_m, random)
+        ScriptedInsertion(start, Dimensions().receptacle.depth_m, random)
         if task.skill == "insert"
         else WayOut(start, random)
     )

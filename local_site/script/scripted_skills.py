@@ -20,7 +20,7 @@ from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.workcell.arm_view import ArmView
 
 if TYPE_CHECKING:
-    from farhand.local_site.workcell.scripted_ways import Way
+    from farhand.local_site.workcell.scripted_ways import ScriptedPath
 
 Array = NDArray[np.float64]
 
@@ -83,10 +83,10 @@ class Drawing:
     def demonstrate(self, number: int) -> None:
         """See `Skill.demonstrate`."""
         stroke = self._strokes[number - 1]
-        self._actions.submit(intents.Record())
+        self._actions.submit(intents.RecordDemonstration())
         for position, time_s in zip(stroke.position_m, stroke.time_s, strict=True):
             self._actions.submit(intents.Hand(tuple(position.tolist()), float(time_s)))
-        self._actions.submit(intents.End())
+        self._actions.submit(intents.EndDemonstration())
 
     def driving(self, time_s: float) -> tuple[float, ...]:
         """Return the hand's pose while it drives the robot. Length C."""
@@ -121,7 +121,7 @@ class Leading:
                 self._actions.say(f"demonstration {number} was interrupted: {self._actions.last_words()}")
                 continue
             if self._done(arm):
-                self._actions.submit(intents.End())
+                self._actions.submit(intents.EndDemonstration())
                 return
             self._actions.submit(intents.Undo())
             self._actions.say(f"demonstration {number} ended {arm.depth_m * 1e3:.0f} mm deep: once more")
@@ -146,12 +146,12 @@ class Leading:
             seed + 1,
             seed,
         ):  # by way of another place: it may be at this one still, half-way through
-            self._actions.submit(intents.Renew(there))
+            self._actions.submit(intents.ResetArm(there))
             self._actions.until("the arm at its place", lambda p, k=there: _arm(p).seed == k)
         before = _arm(self._actions.picture)
         frame, random = TaskFrame.at(before.receptacle), np.random.default_rng(seed)
         hand = ScriptedHand(self._way(frame.to_local(before.tip), random), random)
-        self._actions.submit(intents.Record())
+        self._actions.submit(intents.RecordDemonstration())
         self._actions.until("the recording", lambda p: p.recording)
         n_events = math.ceil(hand.duration_s / _HAND_S)
         for k in range(n_events):
@@ -163,10 +163,10 @@ class Leading:
         self._actions.submit(intents.Hand(tuple(before.tip.tolist()), _HAND_S * n_events, released=True))
         return _arm(self._actions.until(f"demonstration {number}", _let_go_after(number)))
 
-    def _way(self, start: Array, random: np.random.Generator) -> Way:
-        from farhand.local_site.workcell.scripted_ways import WayIn, WayOut
+    def _way(self, start: Array, random: np.random.Generator) -> ScriptedPath:
+        from farhand.local_site.workcell.scripted_ways import ScriptedInsertion, WayOut
 
-        return WayIn(start, self._depth_m, random) if self._inserts else WayOut(start, random)
+        return ScriptedInsertion(start, self._depth_m, random) if self._inserts else WayOut(start, random)
 
     def _done(self, arm: ArmView) -> bool:
         if not self._inserts:

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import AnyTask
+from farhand.local_site.teaching.lesson import LearnedModel, NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
-from farhand.local_site.teaching.taught import LearnedModel, NotNow
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ class Library:
         data_dir: Where demonstrations and models are kept, a folder for each task.
     """
 
-    def __init__(self, tasks: Repertoire, data_dir: Path):
+    def __init__(self, tasks: TaskSet, data_dir: Path):
         self.tasks = tasks
         self.by_task = {task.name: TaskLibrary(task, data_dir) for task in tasks}
         """What was taught of each, by its name and in their order."""

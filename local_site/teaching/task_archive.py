@@ -26,14 +26,14 @@ class NotSaved(FarhandError):
 
 
 @dataclass(frozen=True)
-class Kept:
+class StoredDemonstration:
     """A demonstration and the name of its file."""
 
     name: str
     demonstration: Demonstration
 
     @classmethod
-    def made_now(cls, demonstration: Demonstration) -> Kept:
+    def made_now(cls, demonstration: Demonstration) -> StoredDemonstration:
         """One that was made just now."""
         name = f"demonstration-{time.strftime('%Y%m%dT%H%M%S')}-{time.time_ns() % 10**9 // 1000:06d}.npz"
         return cls(name, demonstration)
@@ -50,7 +50,7 @@ class TaskArchive:
         self._folder = folder
         self.revisions = Revisions(folder / _INDEX)
 
-    def load(self, revision: Revision) -> tuple[Kept, ...]:
+    def load(self, revision: Revision) -> tuple[StoredDemonstration, ...]:
         """The demonstrations of a revision.
 
         Raises:
@@ -58,16 +58,16 @@ class TaskArchive:
         """
         return tuple(self.load_one(name) for name in revision.demonstrations)
 
-    def load_one(self, name: str) -> Kept:
+    def load_one(self, name: str) -> StoredDemonstration:
         """The demonstration in a file of the folder; errors as `load`."""
-        return Kept(name, Demonstration.load(self._folder / name))
+        return StoredDemonstration(name, Demonstration.load(self._folder / name))
 
     def set_aside(self, name: str) -> None:
         """Give a damaged file a name under which nothing looks for it, or removes it."""
         with contextlib.suppress(OSError):
             (self._folder / name).rename(self._folder / f"{name}.damaged")
 
-    def settle(self, kept: tuple[Kept, ...], sha256: str, content: bytes) -> None:
+    def settle(self, kept: tuple[StoredDemonstration, ...], sha256: str, content: bytes) -> None:
         """Have these demonstrations count, in this order.
 
         Args:
@@ -92,7 +92,9 @@ class TaskArchive:
         self.revisions.forget(number)
         self._save(before)
 
-    def _save(self, before: set[str], kept: tuple[Kept, ...] = (), content: bytes | None = None) -> None:
+    def _save(
+        self, before: set[str], kept: tuple[StoredDemonstration, ...] = (), content: bytes | None = None
+    ) -> None:
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             for each in kept:

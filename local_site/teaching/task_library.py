@@ -14,9 +14,9 @@ from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import AnyTask
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.goal_view import seen_from_goal
+from farhand.local_site.teaching.lesson import LearnedModel, Lesson, NotNow
 from farhand.local_site.teaching.recording import Recording
 from farhand.local_site.teaching.revisions import Revision
-from farhand.local_site.teaching.taught import LearnedModel, NotNow, Taught
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class TaskLibrary:
 
     def __init__(self, task: AnyTask, data_dir: Path):
         folder = data_dir / task.name
-        self._taught = Taught(task, folder)
+        self._taught = Lesson(task, folder)
         self._recording = Recording(folder, task.space, task.frame_names, self._taught.settings)
         self._forming: tuple[int, TPHSMM] | None = None
 
@@ -199,7 +199,7 @@ class TaskLibrary:
             raise NotNow("there is no demonstration to undo")
 
     def go_to(self, number: int) -> None:
-        """Have another revision count, see `Taught.go_to`.
+        """Have another revision count, see `Lesson.go_to`.
 
         Raises:
             NotNow: When there is no such revision, or a demonstration is being recorded.
@@ -218,7 +218,7 @@ class TaskLibrary:
         self._taught.start_anew()
 
     def delete(self, number: int) -> None:
-        """Give up a revision that does not count, see `Taught.delete`."""
+        """Give up a revision that does not count, see `Lesson.delete`."""
         self._taught.delete(number)
 
     # How it is done -----------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from farhand.common.task import AnyTask, ArmTask
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import HeldArm
-from farhand.local_site.workcell.own_place import SampleFiles, no_files
+from farhand.local_site.workcell.workcell import SampleFiles, no_files
 
 
 class ArmPlace:
@@ -31,15 +31,15 @@ class ArmPlace:
         return [TaskFrame.at(self.view.receptacle)]
 
     def become(self, task: AnyTask) -> None:
-        """See `OwnPlace.become`."""
+        """See `Workcell.become`."""
         assert isinstance(task, ArmTask), "a repertoire is of one robot"
         self._task = task
         self.renew(self.view.seed)
 
     def renew(self, seed: int | None) -> None:
-        """See `OwnPlace.renew`."""
+        """See `Workcell.renew`."""
         raise NotImplementedError
 
     def samples(self) -> list[Demonstration]:
-        """See `OwnPlace.samples`."""
+        """See `Workcell.samples`."""
         return [Demonstration.load(file) for file in self._sample_files(self._task.name)]

@@ -9,13 +9,13 @@ from collections.abc import Callable
 from functools import partial
 
 from farhand.common.arm.simulation.simulation import TICK_S, PhysicsFailed
+from farhand.common.event_loop import Job
 from farhand.common.log import loop_logger
-from farhand.common.owner import Job
 from farhand.common.task import ArmTask
 from farhand.local_site.workcell.arm_place import ArmPlace
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import Moved, hand_pose
-from farhand.local_site.workcell.own_place import OnMoved, SampleFiles, no_files
+from farhand.local_site.workcell.workcell import OnMoved, SampleFiles, no_files
 
 _log = loop_logger(__name__)
 
@@ -37,23 +37,23 @@ class LiveArm(ArmPlace):
         self._n_untold = self._n_renewed = 0
 
     def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
-        """See `OwnPlace.start`."""
+        """See `Workcell.start`."""
         self._put, self._moved = put, moved
         self._thread.start()
 
     def hand(self, point: tuple[float, ...], time_s: float, released: bool) -> None:
-        """See `OwnPlace.hand`. Its time is now, whatever it says."""
+        """See `Workcell.hand`. Its time is now, whatever it says."""
         target = hand_pose(point)
         self._jobs.put(self._arm.let_go if released else partial(self._arm.hold, target))
 
     def renew(self, seed: int | None) -> None:
-        """See `OwnPlace.renew`. Done when it returns."""
+        """See `Workcell.renew`. Done when it returns."""
         done = threading.Event()
         self._jobs.put(partial(self._renew, seed, done))
         done.wait(timeout=5.0)
 
     def align(self) -> None:
-        """See `OwnPlace.align`."""
+        """See `Workcell.align`."""
         self._jobs.put(self._arm.align)
 
     @property
@@ -62,7 +62,7 @@ class LiveArm(ArmPlace):
         return self._arm.asleep
 
     def close(self) -> None:
-        """See `OwnPlace.close`."""
+        """See `Workcell.close`."""
         if self._thread.is_alive():
             self._jobs.put(None)
             self._thread.join(timeout=5.0)

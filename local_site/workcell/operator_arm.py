@@ -17,7 +17,7 @@ from farhand.common.errors import FarhandError
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.workcell.scripted_hand import ScriptedHand
-from farhand.local_site.workcell.scripted_ways import STANDOFF_M, Way, WayIn, WayOut
+from farhand.local_site.workcell.scripted_ways import STANDOFF_M, ScriptedInsertion, ScriptedPath, WayOut
 
 Array = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def hot_stab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
     """
     random, dimensions = np.random.default_rng(seed), dimensions or Dimensions()
     arm = OperatorArm(Placement.sample(random, ACCEPTANCE, dimensions), dimensions)
-    way = WayIn(arm.frame.to_local(arm.tip), dimensions.receptacle.depth_m, random)
+    way = ScriptedInsertion(arm.frame.to_local(arm.tip), dimensions.receptacle.depth_m, random)
     shown = _demonstrate(arm, way, random, seed)
     end = arm.insertion
     if end.depth_m < _SEATED_M or end.lateral_m > _LATERAL_M:
@@ -124,7 +124,9 @@ DEMONSTRATIONS: dict[str, Callable[[int], Demonstration]] = {"hot-stab": hot_sta
 """How the scripted operator shows each task: one demonstration for each seed."""
 
 
-def _demonstrate(arm: OperatorArm, way: Way, random: np.random.Generator, seed: int) -> Demonstration:
+def _demonstrate(
+    arm: OperatorArm, way: ScriptedPath, random: np.random.Generator, seed: int
+) -> Demonstration:
     hand = ScriptedHand(way, random)
     time_s = TICK_S * np.arange(round(hand.duration_s / TICK_S) + 1, dtype=np.float64)
     poses = [arm.tip]

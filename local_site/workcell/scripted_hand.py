@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from farhand.local_site.workcell.scripted_ways import Way
+from farhand.local_site.workcell.scripted_ways import ScriptedPath
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class ScriptedHand:
         random: Of drift and tremor.
     """
 
-    def __init__(self, way: Way, random: np.random.Generator):
+    def __init__(self, way: ScriptedPath, random: np.random.Generator):
         self._way = way
         self._drift = _ornstein_uhlenbeck(random, math.ceil(self.duration_s / _GRID_S) + 2)
         self._tremor_m = random.uniform(*_TREMOR_M) * random.normal(size=3)

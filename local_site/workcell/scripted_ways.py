@@ -23,7 +23,7 @@ _DEEPER_M = -0.002  # than the bore: where the hand stops pushing
 _ALIGNED = (1.0, 0.0, 0.0, 0.0)
 
 
-class Way(Protocol):
+class ScriptedPath(Protocol):
     """Where the plug's tip should be at any time."""
 
     @property
@@ -36,7 +36,7 @@ class Way(Protocol):
         ...
 
 
-class WayIn:
+class ScriptedInsertion:
     """To a point before the mouth, a pause, and into the bore.
 
     Args:
@@ -58,11 +58,11 @@ class WayIn:
 
     @property
     def duration_s(self) -> float:
-        """See `Way.duration_s`."""
+        """See `ScriptedPath.duration_s`."""
         return self._reach_s + self._pause_s + self._insert_s + _REST_S
 
     def at(self, time_s: float) -> tuple[Array, Rotation, float]:
-        """See `Way.at`."""
+        """See `ScriptedPath.at`."""
         reached = _minimum_jerk(time_s / self._reach_s)
         inserted = (time_s - self._reach_s - self._pause_s) / self._insert_s
         return self._reached(reached) + self._inserted(inserted), self._turn(reached), min(5.0 * reached, 1.0)
@@ -93,11 +93,11 @@ class WayOut:
 
     @property
     def duration_s(self) -> float:
-        """See `Way.duration_s`."""
+        """See `ScriptedPath.duration_s`."""
         return self._pause_s + self._withdraw_s + _REST_S
 
     def at(self, time_s: float) -> tuple[Array, Rotation, float]:
-        """See `Way.at`."""
+        """See `ScriptedPath.at`."""
         part = _minimum_jerk((time_s - self._pause_s) / self._withdraw_s)
         return (
             self._start + part * (self._end - self._start),

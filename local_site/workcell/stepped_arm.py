@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from farhand.common.arm.simulation.simulation import TICK_S
-from farhand.common.owner import Job
+from farhand.common.event_loop import Job
 from farhand.common.task import ArmTask
 from farhand.local_site.workcell.arm_place import ArmPlace
 from farhand.local_site.workcell.held_arm import hand_pose
-from farhand.local_site.workcell.own_place import OnMoved, SampleFiles, no_files
+from farhand.local_site.workcell.workcell import OnMoved, SampleFiles, no_files
 
 _LONGEST_S = 1.0
 """A hand that says nothing for longer has rested: the arm stands by then [s]."""
@@ -27,11 +27,11 @@ class SteppedArm(ArmPlace):
         self._n_ticks = 0
 
     def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
-        """See `OwnPlace.start`."""
+        """See `Workcell.start`."""
         self._moved = moved
 
     def hand(self, point: tuple[float, ...], time_s: float, released: bool) -> None:
-        """See `OwnPlace.hand`."""
+        """See `Workcell.hand`."""
         target = hand_pose(point)
         if self._held_s is None:
             self._held_s, self._n_ticks = time_s, 0
@@ -48,13 +48,13 @@ class SteppedArm(ArmPlace):
         self._moved(*self._arm.take())
 
     def renew(self, seed: int | None) -> None:
-        """See `OwnPlace.renew`."""
+        """See `Workcell.renew`."""
         self._held_s = None
         self._arm.renew(self._task.skill, self._arm.seed + 1 if seed is None else seed)
         self.view = self._arm.view()
 
     def align(self) -> None:
-        """See `OwnPlace.align`. Done when it returns."""
+        """See `Workcell.align`. Done when it returns."""
         self._held_s = None
         self._arm.align()
         for _ in range(round(_TURN_S / TICK_S)):
@@ -65,4 +65,4 @@ class SteppedArm(ArmPlace):
         self._moved(*self._arm.take())
 
     def close(self) -> None:
-        """See `OwnPlace.close`."""
+        """See `Workcell.close`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict
 
 from farhand.common.errors import InvalidModel
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ModelReply, ModelTransfer, Stamp
 from farhand.remote_site.motion.model_trial import ModelTrial, Outcome, StoredModel
@@ -23,7 +23,7 @@ class ModelStore:
         tasks: What this robot does.
     """
 
-    def __init__(self, tasks: Repertoire):
+    def __init__(self, tasks: TaskSet):
         self._tasks = tasks
         self._models: dict[str, StoredModel] = {}
         self._arriving: OrderedDict[str, bytearray] = OrderedDict()

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from farhand.common.control_mode import Action, ControlMode, Phase, mode_after, modes_allowing
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import Command, Stamp
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.execution import start_refusal
 from farhand.remote_site.motion.model_store import ModelStore
 from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.perception.sensing import Sensing
-from farhand.remote_site.supervision.contact import OperatorContact
+from farhand.remote_site.supervision.session import OperatorSession
 
 
-class CommandJudge:
+class Admission:
     """Finds the reason against a command.
 
     Args:
@@ -29,8 +29,8 @@ class CommandJudge:
 
     def __init__(
         self,
-        tasks: Repertoire,
-        contact: OperatorContact,
+        tasks: TaskSet,
+        contact: OperatorSession,
         models: ModelStore,
         plans: Plans,
         sensing: Sensing,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from enum import StrEnum
 
 from farhand.common.control_mode import Action, Cause, ControlMode, Guard
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import RECORDED, Stamp
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.perception.sensing import Sensing
@@ -48,7 +48,7 @@ class Recordings:
 
     def __init__(
         self,
-        tasks: Repertoire,
+        tasks: TaskSet,
         sensing: Sensing,
         motion: Motion,
         lease: Lease,

@@ -12,7 +12,7 @@ from functools import partial
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import ControlMode, Guard, Phase
 from farhand.common.errors import InvalidInput
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (
     Command,
@@ -34,15 +34,15 @@ from farhand.remote_site.motion.planner import PlanRequest
 from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.supervision.black_box import BlackBox
-from farhand.remote_site.supervision.command_judge import CommandJudge
+from farhand.remote_site.supervision.command_judge import Admission
 from farhand.remote_site.supervision.command_log import CommandLog
-from farhand.remote_site.supervision.contact import OperatorContact
 from farhand.remote_site.supervision.events import Announce, Events, Write
 from farhand.remote_site.supervision.failsafe import Failsafe
 from farhand.remote_site.supervision.mode_machine import ModeMachine
 from farhand.remote_site.supervision.model_reception import ModelReception
 from farhand.remote_site.supervision.recordings import Recordings
-from farhand.remote_site.supervision.watch import Trip, Watch
+from farhand.remote_site.supervision.session import OperatorSession
+from farhand.remote_site.supervision.watch import Guards, Trip
 
 
 class Supervisor:
@@ -60,7 +60,7 @@ class Supervisor:
 
     def __init__(
         self,
-        tasks: Repertoire,
+        tasks: TaskSet,
         config: RemoteConfig,
         embodiment: Embodiment,
         clock: BootClock,
@@ -72,7 +72,7 @@ class Supervisor:
         self.embodiment, control_hz = embodiment, embodiment.control_hz
         plant, perception = embodiment.plant, embodiment.perception
         self.sensing = Sensing(plant, perception, len(tasks.first.frame_names), control_hz, clock.now_s())
-        self.contact = OperatorContact(config, clock)
+        self.contact = OperatorSession(config, clock)
         self.models = ModelStore(tasks)
         self.motion = Motion(embodiment, self.sensing)
         self.events = Events(announce, self.stamp, write)
@@ -83,12 +83,12 @@ class Supervisor:
         self.machine = ModeMachine(
             embodiment, self.sensing, self.motion, self._plans, self.events, announce, self.stamp, self.recordings
         )  # fmt: skip
-        self._judge = CommandJudge(tasks, self.contact, self.models, self._plans, self.sensing, embodiment)
+        self._judge = Admission(tasks, self.contact, self.models, self._plans, self.sensing, embodiment)
         self._log = CommandLog()
         self.reception = ModelReception(
             self.models, self.contact.lease, self.events, lambda: self.mode, self.stamp
         )
-        self._watch = Watch(self.sensing, self.contact, self.motion, config.deadline_s)
+        self._watch = Guards(self.sensing, self.contact, self.motion, config.deadline_s)
         self._black_box = BlackBox(self.sensing, self.motion, control_hz, write)
         self.failsafe = Failsafe(self.motion, self.machine, self._black_box, control_hz)
         """Runs whatever is done in a control period."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from farhand.common.control_mode import ControlMode, Guard, Phase
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.perception.sensing import Sensing
-from farhand.remote_site.supervision.contact import OperatorContact
 from farhand.remote_site.supervision.guards import ForceGuard, LinkGuard, SightGuard
+from farhand.remote_site.supervision.session import OperatorSession
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Trip:
     wanted: bool = False
 
 
-class Watch:
+class Guards:
     """Asks every guard that matters in the present mode.
 
     Args:
@@ -38,7 +38,7 @@ class Watch:
         deadline_s: A control period that comes later than this is a fault [s].
     """
 
-    def __init__(self, sensing: Sensing, contact: OperatorContact, motion: Motion, deadline_s: float):
+    def __init__(self, sensing: Sensing, contact: OperatorSession, motion: Motion, deadline_s: float):
         self._sensing, self._contact, self._motion = sensing, contact, motion
         self._deadline_s = deadline_s
         limits = motion.embodiment.task.limits  # all tasks of one robot have the same

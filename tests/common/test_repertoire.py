@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import ArmTask, Limits
 from farhand.common.wire.messages import MOST_TASKS
 from farhand.deploy.places import find_task, find_tasks
@@ -13,7 +13,7 @@ STAB, UNSTAB, PLANAR = find_task("hot-stab"), find_task("hot-unstab"), find_task
 
 
 def test_tasks_of_one_arm_are_found_by_their_names_and_the_first_comes_first():
-    tasks = Repertoire([STAB, UNSTAB])
+    tasks = TaskSet([STAB, UNSTAB])
     assert tasks.names == ("hot-stab", "hot-unstab")
     assert tasks.first is STAB and list(tasks) == [STAB, UNSTAB] and len(tasks) == 2
     assert tasks.get("hot-unstab") is UNSTAB
@@ -22,17 +22,17 @@ def test_tasks_of_one_arm_are_found_by_their_names_and_the_first_comes_first():
 
 def test_there_must_be_a_task_and_each_only_once():
     with pytest.raises(InvalidConfiguration, match="one task or more"):
-        Repertoire([])
+        TaskSet([])
     with pytest.raises(InvalidConfiguration, match="each task once"):
-        Repertoire([STAB, STAB])
+        TaskSet([STAB, STAB])
     many = [msgspec.structs.replace(STAB, name=f"stab-{n}") for n in range(MOST_TASKS + 1)]
-    assert len(Repertoire(many[1:])) == MOST_TASKS
+    assert len(TaskSet(many[1:])) == MOST_TASKS
     with pytest.raises(InvalidConfiguration, match=f"{MOST_TASKS} at most"):
-        Repertoire(many)
+        TaskSet(many)
 
 
 def test_a_task_that_is_not_done_is_refused_in_words_that_name_those_that_are():
-    tasks = Repertoire([STAB, UNSTAB])
+    tasks = TaskSet([STAB, UNSTAB])
     assert tasks.refusal("hot-unstab") == ""
     assert tasks.refusal("planar") == "this robot does 'hot-stab' and 'hot-unstab', not 'planar'"
 
@@ -44,12 +44,12 @@ def test_a_task_that_is_not_done_is_refused_in_words_that_name_those_that_are():
 def test_one_robot_does_them_all_or_the_field_that_differs_is_named(field: str, value: object):
     assert isinstance(UNSTAB, ArmTask)
     with pytest.raises(InvalidConfiguration, match=rf"'hot-unstab'.*{field}.*'hot-stab'"):
-        Repertoire([STAB, msgspec.structs.replace(UNSTAB, **{field: value})])
+        TaskSet([STAB, msgspec.structs.replace(UNSTAB, **{field: value})])
 
 
 def test_an_arm_does_not_do_the_task_of_a_point():
     with pytest.raises(InvalidConfiguration, match="robot"):
-        Repertoire([STAB, PLANAR])
+        TaskSet([STAB, PLANAR])
 
 
 def test_names_are_read_with_commas_between_them():

@@ -12,7 +12,7 @@ import numpy as np
 
 from farhand.common.control_mode import ControlMode, Phase, mode_after
 from farhand.common.link.link import Request
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import AnyTask, ArmTask, PointTask, load_toml
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
@@ -37,7 +37,7 @@ from farhand.local_site.console.console import Console
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.samples import still_frames
-from farhand.local_site.workcell.own_place import OwnPlace
+from farhand.local_site.workcell.workcell import Workcell
 from tests.loopback import Loopback
 
 TASK = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml", PointTask)
@@ -175,10 +175,10 @@ class Desk:
 
 
 @contextmanager
-def desk(data_dir: Path, *tasks: AnyTask, place: OwnPlace | None = None) -> Iterator[Desk]:
+def desk(data_dir: Path, *tasks: AnyTask, place: Workcell | None = None) -> Iterator[Desk]:
     """A console on a link in memory, of the planar task unless told otherwise."""
     remote, local = Loopback.pair()
-    robot, library = RobotEnd(remote), Library(Repertoire(tasks or (TASK,)), data_dir)
+    robot, library = RobotEnd(remote), Library(TaskSet(tasks or (TASK,)), data_dir)
     robot.tasks = library.tasks.names
     console = Console(library, local, "ann", place=place)
     console.start()

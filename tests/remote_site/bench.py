@@ -12,7 +12,7 @@ from msgspec import structs
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import AnyTask, PointTask
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import (
@@ -142,7 +142,7 @@ class Bench:
             embodiment = self._point(task, plant)
         self.plant, self.dt_s = embodiment.plant, 1.0 / embodiment.control_hz
         self.robot = Supervisor(
-            Repertoire([task, *also]), RemoteConfig(), embodiment, self.clock,
+            TaskSet([task, *also]), RemoteConfig(), embodiment, self.clock,
             lambda channel, message: self.said.append((channel, message)), self.plan_requests.append,
             lambda **fields: self.written.append(fields),
         )  # fmt: skip

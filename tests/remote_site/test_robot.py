@@ -21,7 +21,7 @@ def test_a_path_is_thinned_for_the_link_that_it_is_announced_over(tmp_path: Path
     for rate_bps in (0.0, acoustic):
         config = RemoteConfig(link=EndpointSettings(listen="tcp/127.0.0.1:0", rate_bps=rate_bps))
         site = Meeting(config=config).join("ann", tmp_path / f"{rate_bps:g}")
-        slowly = intents.Command(Action.SET_PACE, pace=0.25)  # so that it is a long path
+        slowly = intents.CommandRobot(Action.SET_PACE, pace=0.25)  # so that it is a long path
         picture = site.ask(intents.LoadSamples(), intents.SendModel(), Action.ARM, slowly, Action.PREVIEW)
         assert picture.path is not None and picture.path.reaches_end
         paths.append(picture.path)

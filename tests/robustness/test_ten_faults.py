@@ -60,7 +60,7 @@ def test_nothing_that_waited_out_an_outage_moves_the_robot(tmp_path: Path):
     ann.link.stalled = True
     for k in range(100):  # the operator does not see it at first and goes on
         ann.drive(0.05, 0.2 + 0.005 * k, 0.9)
-    ann.console.submit(intents.Command(Action.EXECUTE))
+    ann.console.submit(intents.CommandRobot(Action.EXECUTE))
     meeting.run(0.1)
     meeting.run(5.0)
     assert meeting.mode is ControlMode.HOLD
@@ -226,7 +226,7 @@ def test_every_time_out_ends_and_recovers(tmp_path: Path):
         ann.drive(1.5, 0.2, 0.5)
         assert meeting.mode is ControlMode.DIRECT
         ann.link.stalled = True
-        ann.console.submit(intents.Command(Action.CLUTCH))
+        ann.console.submit(intents.CommandRobot(Action.CLUTCH))
         meeting.run(20.0)
         assert meeting.mode is ControlMode.HOLD and ann.picture.link.health is LinkHealth.LOST
         assert not ann.picture.pending  # the clutch was given up, and its operator told

@@ -14,7 +14,7 @@ from farhand.common.arm.lathe import turned
 from farhand.common.arm.poses import compose, inverse, rotation
 from farhand.common.arm.simulation import receptacle
 from farhand.common.arm.simulation.scene import DECK, compile_scene
-from farhand.common.wire.scene_description import Colour, Link, Mesh, SceneDescription
+from farhand.common.wire.scene_description import ArmLink, Colour, Mesh, SceneDescription
 
 Array = NDArray[np.float64]
 Shape = tuple[Array, NDArray[np.int64]]
@@ -49,7 +49,7 @@ class _Reader:
             parent = poses[max(index - 1, 0)]
             joint = model.body_jntadr[body]
             links.append(
-                Link(
+                ArmLink(
                     model.body(body).name.rpartition("/")[2],
                     index - 1,
                     _tuple(compose(inverse(parent), poses[index])),

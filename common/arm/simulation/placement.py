@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.insertion_trajectory import InsertionTrajectory
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.poses import compose
 from farhand.common.arm.simulation.receptacle import FACING_QUAT
-from farhand.common.arm.way_in import WayIn
 from farhand.common.model.manifold import POSE
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ class Placement(NamedTuple):
     def seated(cls, random: np.random.Generator, box: Box, dimensions: Dimensions) -> Placement:
         """Draw a receptacle anywhere in a box, with the plug seated in it."""
         receptacle, joints_rad = cls.sample(random, box, dimensions)
-        way_in = WayIn(Kinematics(dimensions))
+        way_in = InsertionTrajectory(Kinematics(dimensions))
         for _ in way_in.go(joints_rad, receptacle):
             pass
         aside, tilt = random.uniform(-_ASIDE_M, _ASIDE_M, 2), random.uniform(-_TILT_RAD, _TILT_RAD, 2)

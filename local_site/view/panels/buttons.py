@@ -39,7 +39,7 @@ class ButtonSpec:
 def _command(action: Action, label: str, colour: Colour = "blue") -> ButtonSpec:
     return ButtonSpec(
         label,
-        lambda shown: intents.Command(action, shown),
+        lambda shown: intents.CommandRobot(action, shown),
         lambda picture: _command_enabled(action, picture),
         lambda picture: action in picture.pending,
         colour,
@@ -75,7 +75,7 @@ def _wish(wish: Wish, label: str, enabled: Callable[[Picture], bool], colour: Co
     """A button about who is in control; it stays marked until the robot has answered."""
     return ButtonSpec(
         label,
-        lambda _shown: intents.Control(wish),
+        lambda _shown: intents.WishControl(wish),
         lambda picture: picture.robot is not None and enabled(picture),
         lambda picture: picture.wish is wish and wish in (Wish.ASK, Wish.GIVE),
         colour,
@@ -99,8 +99,10 @@ def _can_record(picture: Picture) -> bool:
 
 STOP = _command(Action.STOP, "STOP", "red")
 TEACH = (
-    ButtonSpec("Record", lambda _: intents.Record(), _can_record, lambda p: Action.RECORD in p.pending),
-    ButtonSpec("End", lambda _: intents.End(), lambda p: p.recording or p.robot_records),
+    ButtonSpec(
+        "Record", lambda _: intents.RecordDemonstration(), _can_record, lambda p: Action.RECORD in p.pending
+    ),
+    ButtonSpec("End", lambda _: intents.EndDemonstration(), lambda p: p.recording or p.robot_records),
     ButtonSpec("Undo", lambda _: intents.Undo(), lambda p: p.can_undo or p.robot_records, colour="gray"),
     ButtonSpec("Load samples", lambda _: intents.LoadSamples(), lambda p: not p.recording, colour="gray"),
     ButtonSpec("Send model", lambda _: intents.SendModel(), _can_send, lambda p: p.sending_model),
@@ -108,7 +110,7 @@ TEACH = (
 TEACH_ARM = (
     *TEACH,
     ButtonSpec("Align", lambda _: intents.Align(), lambda p: not p.coupled, colour="gray"),
-    ButtonSpec("New place", lambda _: intents.Renew(), lambda p: not p.recording, colour="gray"),
+    ButtonSpec("New place", lambda _: intents.ResetArm(), lambda p: not p.recording, colour="gray"),
 )
 SEND_LIBRARY = ButtonSpec(
     "Send library", lambda _: intents.SendLibrary(), _can_send_library, lambda p: p.sending_library

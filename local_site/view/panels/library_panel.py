@@ -38,7 +38,7 @@ class LibraryPanel:
             "Go to": gui.add_button("Go to", color="blue", disabled=True),
             "Delete": gui.add_button("Delete", color="gray", disabled=True),
         }
-        self._on("Go to", lambda: intents.GoTo(self._chosen()))
+        self._on("Go to", lambda: intents.SelectRevision(self._chosen()))
         self._on("Delete", lambda: intents.Delete(self._chosen()))
 
     def draw(self, picture: Picture) -> None:

@@ -50,7 +50,7 @@ class PaceSlider:
         if self._wanted is not None:
             if not sending and now_s - self._moved_s >= _STILL_S:
                 pace = min(max(self._wanted / 100.0, SLOWEST_PACE), 1.0)
-                self._submit(intents.Command(Action.SET_PACE, pace=pace))
+                self._submit(intents.CommandRobot(Action.SET_PACE, pace=pace))
                 self._wanted, self._moved_s = None, now_s
         elif robot is not None and not sending and now_s - self._moved_s >= _STILL_S:
             shown = round(100.0 * robot.pace, 1)

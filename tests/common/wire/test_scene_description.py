@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from farhand.common.errors import InvalidMessage
-from farhand.common.wire.scene_description import Link, Mesh, SceneDescription
+from farhand.common.wire.scene_description import ArmLink, Mesh, SceneDescription
 
 AT_ORIGIN = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 TRIANGLE = Mesh.of((10, 20, 30), np.eye(3), [[0, 1, 2]])
 SCENE = SceneDescription(
     links=(
-        Link("base", -1, AT_ORIGIN, (0.0, 0.0, 0.0), (TRIANGLE,)),
-        Link("upper", 0, UP, (0.0, 1.0, 0.0), (TRIANGLE,)),
-        Link("lower", 1, UP, (0.0, 1.0, 0.0), ()),
+        ArmLink("base", -1, AT_ORIGIN, (0.0, 0.0, 0.0), (TRIANGLE,)),
+        ArmLink("upper", 0, UP, (0.0, 1.0, 0.0), (TRIANGLE,)),
+        ArmLink("lower", 1, UP, (0.0, 1.0, 0.0), ()),
     ),
     tip=(0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0),
     held=(),

@@ -9,7 +9,7 @@ import pytest
 from msgspec import structs
 
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.deploy.places import find_task
 from farhand.evaluation.harness.virtual_job import do_job
 from farhand.evaluation.harness.virtual_sites import VirtualSites
@@ -23,7 +23,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     task, way = find_task("hot-stab"), DirectionSettings(delay_ms=300.0)
     settings = LinkSettings(uplink=way, downlink=way)
     folder: Path = tmp_path_factory.mktemp("library")
-    sites = VirtualSites(Library(Repertoire([task]), folder), settings, RemoteConfig(seed=1))
+    sites = VirtualSites(Library(TaskSet([task]), folder), settings, RemoteConfig(seed=1))
     return do_job(sites, settings, PlannedOutage("blackhole", 4.0), seed=1)
 
 
@@ -61,7 +61,7 @@ def test_it_was_driven_previewed_and_executed_in_this_order(result: dict[str, An
 def test_several_tasks_are_taught_and_done_one_after_the_other(tmp_path: Path):
     planar = find_task("planar")
     learning = structs.replace(planar.learning, max_distance_m=0.3)
-    tasks = Repertoire([planar, structs.replace(planar, name="other", learning=learning)])
+    tasks = TaskSet([planar, structs.replace(planar, name="other", learning=learning)])
     way = DirectionSettings(delay_ms=50.0)
     settings = LinkSettings(uplink=way, downlink=way)
     sites = VirtualSites(Library(tasks, tmp_path), settings, RemoteConfig(seed=1))

@@ -52,7 +52,7 @@ def test_teaching_previewing_and_executing_are_about_the_chosen_task(tmp_path: P
         it.console.submit(intents.SendModel())
         it.until(lambda p: bool(p.confirmed_sha256))
         assert [transfer.task for transfer in it.robot.heard(ModelTransfer)] == ["planar", "other"]
-        it.console.submit(intents.Command(Action.PREVIEW))
+        it.console.submit(intents.CommandRobot(Action.PREVIEW))
         (preview,) = it.robot.wait_for(Command)
         assert (preview.task, preview.model_sha256) == ("other", it.picture.confirmed_sha256)
 
@@ -77,14 +77,14 @@ def test_another_task_is_not_chosen_while_something_is_recorded_here_or_a_previe
 ):
     with desk(tmp_path, TASK, OTHER) as it:
         it.connected(ControlMode.HOLD)
-        it.console.submit(intents.Record())
+        it.console.submit(intents.RecordDemonstration())
         it.console.submit(intents.Choose("other"))
         assert it.told("a demonstration is being recorded").task is TASK
         it.console.submit(intents.Undo())
         teach(it)
         it.console.submit(intents.SendModel())
         it.until(lambda p: bool(p.confirmed_sha256))
-        it.console.submit(intents.Command(Action.PREVIEW))
+        it.console.submit(intents.CommandRobot(Action.PREVIEW))
         it.until(lambda p: Action.PREVIEW in p.pending)
         it.console.submit(intents.Choose("other"))
         assert it.told("a preview or an execution is under way").task is TASK

@@ -12,7 +12,7 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.command_check import check
 from farhand.local_site.console.picture import Pending, Picture
 from farhand.local_site.exchange.stop_sender import StopStatus
-from farhand.local_site.teaching.taught import NotNow
+from farhand.local_site.teaching.lesson import NotNow
 from tests.local_site.robot_end import TASK, desk
 
 SHA = "a" * 64
@@ -39,7 +39,7 @@ def seen(
 
 def refusal(action: Action, picture: Picture, shown: ControlMode | None = None) -> str:
     try:
-        check(intents.Command(action, shown), picture)
+        check(intents.CommandRobot(action, shown), picture)
     except NotNow as error:
         return str(error)
     return ""

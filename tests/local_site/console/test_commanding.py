@@ -10,8 +10,8 @@ from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.link_monitor import LinkMonitor
 from farhand.common.wire.messages import Command, Event, Heartbeat, LeaseReply, LeaseRequest, Stamp, Telemetry
 from farhand.local_site.console.commanding import Commanding
-from farhand.local_site.exchange.inquiries import Inquiries
 from farhand.local_site.exchange.notices import Notice
+from farhand.local_site.exchange.requests import Requests
 from tests.local_site.robot_end import LEASE_ID, PATIENCE_S, RobotEnd
 from tests.loopback import Loopback
 
@@ -24,7 +24,7 @@ class Desk:
         self.robot = RobotEnd(remote)
         self.jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self.notices: list[Notice] = []
-        self.inquiries = Inquiries(self.link, self.jobs.put, lambda: 100.0, ask_timeout_s=1.0)
+        self.inquiries = Requests(self.link, self.jobs.put, lambda: 100.0, ask_timeout_s=1.0)
         self.monitor = LinkMonitor()
         self.commanding = Commanding(self.link, self.inquiries, self.monitor, "ann", self.notices.append)
 

@@ -32,17 +32,17 @@ def a_path(plan_id: int = 0, path_id: int = 1) -> PlannedPath:
 
 def teach(it: Desk) -> None:
     n = it.picture.n_demonstrations
-    it.console.submit(intents.Record())
+    it.console.submit(intents.RecordDemonstration())
     for position, time_s in zip(*stroke(), strict=True):
         it.console.submit(intents.Hand(tuple(position.tolist()), float(time_s)))
-    it.console.submit(intents.End())
+    it.console.submit(intents.EndDemonstration())
     it.until(lambda p: p.n_demonstrations == n + 1)
 
 
 def test_before_the_robot_reports_nothing_is_known_and_nothing_can_be_asked(tmp_path: Path):
     with desk(tmp_path) as it:
         assert it.picture.robot is None and it.picture.mode is None and not it.picture.in_control
-        it.console.submit(intents.Command(Action.ARM))
+        it.console.submit(intents.CommandRobot(Action.ARM))
         it.told("arm: refused: the robot has not reported")
         assert not it.robot.heard(Command)
 
@@ -50,7 +50,7 @@ def test_before_the_robot_reports_nothing_is_known_and_nothing_can_be_asked(tmp_
 def test_the_mode_is_the_robots_word_and_nothing_else(tmp_path: Path):
     with desk(tmp_path) as it:
         it.connected(ControlMode.DISARMED)
-        it.console.submit(intents.Command(Action.ARM))
+        it.console.submit(intents.CommandRobot(Action.ARM))
         it.until(lambda p: (a := p.pending.get(Action.ARM)) is not None and a.accepted_ns is not None)
         assert it.picture.mode is ControlMode.DISARMED
         it.robot.report(ControlMode.HOLD)
@@ -77,7 +77,7 @@ def test_rubbish_on_the_wire_is_dropped(tmp_path: Path):
 def test_a_click_on_an_old_page_is_refused_before_it_leaves(tmp_path: Path):
     with desk(tmp_path) as it:
         it.connected(ControlMode.HOLD)
-        it.console.submit(intents.Command(Action.COUPLE, shown_mode=ControlMode.DISARMED))
+        it.console.submit(intents.CommandRobot(Action.COUPLE, shown_mode=ControlMode.DISARMED))
         it.told("page was behind")
         assert not it.robot.heard(Command)
 
@@ -95,7 +95,7 @@ def test_a_demonstration_is_learned_sent_and_confirmed_and_then_named_in_command
         assert (transfer.content, transfer.task) == (learned.content, "planar")
         it.robot.say(keys.PATH, a_path(plan_id=5))
         it.until(lambda p: p.plan_id == 5)
-        it.console.submit(intents.Command(Action.EXECUTE))
+        it.console.submit(intents.CommandRobot(Action.EXECUTE))
         (command,) = it.robot.wait_for(Command)
         assert (command.model_sha256, command.plan_id) == (learned.sha256, 5)
 
@@ -128,7 +128,7 @@ def test_the_samples_of_the_task_are_learned_on_request(tmp_path: Path):
         it.until(lambda p: p.n_demonstrations == 3)
 
 
-@pytest.mark.parametrize("intent", [intents.End(), intents.Undo(), intents.SendModel()])
+@pytest.mark.parametrize("intent", [intents.EndDemonstration(), intents.Undo(), intents.SendModel()])
 def test_what_is_not_possible_now_is_refused_in_words_and_changes_nothing(tmp_path: Path, intent):
     with desk(tmp_path) as it:
         it.connected(ControlMode.HOLD)
@@ -141,7 +141,7 @@ def test_while_coupled_the_hand_drives_and_record_is_the_robots(tmp_path: Path):
     with desk(tmp_path) as it:
         report = it.connected(ControlMode.DIRECT, coupling_id=4).picture.robot
         assert report is not None
-        it.console.submit(intents.Record())
+        it.console.submit(intents.RecordDemonstration())
         (command,) = it.robot.wait_for(Command)
         assert command.action is Action.RECORD
         it.console.submit(intents.Hand((0.3, 0.4), 1.0))
@@ -164,7 +164,7 @@ def test_while_decoupled_the_hand_is_not_sent(tmp_path: Path):
 def test_the_stroke_under_way_is_shown_last(tmp_path: Path):
     with desk(tmp_path) as it:
         teach(it)
-        it.console.submit(intents.Record())
+        it.console.submit(intents.RecordDemonstration())
         it.console.submit(intents.Hand((0.3, 0.4), 0.0))
         picture = it.until(lambda p: len(p.strokes) == 2)
         np.testing.assert_array_equal(picture.strokes[1], [[0.3, 0.4]])
@@ -175,7 +175,7 @@ def test_the_stroke_under_way_is_shown_last(tmp_path: Path):
 
 def test_stop_needs_neither_report_nor_lease_and_is_resent_until_it_is_answered(tmp_path: Path):
     with desk(tmp_path) as it:
-        it.console.submit(intents.Command(Action.STOP))
+        it.console.submit(intents.CommandRobot(Action.STOP))
         stops = it.robot.wait_for(Stop, 3)
         assert len({stop.stop_id for stop in stops}) == 1 and stops[0].site_name == "ann"
         it.robot.say(keys.STOP_ACK, StopAck(stop_id=stops[0].stop_id, standing=False, stamp=it.robot.now()))
@@ -187,8 +187,8 @@ def test_stop_needs_neither_report_nor_lease_and_is_resent_until_it_is_answered(
 def test_reset_is_refused_while_the_own_stop_is_not_acknowledged(tmp_path: Path):
     with desk(tmp_path) as it:
         it.connected(ControlMode.STOPPED)
-        it.console.submit(intents.Command(Action.STOP))
-        it.console.submit(intents.Command(Action.RESET))
+        it.console.submit(intents.CommandRobot(Action.STOP))
+        it.console.submit(intents.CommandRobot(Action.RESET))
         it.told("reset: refused: your own stop")
         assert not it.robot.heard(Command)
 
@@ -234,7 +234,7 @@ def test_moving_the_target_is_passed_on_with_the_lease(tmp_path: Path):
 
 def test_one_bad_intent_does_not_take_the_console_away(tmp_path: Path):
     with desk(tmp_path) as it:
-        it.console.submit(intents.Record())
+        it.console.submit(intents.RecordDemonstration())
         it.console.submit(intents.Hand(("not", "numbers"), 0.0))  # pyright: ignore[reportArgumentType]
         it.console.submit(intents.Hand((np.nan, 0.0), 0.0))
         it.told("hand: refused")

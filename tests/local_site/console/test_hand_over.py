@@ -135,7 +135,7 @@ def test_an_acknowledgement_of_the_past_is_shown_beside_what_the_robot_does_now(
     eve = meeting.join("eve", tmp_path / "eve", Wish.WATCH)
     execute(ann)
     eve.link.deaf = True
-    eve.console.submit(intents.Command(Action.STOP))
+    eve.console.submit(intents.CommandRobot(Action.STOP))
     meeting.run(0.1)  # heard, and not resent yet
     assert meeting.mode is ControlMode.STOPPED
     eve.link.cut = True
@@ -199,7 +199,7 @@ def test_driving_passes_through_hold_and_the_new_holder_couples_anew(meeting: Me
     bob.wants(Wish.ASK)
     for _ in range(3):
         ann.drive(0.5, 0.5, 0.3)
-    ann.console.submit(intents.Control(Wish.GIVE))
+    ann.console.submit(intents.WishControl(Wish.GIVE))
     for _ in range(100):
         ann.drive(0.02, 0.9, 0.9)
         modes.add(meeting.mode)

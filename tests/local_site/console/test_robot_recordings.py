@@ -27,7 +27,7 @@ def ann(meeting: Meeting, tmp_path: Path) -> Site:
 
 def driving(site: Site) -> None:
     """Coupled, recorded by the robot, and on the way."""
-    site.ask(Action.ARM, Action.COUPLE, intents.Record())
+    site.ask(Action.ARM, Action.COUPLE, intents.RecordDemonstration())
     for k in range(10):
         site.drive(0.1, 0.02 * k, 0.01 * k)
     assert site.picture.robot_records and not site.picture.recording
@@ -36,7 +36,7 @@ def driving(site: Site) -> None:
 def test_the_page_sees_for_how_long_the_robot_has_recorded_and_what_came_of_it(meeting: Meeting, ann: Site):
     driving(ann)
     assert ann.picture.recorded_s == pytest.approx(1.0, abs=0.1)
-    picture = ann.ask(intents.End())
+    picture = ann.ask(intents.EndDemonstration())
     assert picture.mode is ControlMode.DIRECT and picture.recorded_s is None and picture.fetching is None
     assert picture.n_demonstrations == 1 and picture.learned is not None and not picture.can_recover
     (shown,) = ann.library.chosen.demonstrations
@@ -86,7 +86,7 @@ def test_an_operators_site_that_dies_before_it_has_fetched_finds_it_again(
     meeting: Meeting, ann: Site, tmp_path: Path
 ):
     driving(ann)
-    ann.console.submit(intents.End())
+    ann.console.submit(intents.EndDemonstration())
     meeting.run(DT_S)
     meeting.leave(ann)
     meeting.run(1.0)
@@ -118,11 +118,11 @@ def test_a_restarted_robot_has_none_any_more_and_the_operator_is_told(meeting: M
 
 def test_what_arrives_while_another_demonstration_is_made_is_learned_after_it(meeting: Meeting, ann: Site):
     driving(ann)
-    ann.console.submit(intents.Command(Action.CLUTCH))
+    ann.console.submit(intents.CommandRobot(Action.CLUTCH))
     while ann.picture.mode is not ControlMode.HOLD:
         meeting.run(DT_S)
     ann.link.stalled = True
-    picture = ann.ask(intents.Record())
+    picture = ann.ask(intents.RecordDemonstration())
     assert picture.recording and picture.fetching is not None and not picture.can_recover
     ann.link.mend()
     meeting.run(0.5)
@@ -137,7 +137,7 @@ def test_it_is_learned_into_the_task_that_it_was_made_for_though_another_one_is_
     meeting = Meeting([TASK, structs.replace(TASK, name="other")])
     ann = meeting.join("ann", tmp_path / "ann")
     driving(ann)
-    ann.console.submit(intents.End())
+    ann.console.submit(intents.EndDemonstration())
     while ann.picture.robot_records or ann.picture.fetching is None:
         meeting.run(DT_S)
     ann.link.stalled = True
@@ -148,5 +148,5 @@ def test_it_is_learned_into_the_task_that_it_was_made_for_though_another_one_is_
     assert [task.n_demonstrations for task in ann.picture.tasks] == [1, 0]
     # And for the one that is chosen, though the robot has not executed it yet.
     driving(ann)
-    ann.ask(intents.End())
+    ann.ask(intents.EndDemonstration())
     assert [task.n_demonstrations for task in ann.picture.tasks] == [1, 1]

@@ -9,7 +9,7 @@ from msgspec import structs
 
 from farhand.common.control_mode import Action
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import ModelTransfer
 from farhand.evaluation.harness.virtual_sites import VirtualSites
@@ -105,7 +105,7 @@ def test_what_is_sent_of_another_task_is_not_executed_for_this_one(meeting: Meet
 def test_a_task_that_the_robot_does_not_do_is_named_and_nothing_of_it_is_sent(
     meeting: Meeting, tmp_path: Path
 ):
-    meeting.tasks, both = Repertoire([TASK]), meeting.tasks
+    meeting.tasks, both = TaskSet([TASK]), meeting.tasks
     meeting.restart_robot()
     meeting.tasks = both
     bob = meeting.join("bob", tmp_path / "bob")
@@ -126,7 +126,7 @@ def test_nothing_is_sent_where_nothing_was_taught(meeting: Meeting, tmp_path: Pa
 
 
 def test_over_a_narrow_link_both_models_arrive_though_it_is_cut_in_the_middle(tmp_path: Path):
-    library = Library(Repertoire([TASK, OTHER]), tmp_path)
+    library = Library(TaskSet([TASK, OTHER]), tmp_path)
     samples = sample_strokes(TASK)
     library.chosen.learn(samples)
     library.by_task["other"].learn(samples[1:])

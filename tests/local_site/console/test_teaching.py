@@ -11,15 +11,15 @@ from farhand.common.control_mode import Action
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.wire.messages import ModelTransfer
 from farhand.local_site.console import intents
+from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
-from farhand.local_site.teaching.taught import NotNow
 from tests.local_site.robot_end import FRAMES, TASK, Desk, desk, stroke
 
 
 def begin(it: Desk) -> tuple[np.ndarray, np.ndarray]:
     """Half a demonstration."""
     positions, times = stroke()
-    it.console.submit(intents.Record())
+    it.console.submit(intents.RecordDemonstration())
     for position, time_s in zip(positions, times, strict=True):
         it.console.submit(intents.Hand(tuple(position.tolist()), float(time_s)))
     it.until(lambda p: p.recording and len(p.strokes) == 1)
@@ -31,7 +31,7 @@ def test_stop_and_abort_roll_back_to_before_the_demonstration_and_offer_it_again
     with desk(tmp_path) as it:
         it.connected()
         positions, _ = begin(it)
-        it.console.submit(intents.Command(action))
+        it.console.submit(intents.CommandRobot(action))
         picture = it.told("rolled back")
         assert not picture.recording and picture.learned is None and picture.n_demonstrations == 0
         it.until(lambda p: p.can_recover)
@@ -117,13 +117,13 @@ def test_the_revisions_are_shown_and_gone_back_to(tmp_path: Path):
         two = it.until(lambda p: p.n_demonstrations == 2)
         it.console.submit(intents.StartAnew())
         assert it.until(lambda p: p.n_demonstrations == 0).learned is None
-        it.console.submit(intents.GoTo(2))
+        it.console.submit(intents.SelectRevision(2))
         again = it.until(lambda p: p.n_demonstrations == 2)
         assert again.learned is not None and two.learned is not None
         assert again.learned.sha256 == two.learned.sha256
         it.console.submit(intents.Delete(1))
         it.until(lambda p: [revision.number for revision in p.revisions] == [2, 3])
-        it.console.submit(intents.GoTo(1))
+        it.console.submit(intents.SelectRevision(1))
         it.told("there is no revision 1 any more")
 
 

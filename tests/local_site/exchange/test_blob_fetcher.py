@@ -13,7 +13,7 @@ from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import BlobReply, BlobRequest, Stamp
 from farhand.local_site.exchange.blob_fetcher import BlobFetcher
-from farhand.local_site.exchange.inquiries import Inquiries
+from farhand.local_site.exchange.requests import Requests
 from farhand.remote_site.supervision.catalogue import Catalogue
 
 NOW = Stamp("boot", 1)
@@ -29,7 +29,7 @@ class Unruly:
         self.late: list[Callable[[], None]] = []
         self.n_parts, self.now_s = 0, 0.0
         self.damage = False
-        self.inquiries = Inquiries(self, lambda job: job(), lambda: self.now_s, ask_timeout_s=1.0)
+        self.inquiries = Requests(self, lambda job: job(), lambda: self.now_s, ask_timeout_s=1.0)
         self.fetcher = BlobFetcher(self.inquiries, NARROW_BPS)
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:

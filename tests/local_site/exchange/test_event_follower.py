@@ -8,7 +8,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Event, EventsReply, EventsRequest, Stamp
 from farhand.local_site.exchange.event_follower import EventFollower
-from farhand.local_site.exchange.inquiries import Inquiries
+from farhand.local_site.exchange.requests import Requests
 from tests.loopback import Loopback
 
 
@@ -25,7 +25,7 @@ class Robot:
         self.link.serve(keys.EVENTS, self.requests.append)
         self.boot, self.n_events, self.kept_from = "one", 0, 1
         self.told: list[str] = []
-        inquiries = Inquiries(local, lambda job: job(), lambda: 0.0)
+        inquiries = Requests(local, lambda job: job(), lambda: 0.0)
         self.follower = EventFollower(inquiries, lambda told: self.told.append(told.text))
 
     def asked_after(self) -> list[int]:

@@ -9,9 +9,9 @@ from farhand.common.model.model_file import encode as encode_model
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import ModelReply, ModelTransfer, Stamp
-from farhand.local_site.exchange.inquiries import Inquiries
 from farhand.local_site.exchange.model_sender import ModelSender
-from farhand.local_site.teaching.taught import LearnedModel
+from farhand.local_site.exchange.requests import Requests
+from farhand.local_site.teaching.lesson import LearnedModel
 from tests.loopback import Loopback
 from tests.strategies import learned
 
@@ -28,7 +28,7 @@ class Sending:
     def __init__(self) -> None:
         self.remote, local = Loopback.pair()
         self.jobs: queue.SimpleQueue = queue.SimpleQueue()
-        self.inquiries = Inquiries(local, self.jobs.put, lambda: 5.0, ask_timeout_s=0.1)
+        self.inquiries = Requests(local, self.jobs.put, lambda: 5.0, ask_timeout_s=0.1)
         self.settled: list[tuple[str, bool]] = []
         self.sender = ModelSender(self.inquiries, lambda: 5.0, "session")
 

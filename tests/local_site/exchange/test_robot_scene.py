@@ -14,13 +14,13 @@ from farhand.common.arm.simulation.description import describe
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import ControlMode
 from farhand.common.link.link import Answered
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import BlobRequest, Stamp, Telemetry
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console.catalogue import Catalogue
-from farhand.local_site.exchange.inquiries import Inquiries
+from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.exchange.robot_scene import KnownScenes
 from farhand.local_site.teaching.library import Library
 from farhand.remote_site.config import RemoteConfig
@@ -40,7 +40,7 @@ class Arm:
         self.end = RobotsEnd()
         self.robot = Robot(
             RemoteConfig(),
-            Repertoire([HOT_STAB]),
+            TaskSet([HOT_STAB]),
             BootClock("boot"),
             self.end,
             lambda _: None,
@@ -48,7 +48,7 @@ class Arm:
             None,
         )
         self.n_parts, self.now_s = 0, 0.0
-        self.inquiries = Inquiries(self, lambda job: job(), lambda: self.now_s)  # type: ignore[arg-type]
+        self.inquiries = Requests(self, lambda job: job(), lambda: self.now_s)  # type: ignore[arg-type]
         self._asked: deque[tuple[Callable[[], None], Answered]] = deque()
 
     def looks(self, scene: SceneDescription) -> None:
@@ -91,7 +91,7 @@ def arm() -> Arm:
 
 def site(arm: Arm, folder: Path, *own: SceneDescription) -> Catalogue:
     """An operator's site that has just heard of the robot."""
-    known, library = KnownScenes(folder / "scenes", own), Library(Repertoire([HOT_STAB]), folder)
+    known, library = KnownScenes(folder / "scenes", own), Library(TaskSet([HOT_STAB]), folder)
     catalogue = Catalogue(arm.inquiries, library, "ann", lambda what, text, good=True: None, 0.0, known)
     arm.n_parts = 0
     catalogue.on_report(report())

@@ -65,13 +65,13 @@ def test_two_strokes_in_a_row_over_a_narrow_link_are_both_learned(tmp_path: Path
     job = Job("planar", tmp_path, narrow)
     job.actions.command(Action.COUPLE, ControlMode.DIRECT)
     for number in (1, 2):
-        job.actions.submit(intents.Record())
+        job.actions.submit(intents.RecordDemonstration())
         job.actions.until("the recording", lambda p: p.robot_records)
         for k in range(60):
             job.actions.submit(intents.Hand((0.004 * k, 0.001 * k), 0.03 * k))
             job.actions.time.pause(0.03)
         assert number == 1 or job.actions.picture.fetching is not None  # the first one is still on its way
-        job.actions.submit(intents.End())
+        job.actions.submit(intents.EndDemonstration())
         job.actions.until("its end", lambda p: not p.robot_records)
     job.actions.until("both", lambda p: p.n_demonstrations == 2)
     assert not job.actions.picture.can_recover

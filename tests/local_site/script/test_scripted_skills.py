@@ -56,7 +56,7 @@ def test_the_samples_are_learned_as_poses_and_undone_bit_for_bit(tmp_path: Path)
         it.console.submit(intents.Undo())
         one = it.until(lambda p: p.n_demonstrations == 1)
         assert one.learned is not None and two.learned is not None
-        it.console.submit(intents.GoTo(1))
+        it.console.submit(intents.SelectRevision(1))
         back = it.until(lambda p: p.revision == 1).learned
         assert back is not None and back.content == two.learned.content
 
@@ -66,10 +66,10 @@ def test_what_is_being_recorded_of_the_arm_can_be_recovered_in_its_frame(tmp_pat
         arm = it.picture.own_arm
         assert arm is not None
         goal = arm.tip + np.array([0.0, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0])
-        it.console.submit(intents.Record())
+        it.console.submit(intents.RecordDemonstration())
         for time_s in np.arange(0.0, 1.5, 0.05).tolist():
             it.console.submit(intents.Hand(tuple(goal.tolist()), time_s))
-        it.console.submit(intents.Renew())
+        it.console.submit(intents.ResetArm())
         it.told("end or undo it first")
         it.until(lambda p: len(p.strokes) == 1 and len(p.strokes[0]) > 130)
     with desk(tmp_path, HOT_STAB, place=SteppedArm(HOT_STAB, seed=7)) as it:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
+from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.samples import sample_strokes
-from farhand.local_site.teaching.taught import NotNow
 from tests.local_site.robot_end import FRAMES, TASK, stroke
 
 OTHER = structs.replace(TASK, name="other")
@@ -19,7 +19,7 @@ OTHER = structs.replace(TASK, name="other")
 
 @pytest.fixture
 def library(tmp_path: Path) -> Library:
-    return Library(Repertoire([TASK, OTHER]), tmp_path)
+    return Library(TaskSet([TASK, OTHER]), tmp_path)
 
 
 def test_it_begins_with_the_first_task_and_each_is_taught_and_kept_by_itself(
@@ -33,7 +33,7 @@ def test_it_begins_with_the_first_task_and_each_is_taught_and_kept_by_itself(
     library.chosen.learn(samples[:1])
     one, other = library.learned["planar"], library.learned["other"]
     assert (one.model.n_demonstrations, other.model.n_demonstrations) == (3, 1)
-    later = Library(Repertoire([TASK, OTHER]), tmp_path)
+    later = Library(TaskSet([TASK, OTHER]), tmp_path)
     assert {name: each.sha256 for name, each in later.learned.items()} == {
         "planar": one.sha256,
         "other": other.sha256,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.teaching.library import Library
@@ -17,4 +17,4 @@ from tests.loopback import Loopback
 @pytest.fixture
 def nothing_yet(tmp_path: Path) -> Picture:
     """Of the planar task, without a robot."""
-    return Console(Library(Repertoire([TASK]), tmp_path), Loopback(), "ann").picture
+    return Console(Library(TaskSet([TASK]), tmp_path), Loopback(), "ann").picture

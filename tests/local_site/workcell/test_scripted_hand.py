@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from farhand.local_site.workcell.scripted_hand import ScriptedHand
-from farhand.local_site.workcell.scripted_ways import WayIn, WayOut
+from farhand.local_site.workcell.scripted_ways import ScriptedInsertion, WayOut
 
 DEPTH_M = 0.085
 START = np.array([0.05, -0.1, -0.25, *Rotation.from_rotvec([0.2, -0.3, 0.1]).as_quat(scalar_first=True)])
@@ -13,7 +13,7 @@ START = np.array([0.05, -0.1, -0.25, *Rotation.from_rotvec([0.2, -0.3, 0.1]).as_
 
 def motion(seed: int) -> tuple[np.ndarray, np.ndarray]:
     random = np.random.default_rng(seed)
-    hand = ScriptedHand(WayIn(START, DEPTH_M, random), random)
+    hand = ScriptedHand(ScriptedInsertion(START, DEPTH_M, random), random)
     time_s = np.arange(0.0, hand.duration_s, 0.01)
     return time_s, np.array([hand.target(t) for t in time_s])
 

@@ -4,22 +4,22 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from farhand.local_site.workcell.scripted_ways import STANDOFF_M, Way, WayIn, WayOut
+from farhand.local_site.workcell.scripted_ways import STANDOFF_M, ScriptedInsertion, ScriptedPath, WayOut
 
 DEPTH_M = 0.085
 OUTSIDE = np.array([0.05, -0.1, -0.25, *Rotation.from_rotvec([0.2, -0.3, 0.1]).as_quat(scalar_first=True)])
 SEATED = np.array([0.0002, -0.0003, 0.084, 1.0, 0.0, 0.0, 0.0])
 
 
-def way_in(seed: int) -> Way:
-    return WayIn(OUTSIDE, DEPTH_M, np.random.default_rng(seed))
+def way_in(seed: int) -> ScriptedPath:
+    return ScriptedInsertion(OUTSIDE, DEPTH_M, np.random.default_rng(seed))
 
 
-def way_out(seed: int) -> Way:
+def way_out(seed: int) -> ScriptedPath:
     return WayOut(SEATED, np.random.default_rng(seed))
 
 
-def positions(way: Way) -> np.ndarray:
+def positions(way: ScriptedPath) -> np.ndarray:
     return np.array([way.at(t)[0] for t in np.arange(0.0, way.duration_s, 0.01)])
 
 

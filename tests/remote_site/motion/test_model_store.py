@@ -7,7 +7,7 @@ from msgspec import structs
 
 from farhand.common.errors import InvalidModel
 from farhand.common.model.model_file import content_hash, decode
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import ModelTransfer, Stamp
 from farhand.remote_site.motion.model_store import _MOST_ARRIVING, ModelStore
 from tests.remote_site.planar import TASK, planar_model, transfer
@@ -35,11 +35,11 @@ REFUSED = {
 
 def store_of() -> ModelStore:
     """A robot's that does two tasks."""
-    return ModelStore(Repertoire([TASK, structs.replace(TASK, name="other")]))
+    return ModelStore(TaskSet([TASK, structs.replace(TASK, name="other")]))
 
 
 def test_what_fits_is_kept_and_confirmed_by_the_hash_of_what_arrived():
-    store = ModelStore(Repertoire([TASK]))
+    store = ModelStore(TaskSet([TASK]))
     reply = store.answer(transfer(), NOW)
     assert reply.accepted and reply.sha256 == content_hash(transfer().content)
     stored = store.get(reply.sha256)
@@ -49,7 +49,7 @@ def test_what_fits_is_kept_and_confirmed_by_the_hash_of_what_arrived():
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_does_not_fit_is_refused_with_the_reason_and_changes_nothing(case: str):
-    store = ModelStore(Repertoire([TASK]))
+    store = ModelStore(TaskSet([TASK]))
     kept = store.receive(transfer(), transfer().content)
     wrong, words = REFUSED[case]
     reply = store.answer(wrong, NOW)
@@ -67,11 +67,11 @@ def test_a_model_without_an_end_is_refused():
         endless = replace(endless, terminal=endless.terminal & False)
     except InvalidModel:
         return  # it cannot even be made
-    assert "terminal" in ModelStore(Repertoire([TASK])).answer(transfer(endless), NOW).reason
+    assert "terminal" in ModelStore(TaskSet([TASK])).answer(transfer(endless), NOW).reason
 
 
 def test_an_older_model_stays_available_by_its_hash():
-    store = ModelStore(Repertoire([TASK]))
+    store = ModelStore(TaskSet([TASK]))
     first = store.receive(transfer(), transfer().content)
     second = store.receive(transfer(learned()), transfer(learned()).content)
     assert store.newest is second and store.get(first.sha256) is first
@@ -80,7 +80,7 @@ def test_an_older_model_stays_available_by_its_hash():
 def test_a_model_for_a_task_with_more_frames_is_taken_by_that_task():
     two = structs.replace(TASK, frame_names=("a", "b"))
     assert (
-        ModelStore(Repertoire([two]))
+        ModelStore(TaskSet([two]))
         .answer(transfer(replace(learned(n_frames=2), frame_names=("a", "b"))), NOW)
         .accepted
     )
@@ -95,7 +95,7 @@ def parts(whole: ModelTransfer, n_bytes: int) -> list[ModelTransfer]:
 
 
 def test_a_model_in_parts_counts_when_the_last_one_has_come():
-    store, sent = ModelStore(Repertoire([TASK])), parts(transfer(), 200)
+    store, sent = ModelStore(TaskSet([TASK])), parts(transfer(), 200)
     replies = [store.answer(part, NOW) for part in sent]
     assert len(sent) > 2 and all(reply.accepted for reply in replies)
     assert [reply.complete for reply in replies] == [False] * (len(sent) - 1) + [True]
@@ -103,7 +103,7 @@ def test_a_model_in_parts_counts_when_the_last_one_has_come():
 
 
 def test_a_part_that_comes_twice_or_too_early_changes_nothing():
-    store, sent = ModelStore(Repertoire([TASK])), parts(transfer(), 200)
+    store, sent = ModelStore(TaskSet([TASK])), parts(transfer(), 200)
     assert store.answer(sent[1], NOW).received == 0
     assert [store.answer(sent[0], NOW).received for _ in range(2)] == [200, 200]
     reply = [store.answer(part, NOW) for part in [sent[2], sent[1], *sent[1:]]][-1]
@@ -147,7 +147,7 @@ def test_a_task_that_is_not_done_is_refused_with_the_first_part_naming_those_tha
 
 
 def test_parts_that_do_not_make_what_was_announced_are_refused_and_can_be_sent_again():
-    store, sent = ModelStore(Repertoire([TASK])), parts(transfer(), 200)
+    store, sent = ModelStore(TaskSet([TASK])), parts(transfer(), 200)
     wrong = structs.replace(sent[-1], content=bytes(len(sent[-1].content)))
     reply = [store.answer(part, NOW) for part in [*sent[:-1], wrong]][-1]
     assert not reply.accepted and "sha256" in reply.reason
@@ -155,7 +155,7 @@ def test_parts_that_do_not_make_what_was_announced_are_refused_and_can_be_sent_a
 
 
 def test_a_part_without_content_asks_whether_a_model_is_here():
-    store, whole = ModelStore(Repertoire([TASK])), transfer()
+    store, whole = ModelStore(TaskSet([TASK])), transfer()
     asks = structs.replace(whole, size=len(whole.content), content=b"")
     unknown = store.answer(asks, NOW)
     assert unknown.accepted and not unknown.complete and unknown.received == 0

@@ -16,7 +16,7 @@ from farhand.common.errors import InvalidModel
 from farhand.common.model.model_file import content_hash, encode
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import ModelTransfer, Stamp
 from farhand.remote_site.motion.model_store import _MOST_KEPT, ModelStore
 from farhand.remote_site.motion.model_trial import ModelTrial, _check_numbers, _try_out
@@ -157,12 +157,12 @@ def test_frames_in_another_order_are_other_frames():
     turned = replace(learned(n_frames=2), frame_names=("b", "a"))
     content = encode(turned)
     sent = ModelTransfer(task=TASK.name, sha256=content_hash(content), content=content)
-    reply = ModelStore(Repertoire([two])).answer(sent, Stamp("boot", 1))
+    reply = ModelStore(TaskSet([two])).answer(sent, Stamp("boot", 1))
     assert not reply.accepted and "'a' and 'b'" in reply.reason and "'b' and 'a'" in reply.reason
 
 
 def test_only_the_newest_models_are_kept():
-    store = ModelStore(Repertoire([TASK]))
+    store = ModelStore(TaskSet([TASK]))
     sent = [transfer(replace(planar_model(), max_distance_m=0.1 + 1e-3 * n)) for n in range(_MOST_KEPT + 3)]
     assert all(store.answer(each, Stamp("boot", 1)).accepted for each in sent)
     assert len(store.all()) == _MOST_KEPT

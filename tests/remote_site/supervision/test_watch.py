@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from farhand.common.control_mode import Action, ControlMode, Guard, Phase
-from farhand.remote_site.supervision.watch import Watch
+from farhand.remote_site.supervision.watch import Guards
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant
 
 DEADLINE_S = 0.5
@@ -21,7 +21,7 @@ class Watched:
         self.bench = Bench(plant=self.plant)
         BEGINNINGS[mode](self.bench)
         robot = self.bench.robot
-        self.watch = Watch(robot.sensing, robot.contact, robot.motion, DEADLINE_S)
+        self.watch = Guards(robot.sensing, robot.contact, robot.motion, DEADLINE_S)
 
     def trip(self, late_s: float = 0.0) -> Guard | None:
         bench = self.bench

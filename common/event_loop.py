@@ -13,7 +13,7 @@ _log = loop_logger(__name__)
 Job = Callable[[], None]
 
 
-class Owner:
+class EventLoop:
     """Does jobs, and one of its own at a fixed period.
 
     In real time `start` gives it a thread. In virtual time whoever moves the time calls `run_waiting` after

@@ -3,14 +3,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.local_site.teaching.taught import NotNow
-from farhand.local_site.workcell.own_place import Board, own_place
+from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.workcell.stepped_arm import SteppedArm
+from farhand.local_site.workcell.workcell import BoardWorkcell, make_workcell
 from tests.local_site.robot_end import FRAMES, HOT_STAB, TASK
 
 
 def test_on_a_board_the_hand_itself_makes_the_motion():
-    board, moved = Board(TASK), []
+    board, moved = BoardWorkcell(TASK), []
     board.start(lambda job: job(), lambda points, times_s: moved.append((points, times_s)))
     board.hand((0.1, 0.2), 3.0, released=False)
     ((points, times_s),) = moved
@@ -22,5 +22,5 @@ def test_on_a_board_the_hand_itself_makes_the_motion():
 
 
 def test_each_kind_of_task_has_its_place():
-    assert isinstance(own_place(TASK), Board)
-    assert isinstance(own_place(HOT_STAB, stepped=True), SteppedArm)
+    assert isinstance(make_workcell(TASK), BoardWorkcell)
+    assert isinstance(make_workcell(HOT_STAB, stepped=True), SteppedArm)

@@ -3,17 +3,17 @@ from __future__ import annotations
 import numpy as np
 
 from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.insertion_trajectory import WAY_M, InsertionTrajectory, in_bore
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.poses import difference
 from farhand.common.arm.simulation.disturbances import Surroundings
-from farhand.common.arm.way_in import WAY_M, WayIn, in_bore
 
 DIMENSIONS = Dimensions()
 RECEPTACLE = Surroundings.still(DIMENSIONS).receptacle
 
 
 def test_the_way_leads_along_the_axis_to_the_bottom_and_the_arm_goes_along():
-    way_in = WayIn(Kinematics(DIMENSIONS))
+    way_in = InsertionTrajectory(Kinematics(DIMENSIONS))
     depth_m = DIMENSIONS.receptacle.depth_m
     went = []
     for pose in way_in.go(np.array(DIMENSIONS.home_rad), RECEPTACLE):

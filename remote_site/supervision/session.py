@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from farhand.common.clock import BootClock
 from farhand.common.link.budget import period_s
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (
     MAX_TELEMETRY_BYTES,
@@ -24,7 +24,7 @@ _SILENCE_S = 0.5
 """The watchdog of DIRECT: nothing newer than this beyond the link's usual delay."""
 
 
-class OperatorContact:
+class OperatorSession:
     """Judges the operator's messages and watches for silence.
 
     Args:
@@ -50,7 +50,7 @@ class OperatorContact:
         self.delay_changed = False
         """Set when another delay became usual; who drives must be decoupled for it, then it is cleared."""
 
-    def answer(self, request: LeaseRequest, tasks: Repertoire, now: Stamp) -> LeaseReply:
+    def answer(self, request: LeaseRequest, tasks: TaskSet, now: Stamp) -> LeaseReply:
         """Grant, renew or refuse the lease, and say what the robot is."""
         reason, age_s = self._refusal(request)
         holds = not reason

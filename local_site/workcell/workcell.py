@@ -9,12 +9,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.common.event_loop import Job
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.owner import Job
 from farhand.common.task import AnyTask, PointTask
 from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.samples import sample_strokes, still_frames
-from farhand.local_site.teaching.taught import NotNow
 from farhand.local_site.workcell.arm_view import ArmView
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ def no_files(_task: str) -> Sequence[Path]:
     return ()
 
 
-class OwnPlace(Protocol):
+class Workcell(Protocol):
     """Used by the console's thread alone."""
 
     @property
@@ -92,7 +92,7 @@ class OwnPlace(Protocol):
         ...
 
 
-class Board:
+class BoardWorkcell:
     """A board before a target that stands still: the hand itself makes the motion.
 
     Args:
@@ -104,37 +104,37 @@ class Board:
         self.become(task)
 
     def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
-        """See `OwnPlace.start`."""
+        """See `Workcell.start`."""
         self._moved = moved
 
     def hand(self, point: tuple[float, ...], time_s: float, released: bool) -> None:
-        """See `OwnPlace.hand`."""
+        """See `Workcell.hand`."""
         self._moved(np.array([point]), np.array([time_s]))
 
     def become(self, task: AnyTask) -> None:
-        """See `OwnPlace.become`."""
+        """See `Workcell.become`."""
         assert isinstance(task, PointTask), "a repertoire is of one robot"
         self._task, self.frames = task, still_frames(task)
 
     def renew(self, seed: int | None) -> None:
-        """See `OwnPlace.renew`."""
+        """See `Workcell.renew`."""
         raise NotNow("there is no arm on a board that could be put elsewhere")
 
     def align(self) -> None:
-        """See `OwnPlace.align`."""
+        """See `Workcell.align`."""
         raise NotNow("there is no plug on a board that could be turned")
 
     def samples(self) -> list[Demonstration]:
-        """See `OwnPlace.samples`."""
+        """See `Workcell.samples`."""
         return sample_strokes(self._task)
 
     def close(self) -> None:
-        """See `OwnPlace.close`."""
+        """See `Workcell.close`."""
 
 
-def own_place(
+def make_workcell(
     task: AnyTask, sample_files: SampleFiles = no_files, seed: int = 0, stepped: bool = False
-) -> OwnPlace:
+) -> Workcell:
     """The place that the tasks of one robot need.
 
     Args:
@@ -144,7 +144,7 @@ def own_place(
         stepped: Whether an arm's time passes with the hand's, as fast as can be, instead of by itself.
     """
     if isinstance(task, PointTask):
-        return Board(task)
+        return BoardWorkcell(task)
     # The physics take a second to import, which a board need not wait for.
     from farhand.local_site.workcell.live_arm import LiveArm
     from farhand.local_site.workcell.stepped_arm import SteppedArm

@@ -4,7 +4,7 @@ from farhand.common.link.link import Request
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import ExecutionReport, ReportRequest, Stamp
-from farhand.local_site.exchange.inquiries import Inquiries
+from farhand.local_site.exchange.requests import Requests
 from tests.loopback import Loopback
 
 ASK_TIMEOUT_S = 2.0
@@ -18,7 +18,7 @@ class Desk:
     def __init__(self) -> None:
         self.robot, self.link = Loopback.pair()
         self.now_s = 100.0
-        self.inquiries = Inquiries(self.link, lambda job: job(), lambda: self.now_s, ASK_TIMEOUT_S)
+        self.inquiries = Requests(self.link, lambda job: job(), lambda: self.now_s, ASK_TIMEOUT_S)
 
     def ask(self, give_up_s: float = 0.0) -> Answers:
         answers: Answers = []

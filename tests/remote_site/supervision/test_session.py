@@ -4,10 +4,10 @@ import pytest
 
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import Command, Heartbeat, LeaseReply, LeaseRequest, Stamp
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.supervision.contact import OperatorContact
+from farhand.remote_site.supervision.session import OperatorSession
 from tests.remote_site.bench import VirtualTime
 from tests.remote_site.planar import TASK
 
@@ -18,7 +18,7 @@ class Operators:
     def __init__(self) -> None:
         self.time = VirtualTime()
         self.clock = BootClock("boot", self.time)
-        self.contact = OperatorContact(RemoteConfig(), self.clock)
+        self.contact = OperatorSession(RemoteConfig(), self.clock)
 
     def echo(self, age_s: float) -> Stamp:
         return Stamp("boot", self.time.ns - round(age_s * 1e9))
@@ -28,7 +28,7 @@ class Operators:
         echo = None if age_s is None else self.echo(age_s)
         now = Stamp("boot", self.time.ns)
         request = LeaseRequest(session=f"session of {who}", site_name=who, echo=echo)
-        return self.contact.answer(request, Repertoire([TASK]), now)
+        return self.contact.answer(request, TaskSet([TASK]), now)
 
     def command(self, who: str, lease_id: str, age_s: float = 0.1) -> tuple[str, float | None]:
         return self.contact.command_refusal(

@@ -49,7 +49,7 @@ class _Inquiry:
     waiting: bool = True
 
 
-class Inquiries:
+class Requests:
     """Asks the robot. Used by its owner's thread alone, which calls `tick` often.
 
     Args:

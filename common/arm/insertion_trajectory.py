@@ -22,7 +22,7 @@ _ITERATIONS = 4
 _DAMPING = 1e-6
 
 
-class WayIn:
+class InsertionTrajectory:
     """Goes the way with one arm.
 
     Args:

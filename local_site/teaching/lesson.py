@@ -17,7 +17,7 @@ from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import LAMBDA_FRACTION
 from farhand.local_site.teaching.plausibility import check_moves, check_units, prepared
 from farhand.local_site.teaching.revisions import Revision
-from farhand.local_site.teaching.task_archive import Kept, NotSaved, TaskArchive
+from farhand.local_site.teaching.task_archive import NotSaved, StoredDemonstration, TaskArchive
 
 _log = loop_logger(__name__)
 
@@ -48,7 +48,7 @@ class LearnedModel:
     parent_sha256: str = ""
 
 
-class Taught:
+class Lesson:
     """It begins with what counted when the last process ended.
 
     Args:
@@ -62,7 +62,7 @@ class Taught:
         self._task, self._archive = task, TaskArchive(folder)
         self.faults: tuple[str, ...] = ()
         """What could not be had again, or not be kept, when it began: for the operator."""
-        self.demonstrations: tuple[Kept, ...] = ()
+        self.demonstrations: tuple[StoredDemonstration, ...] = ()
         """In the order in which they were learned."""
         self.learner = self._learner_of(())
         """Has learned them; a demonstration that is being made is learned by it as well."""
@@ -92,7 +92,7 @@ class Taught:
             check_units(demonstration)
             check_moves(demonstration, self.settings)
             self.learner.end()
-            self._count(self.learner, (*self.demonstrations, Kept.made_now(demonstration)))
+            self._count(self.learner, (*self.demonstrations, StoredDemonstration.made_now(demonstration)))
         except InvalidInput:
             self.learner = self._learner_of(self.demonstrations)
             raise
@@ -104,10 +104,10 @@ class Taught:
             InvalidDemonstration: When one is no motion; nothing is learned.
             NotSaved: When they count, but not on disk.
         """
-        made = tuple(Kept.made_now(prepared(each, self.settings)) for each in demonstrations)
+        made = tuple(StoredDemonstration.made_now(prepared(each, self.settings)) for each in demonstrations)
         self.become((*self.demonstrations, *made))
 
-    def become(self, demonstrations: tuple[Kept, ...]) -> None:
+    def become(self, demonstrations: tuple[StoredDemonstration, ...]) -> None:
         """Learn these demonstrations, and nothing else.
 
         Raises:
@@ -154,7 +154,7 @@ class Taught:
             raise NotNow(f"there is no revision {number} any more")
         return revision
 
-    def _learner_of(self, demonstrations: tuple[Kept, ...]) -> OnlineLearner:
+    def _learner_of(self, demonstrations: tuple[StoredDemonstration, ...]) -> OnlineLearner:
         learner = OnlineLearner(self.settings, self._task.space, self._task.frame_names)
         for each in demonstrations:
             with fault_of(each.name, InvalidDemonstration, "a motion that can be learned"):
@@ -174,7 +174,7 @@ class Taught:
         learner.observe_many(motion.points, motion.frames(), motion.time_s)
         learner.end()
 
-    def _count(self, learner: OnlineLearner, demonstrations: tuple[Kept, ...]) -> None:
+    def _count(self, learner: OnlineLearner, demonstrations: tuple[StoredDemonstration, ...]) -> None:
         """Make the model, and have it and its demonstrations count from now on; a model that fails changes nothing."""
         parent_sha256 = self.learned.sha256 if self.learned is not None else ""
         content = encode(learner.model()) if demonstrations else b""
@@ -199,9 +199,9 @@ class Taught:
         for fault in self.faults:
             _log.error("%s", fault)
 
-    def _sound(self, revision: Revision) -> tuple[Kept, ...]:
+    def _sound(self, revision: Revision) -> tuple[StoredDemonstration, ...]:
         """The demonstrations of a revision without those that are damaged, which are set aside."""
-        sound = list[Kept]()
+        sound = list[StoredDemonstration]()
         for name in revision.demonstrations:
             try:
                 kept = self._archive.load_one(name)

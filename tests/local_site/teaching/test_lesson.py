@@ -11,10 +11,10 @@ import pytest
 
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.model.model_file import content_hash, load
+from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.revisions import KEPT
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.teaching.task_library import TaskLibrary
-from farhand.local_site.teaching.taught import NotNow
 from tests.local_site.robot_end import FRAMES, TASK, stroke
 
 INDEX = "library.json"
@@ -182,7 +182,7 @@ TEACHER = """
 import sys
 from pathlib import Path
 from farhand.local_site.teaching.task_library import TaskLibrary
-from tests.local_site.teaching.test_taught import TASK, teach
+from tests.local_site.teaching.test_lesson import TASK, teach
 library = TaskLibrary(TASK, Path(sys.argv[1]))
 print("ready", flush=True)
 for n in range(40, 400):
