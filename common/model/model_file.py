@@ -21,7 +21,7 @@ from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM
 from farhand.common.whole_file import fault_of, read_whole, write_whole
 
 KIND = "farhand/tphsmm"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 MAX_BYTES = 16 * 1024 * 1024
 _MAX_DIMENSION = 16
 
@@ -86,12 +86,13 @@ def decode(data: bytes, source: str = "model") -> TPHSMM:
         content = _unpacked(data, source)
         n_components, space = _shape(content["shape"], source)
         n_frames = len(content["frame_names"])
-        arrays = model_parts.unpack(content["parts"], n_frames, n_components, space, source)
+        arrays, ways = model_parts.unpack(content["parts"], n_frames, n_components, space, source)
         return TPHSMM(
             frame_names=tuple(content["frame_names"]),
             max_distance_m=content["max_distance_m"],
             n_demonstrations=content["n_demonstrations"],
             **arrays,
+            ways=ways,
         )
 
 

@@ -1,7 +1,7 @@
 """The parameters of a TP-HSMM as bytes, part by part.
 
-All is in single precision but for the regression on the start, whose gains and covariances are in half
-precision, the covariances as Cholesky factors, so that they stay positive definite.
+All is in single precision but for the ways (see `common.model.way_parts`) and the covariances of the starts,
+Cholesky factors in half precision, so that they stay positive definite.
 What follows from other numbers is not written: the upper half of symmetric matrices, the transitions that
 never happened, and the last probability of a row that sums to one. A model that was read gives the same
 bytes again.
@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 from farhand.common.errors import InvalidModel
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.tphsmm import TPHSMM
+from farhand.common.model.way_parts import bytes_of, way_from
+from farhand.common.model.ways import Way
 
 Array = NDArray[np.float64]
 
-PARTS = ("priors", "means", "covariances", "transitions", "durations", "extensions")
+PARTS = ("priors", "means", "covariances", "transitions", "durations", "extensions", "ways")
 
 
 def pack(model: TPHSMM) -> dict[str, bytes]:
@@ -39,13 +41,15 @@ def pack(model: TPHSMM) -> dict[str, bytes]:
                 _bytes(model.slopes) + _bytes(model.start_means),
                 _of_symmetric(model.residual_covariances),
                 *(_of_factors(model.start_covariances[..., part, part]) for part in space.parts),
-                _bytes(model.start_gains, "<f2") + _bytes(model.elapsed_gains, "<f2"),
             ]
         ),
+        "ways": b"".join(bytes_of(way) for way in model.ways),
     }
 
 
-def unpack(parts: dict[str, bytes], P: int, K: int, space: Manifold, source: str) -> dict[str, NDArray]:
+def unpack(
+    parts: dict[str, bytes], P: int, K: int, space: Manifold, source: str
+) -> tuple[dict[str, NDArray], tuple[Way, ...]]:
     """Decode the arrays of a model of P frames and K components.
 
     Raises:
@@ -80,12 +84,13 @@ def unpack(parts: dict[str, bytes], P: int, K: int, space: Manifold, source: str
         "residual_covariances": residual_covariances,
         "start_means": start_means,
         "start_covariances": start_covariances,
-        "start_gains": extra.take("<f2", P, K, T, T),
-        "elapsed_gains": extra.take("<f2", P, K, T),
     }
+    ways = []
+    while not part["ways"].at_end:
+        ways.append(way_from(part["ways"].take, P, space))
     for reader in part.values():
         reader.end()
-    return arrays
+    return arrays, tuple(ways)
 
 
 def _bytes(array: NDArray, dtype: str = "<f4") -> bytes:
@@ -160,6 +165,11 @@ class _Reader:
             rows[r, others] = values[end - count - r : end - r - 1]
             rows[r, last] += 1.0 - rows[r].sum()
         return rows
+
+    @property
+    def at_end(self) -> bool:
+        """Whether all was taken."""
+        return self._at == len(self._data)
 
     def end(self) -> None:
         """Nothing may be left."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidModel
 from farhand.common.model.manifold import POSE, Manifold
+from farhand.common.model.ways import MAX_WAYS, Way
 
 Array = NDArray[np.float64]
 
@@ -42,8 +43,6 @@ ARRAY_FIELDS: dict[str, tuple[str, type]] = {
     "residual_covariances": ("PKTT", np.float64),
     "start_means": ("PKC", np.float64),
     "start_covariances": ("PKTT", np.float64),
-    "start_gains": ("PKTT", np.float64),
-    "elapsed_gains": ("PKT", np.float64),
 }
 _POINTS = ("means", "start_means")
 _COVARIANCES = ("covariances", "residual_covariances", "start_covariances")
@@ -85,8 +84,7 @@ class TPHSMM:
         start_means: Mean start of the demonstrations seen by the component [m]. Shape (P, K, C).
         start_covariances: Covariance of these starts, with its prior, of position and rotation each by itself
             [m^2, rad^2]. Shape (P, K, T, T).
-        start_gains: Regression of the point on the start. Shape (P, K, T, T).
-        elapsed_gains: Regression of the elapsed time on the start [s/m, s/rad]. Shape (P, K, T).
+        ways: Whole motions, and how they depend on where they start.
 
     Raises:
         InvalidModel: Naming the field whose shape, range or normalisation is wrong.
@@ -111,8 +109,7 @@ class TPHSMM:
     residual_covariances: Array
     start_means: Array
     start_covariances: Array
-    start_gains: Array
-    elapsed_gains: Array
+    ways: tuple[Way, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "frame_names", tuple(self.frame_names))
@@ -126,7 +123,9 @@ class TPHSMM:
         for name, (axes, kind) in ARRAY_FIELDS.items():
             array = _checked(name, getattr(self, name), tuple(sizes[axis] for axis in axes), kind)
             object.__setattr__(self, name, array)
+        object.__setattr__(self, "ways", tuple(self.ways))
         self._check_scalars()
+        self._check_ways()
         self._check_probabilities()
         D = self.n_dims
         if self.start_covariances[..., :D, D:].any() or self.start_covariances[..., D:, :D].any():
@@ -152,6 +151,15 @@ class TPHSMM:
             raise InvalidModel("model", "max_distance_m", expected)
         if self.n_demonstrations < 0:
             raise InvalidModel("model", "n_demonstrations", f"zero or more, got {self.n_demonstrations}")
+
+    def _check_ways(self) -> None:
+        if len(self.ways) > MAX_WAYS:
+            raise InvalidModel("model", "ways", f"at most {MAX_WAYS}, got {len(self.ways)}")
+        for way in self.ways:
+            if way.space != self.manifold or len(way.points) != self.n_frames:
+                raise InvalidModel("model", "ways", "points of the model's frames and space")
+            if not (0 <= way.terminal < self.n_components and self.terminal[way.terminal]):
+                raise InvalidModel("model", "ways.terminal", "a terminal component")
 
     def _check_probabilities(self) -> None:
         for name in _NOT_NEGATIVE:
@@ -202,7 +210,9 @@ class TPHSMM:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, TPHSMM):
             return NotImplemented
-        return all(np.array_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
+        arrays = (f.name for f in fields(self) if f.name != "ways")
+        same = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in arrays)
+        return same and self.ways == other.ways
 
     def __hash__(self) -> int:
         return hash((self.frame_names, self.means.tobytes()))
@@ -211,7 +221,7 @@ class TPHSMM:
         return (
             f"TPHSMM(K={self.n_components}, P={self.n_frames}, D={self.n_dims}, "
             f"poses={self.manifold.oriented}, "
-            f"terminal={int(self.terminal.sum())}, demonstrations={self.n_demonstrations})"
+            f"ways={len(self.ways)}, terminal={int(self.terminal.sum())}, demonstrations={self.n_demonstrations})"
         )
 
 

@@ -104,7 +104,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
 def _branching_by_time_alone(model: TPHSMM) -> TPHSMM:
     """Return the same model with starts so uncertain that all are equally likely, to the last bit."""
     vague = np.broadcast_to(1e100 * np.eye(model.n_dims), model.start_covariances.shape)
-    return replace(model, start_covariances=vague)
+    return replace(model, start_covariances=vague, ways=())
 
 
 def _sampled(demonstration: Demonstration, kind: str, n: int) -> Demonstration:

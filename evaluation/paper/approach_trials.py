@@ -67,4 +67,4 @@ def scene(seed: int, scenario: str, oriented: bool = False) -> tuple[Disturbance
 def stepping(model: TPHSMM) -> TPHSMM:
     """The same model without the ramp: the reference steps from mean to mean, as in the paper."""
     still = np.zeros_like(model.slopes)
-    return replace(model, slopes=still, residual_covariances=model.covariances)
+    return replace(model, slopes=still, residual_covariances=model.covariances, ways=())

@@ -23,6 +23,7 @@ from farhand.common.model.kernel import kernel
 from farhand.local_site.learning.clusters import new_component, update
 from farhand.local_site.learning.ending import ended_at
 from farhand.local_site.learning.motion import describe, travel
+from farhand.local_site.learning.sketch import draw_point
 
 FRAME_RULES = ("all", "goal", "nearest", "relevant")
 _ALL, _GOAL, _NEAREST, _RELEVANT = range(len(FRAME_RULES))
@@ -51,14 +52,15 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
     C, T = points.shape[2], motion.direction.shape[1]
     squares = np.empty((2, clusters.counts.size))
     y, e = np.empty(clusters.means.shape[1:]), np.empty(clusters.scatters.shape[2])
+    radian = weights[2] * max_distance
     for t in range(points.shape[0]):
         K = clusters.size[0]
         if clusters.counts.size == K:
             return t
         previous = motion.component[0]
         travel(motion, points[t], times[t], max_distance, weights[2], e[:T])
+        draw_point(motion.sketch, points[t], times[t], max_distance, radian, motion.ending.noise[-1], e[:T])
         describe(y, motion, max_distance, weights)
-        radian = weights[2] * max_distance
         q = _nearest(clusters, K, y, C, T, previous, max_distance, radian, hysteresis, rule, squares)
         if q < 0:
             q = new_component(clusters)
@@ -87,6 +89,7 @@ def add_end(clusters, motion, max_distance, weights, rule):
     y[:, 2 * C] = 0.0
     for p in range(y.shape[0]):
         ended_at(motion.ending, p, motion.point[p], e[:T], y[p, :C])
+        motion.point[p] = y[p, :C]
     best, least = -1, max_distance**2
     for i in range(clusters.size[0]):
         if clusters.terminal[i]:

@@ -17,6 +17,7 @@ from farhand.common.model.kernel import kernel
 from farhand.common.model.manifold import Manifold, exp_at, log_at
 from farhand.local_site.learning.ending import Ending, approach_end
 from farhand.local_site.learning.jumps import Jumps
+from farhand.local_site.learning.sketch import Sketch
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -28,7 +29,7 @@ _DEVIATIONS = 3.0
 
 
 class Motion(NamedTuple):
-    """What is remembered of the running demonstration: a few vectors, never its datapoints."""
+    """What is remembered of the running demonstration: a few vectors and a sketch, whatever its length."""
 
     component: Integers  # q_{t-1}, or -1 before the first datapoint; shape (1,)
     clock: Array  # time of the last datapoint, and when its component was entered [s]; shape (2,)
@@ -39,6 +40,7 @@ class Motion(NamedTuple):
     start: Array  # s, shape (P, C)
     ending: Ending
     jumps: Jumps
+    sketch: Sketch
 
     @classmethod
     def begin(cls, n_frames: int, space: Manifold) -> Motion:
@@ -54,6 +56,7 @@ class Motion(NamedTuple):
             start=np.zeros(point),
             ending=Ending.begin(n_frames, space),
             jumps=Jumps.begin(n_frames, space),
+            sketch=Sketch.begin(n_frames, space),
         )
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import deepcopy
-from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,28 +20,18 @@ from farhand.local_site.learning.clusters import Clusters
 from farhand.local_site.learning.dp_means import FRAME_RULES, add_end
 from farhand.local_site.learning.dwell_statistics import Dwell, Segment, finish
 from farhand.local_site.learning.learner_settings import LearnerSettings
+from farhand.local_site.learning.memory import Snapshot, filled
 from farhand.local_site.learning.motion import Motion
 from farhand.local_site.learning.observation import Frames, Observer
 from farhand.local_site.learning.parameters import parameters
+from farhand.local_site.learning.sketch import whole_motion
 from farhand.local_site.learning.stream import learn_points
+from farhand.local_site.learning.way_statistics import WayStatistics
+from farhand.local_site.learning.ways import joined
 
 Array = NDArray[np.float64]
-Arrays = TypeVar("Arrays", bound=tuple[np.ndarray, ...])
 
 _FIRST_CAPACITY = 32
-
-
-class Snapshot(NamedTuple):
-    """Everything a learner is, as copies."""
-
-    clusters: Clusters
-    dwell: Dwell
-    motion: Motion | None
-    segment: Segment | None
-
-    def arrays(self) -> list[np.ndarray]:
-        """Everything, one array after the other."""
-        return _arrays(self)
 
 
 class OnlineLearner:
@@ -64,6 +53,7 @@ class OnlineLearner:
         self._weights, self._rule = settings.weights, FRAME_RULES.index(settings.frame_rule)
         self._clusters = Clusters.empty(_FIRST_CAPACITY, len(self.frame_names), self.space)
         self._dwell = Dwell.empty(_FIRST_CAPACITY)
+        self._ways: tuple[WayStatistics, ...] = ()
         self._motion: Motion | None = None
         self._segment: Segment | None = None
         self._before: Snapshot | None = None
@@ -180,6 +170,7 @@ class OnlineLearner:
             raise InvalidDemonstration("demonstration", "", "at least two datapoints")
         s = self.settings
         terminal = int(add_end(self._clusters, self._motion, s.max_distance_m, self._weights, self._rule))
+        self._add_way(self._motion, float(self._segment.clock[0]), terminal)
         finish(self._dwell, self._segment, terminal)
         self._make_room()
         self._motion = self._segment = self._before = None
@@ -198,7 +189,11 @@ class OnlineLearner:
     def snapshot(self) -> Snapshot:
         """A copy of all that the learner remembers."""
         return Snapshot(
-            deepcopy(self._clusters), deepcopy(self._dwell), deepcopy(self._motion), deepcopy(self._segment)
+            deepcopy(self._clusters),
+            deepcopy(self._dwell),
+            self._ways,  # immutable
+            deepcopy(self._motion),
+            deepcopy(self._segment),
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -208,6 +203,7 @@ class OnlineLearner:
         elif self._before is None:
             raise InvalidDemonstration("demonstration", "restore", "a snapshot from between demonstrations")
         self._clusters, self._dwell = deepcopy(snapshot.clusters), deepcopy(snapshot.dwell)
+        self._ways = snapshot.ways
         self._motion, self._segment = deepcopy(snapshot.motion), deepcopy(snapshot.segment)
 
     def model(self) -> TPHSMM:
@@ -218,7 +214,17 @@ class OnlineLearner:
         """
         if self.n_components == 0:
             raise InvalidModel("model", "", "at least one demonstration to learn from")
-        return parameters(self._clusters, self._dwell, self.settings, self.frame_names, self.space)
+        return parameters(
+            self._clusters, self._dwell, self._ways, self.settings, self.frame_names, self.space
+        )
+
+    def _add_way(self, motion: Motion, began_s: float, terminal: int) -> None:
+        lambda_m = self.settings.max_distance_m
+        start, end = (motion.start, began_s), (motion.point, float(motion.clock[0]))
+        radian = self.settings.rotation_weight * lambda_m
+        whole = whole_motion(motion.sketch, start, end, terminal, self.space, radian)
+        if whole is not None:
+            self._ways = joined(self._ways, whole, self.space, lambda_m)
 
     def _make_room(self) -> None:
         """Double the arrays until there is room for a component, and for those of datapoints that are held back."""
@@ -228,21 +234,8 @@ class OnlineLearner:
         if self.n_components + held < capacity:
             return
         larger = Clusters.empty(2 * capacity, len(self.frame_names), self.space)
-        self._clusters = _filled(larger, self._clusters)
-        self._dwell = _filled(Dwell.empty(2 * capacity), self._dwell)
+        self._clusters = filled(larger, self._clusters)
+        self._dwell = filled(Dwell.empty(2 * capacity), self._dwell)
         if self._segment is not None:
-            self._segment = _filled(Segment.begin(2 * capacity), self._segment)
+            self._segment = filled(Segment.begin(2 * capacity), self._segment)
         self._make_room()
-
-
-def _arrays(part: tuple | np.ndarray | None) -> list[np.ndarray]:
-    if part is None:
-        return []
-    return [part] if isinstance(part, np.ndarray) else [array for each in part for array in _arrays(each)]
-
-
-def _filled(larger: Arrays, smaller: Arrays) -> Arrays:
-    """Copy the arrays of one tuple into the corners of a larger one's."""
-    for target, source in zip(larger, smaller, strict=True):
-        target[tuple(slice(n) for n in source.shape)] = source
-    return larger

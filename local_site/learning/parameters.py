@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.tphsmm import TPHSMM
+from farhand.common.model.ways import START_SPREAD, START_WEIGHT
 from farhand.local_site.learning.clusters import Clusters
 from farhand.local_site.learning.dwell_statistics import (
     Dwell,
@@ -15,6 +16,8 @@ from farhand.local_site.learning.dwell_statistics import (
     transition_probabilities,
 )
 from farhand.local_site.learning.learner_settings import LearnerSettings
+from farhand.local_site.learning.way_statistics import WayStatistics
+from farhand.local_site.learning.ways import model_of
 
 Array = NDArray[np.float64]
 
@@ -23,14 +26,17 @@ _DURATION_FLOOR = 0.15
 _DURATION_FLOOR_S = 0.02
 # Elapsed times closer together than this carry no slope.
 _ELAPSED_FLOOR_S = 0.01
-# Priors of the start regressions of place and of time: how far starts spread [lambda, rad], and how many
-# demonstrations they outweigh.
-_START_SPREAD, _TIMING_SPREAD = 0.2, 1.0
-_START_WEIGHT = 3.0
+# How far starts spread where few were shown, and for the regression of the time [lambda, rad].
+_TIMING_SPREAD = 1.0
 
 
 def parameters(
-    clusters: Clusters, dwell: Dwell, settings: LearnerSettings, frame_names: tuple[str, ...], space: Manifold
+    clusters: Clusters,
+    dwell: Dwell,
+    ways: tuple[WayStatistics, ...],
+    settings: LearnerSettings,
+    frame_names: tuple[str, ...],
+    space: Manifold,
 ) -> TPHSMM:
     """The model that the statistics describe."""
     size, C, T = int(clusters.size[0]), space.n_coordinates, space.n_tangent
@@ -43,12 +49,10 @@ def parameters(
     phase = dwell.phase_sum[:size] / np.maximum(dwell.phase_count[:size], 1)
     n_demonstrations = int(dwell.ends.sum())
     units = np.diag(_per_part(space, settings.max_distance_m, 1.0) ** 2)  # a lambda, a radian
-    weight = _START_WEIGHT / max(n_demonstrations, 1)
-    prior, timing_prior = weight * _START_SPREAD**2 * units, weight * _TIMING_SPREAD**2 * units
-    gains, start_covariances = _start_regression(
-        scatter[..., x, s], scatter[..., s, s], prior, phase, terminal, space.parts
-    )
-    slopes, elapsed_gains, residuals = _ramps(scatter, T, timing_prior)
+    weight = START_WEIGHT / max(n_demonstrations, 1)
+    prior, timing_prior = weight * START_SPREAD**2 * units, weight * _TIMING_SPREAD**2 * units
+    start_covariances = _apart(_symmetric(scatter[..., s, s]) + prior, space.parts)
+    slopes, residuals = _ramps(scatter, T, timing_prior)
     transition, exit_probability = transition_probabilities(dwell, size)
     return TPHSMM(
         frame_names=frame_names,
@@ -70,13 +74,12 @@ def parameters(
         residual_covariances=_symmetric(residuals) + min_covariance,
         start_means=means[..., C : 2 * C],
         start_covariances=start_covariances,
-        start_gains=gains,
-        elapsed_gains=elapsed_gains,
+        ways=tuple(model_of(way, space, settings.max_distance_m, min_covariance) for way in ways),
     )
 
 
-def _ramps(scatter: Array, T: int, prior: Array) -> tuple[Array, Array, Array]:
-    """Regression of the point on the elapsed time, of this on the start, and the covariance that is left.
+def _ramps(scatter: Array, T: int, prior: Array) -> tuple[Array, Array]:
+    """Regression of the point on the elapsed time, and the covariance that is left.
 
     Demonstrations from elsewhere enter a component at another place and stay for another time. Therefore
     the ramp is the slope among motions of one start: that of the regression on elapsed time and start.
@@ -87,38 +90,15 @@ def _ramps(scatter: Array, T: int, prior: Array) -> tuple[Array, Array, Array]:
     own = scatter[..., y, :][..., y] - np.swapaxes(C_sy, -1, -2) @ by_start
     slopes = own[..., :T, T] / (own[..., T, T] + _ELAPSED_FLOOR_S**2)[..., None]
     left = own[..., :T, :T] - slopes[..., :, None] * own[..., None, :T, T]
-    return slopes, np.array(by_start[..., T], dtype=np.float64), left
+    return slopes, left
 
 
-def _start_regression(
-    C_ps: Array,
-    C_ss: Array,
-    R: Array,
-    phase: Array,
-    terminal: NDArray[np.bool_],
-    parts: tuple[slice, ...],
-) -> tuple[Array, Array]:
-    """How a component's mean moves with the start of the motion: G = (C_ps + share R) (C_ss + R)^-1.
-
-    The prior R is the linear warp, which moves the beginning with the start and leaves the end where it
-    is; data move the regression away from it. A few demonstrations tell how a component moves along the few
-    directions in which their starts differ; in the others it is taken to move by the same share, so that a
-    component which all of them visit alike stays where it is. The end of the motion never moves: G = 0.
-    """
-    spread = _symmetric(C_ss) + R
-    n = C_ss.shape[-1]
-    share = np.zeros((*C_ss.shape[:-1], n))
+def _apart(covariances: Array, parts: tuple[slice, ...]) -> Array:
+    """The same with zeros between the parts."""
+    apart = np.zeros_like(covariances)
     for part in parts:
-        seen, known = (np.trace(C[..., part, part], axis1=-2, axis2=-1) for C in (C_ps, C_ss))
-        prior = np.trace(R[part, part])
-        share[..., part, part] = ((seen + (1.0 - phase) * prior) / (known + prior))[..., None, None]
-    transposed = np.linalg.solve(spread, np.swapaxes(C_ps + share * R, -1, -2))
-    gains = np.array(np.swapaxes(transposed, -1, -2), dtype=np.float64)
-    gains[:, terminal] = 0.0
-    apart = np.zeros_like(spread)
-    for part in parts:
-        apart[..., part, part] = spread[..., part, part]
-    return gains, apart
+        apart[..., part, part] = covariances[..., part, part]
+    return apart
 
 
 def _per_part(space: Manifold, metres: float, radians: float) -> Array:

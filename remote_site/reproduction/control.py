@@ -16,7 +16,8 @@ class Control:
 
     Args:
         acceleration: Command in the world [m/s^2, rad/s^2]. Shape (T,).
-        component: Present component.
+        component: Present component among those that were learned; -1 on a way.
+        way: The way that was chosen where the motion began, -1 for none.
         elapsed_s: Time since it was entered [s].
         arrived: Whether the motion has come to its end.
         remaining_s: Time to its end as it was demonstrated [s].
@@ -25,6 +26,7 @@ class Control:
 
     acceleration: Array
     component: int
+    way: int
     elapsed_s: float
     arrived: bool
     remaining_s: float

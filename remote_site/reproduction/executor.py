@@ -26,7 +26,7 @@ from farhand.remote_site.reproduction.frame_motion import FrameMotion
 from farhand.remote_site.reproduction.mpc import solve
 from farhand.remote_site.reproduction.progress import Progress, ProgressTracker
 from farhand.remote_site.reproduction.reference import reference, seen_from
-from farhand.remote_site.reproduction.start_regression import given_start
+from farhand.remote_site.reproduction.ways import chosen, with_way
 from farhand.remote_site.reproduction.world_components import LocalComponents, WorldComponents
 
 Array = NDArray[np.float64]
@@ -42,7 +42,8 @@ class ExecutorState:
     Args:
         progress: Where it is in the chain of components.
         motion: How the task frames move.
-        start: Where the motion began in each frame, if demonstrations began there. Shape (P, C).
+        start: Where the motion began in each frame, if a way serves there or demonstrations began there. It
+            alone decides which way is taken. Shape (P, C).
     """
 
     progress: Progress
@@ -63,6 +64,8 @@ class Executor:
 
     def __init__(self, model: TPHSMM, settings: ExecutorSettings):
         self.model, self.settings = model, settings
+        self.way = -1
+        """The number of the way that is taken, -1 for none."""
         self._tracker = ProgressTracker(model)
         self._control_cost = _control_cost(model, settings.bandwidth_rad_s)
         self._state: ExecutorState | None = None
@@ -99,8 +102,12 @@ class Executor:
         """
         point, _ = self._checked(point, velocity, frames)
         world = LocalComponents.of(self.model).seen(frames)
-        progress = self._tracker.start(point, world.gaussians)
-        start = np.stack([frame.to_local(point) for frame in frames]) if progress.from_start else None
+        progress = ProgressTracker(self.model).start(point, world.gaussians)
+        start = np.stack([frame.to_local(point) for frame in frames])
+        if chosen(self.model, start) >= 0:
+            progress = Progress(self.model.n_components, from_start=True)
+        elif not progress.from_start:
+            start = None
         self._continue(ExecutorState(progress, FrameMotion.still(world.frame_arrays), start))
 
     def resume(self, frames: Sequence[TaskFrame]) -> None:
@@ -114,8 +121,11 @@ class Executor:
 
     def _continue(self, state: ExecutorState) -> None:
         self._state, self._world = state, None
-        model = given_start(self.model, state.start)
-        self._tracker = ProgressTracker(model, state.start)
+        model, self.way = self.model, -1
+        if state.start is not None:
+            self.way = chosen(model, state.start)
+            model = with_way(model, model.ways[self.way], state.start) if self.way >= 0 else model
+        self._tracker = ProgressTracker(model, state.start, self.model.n_components)
         self._local = LocalComponents.of(model)
 
     def step(self, point: Array, velocity: Array, frames: Sequence[TaskFrame]) -> Control:
@@ -156,7 +166,8 @@ class Executor:
         self._state = ExecutorState(progress, motion, state.start)
         return Control(
             acceleration=self.settings.limited(u, velocity, self.model.n_dims),
-            component=progress.component,
+            component=progress.component if progress.component < self.model.n_components else -1,
+            way=self.way,
             elapsed_s=progress.elapsed_s,
             arrived=progress.arrived,
             remaining_s=self._tracker.time_to_go(progress) / self.settings.pace,

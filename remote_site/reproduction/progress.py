@@ -64,15 +64,18 @@ class ProgressTracker:
     Args:
         model: The learned task.
         start: Where the motion began in each frame, if that was where demonstrations began. Shape (P, C).
+        n_learned: How many of the components were learned, all when not given. Those after them are of a way,
+            which only a robot that began there is on: who is lost joins the learned ones.
 
     Raises:
         InvalidModel: When no component is terminal, so that no motion could ever end.
     """
 
-    def __init__(self, model: TPHSMM, start: Array | None = None):
+    def __init__(self, model: TPHSMM, start: Array | None = None, n_learned: int | None = None):
         if not model.terminal.any():
             raise InvalidModel("model", "terminal", "a component where a demonstration ended; end one first")
         self.model = model
+        self._n_learned = model.n_components if n_learned is None else n_learned
         self.successors = successors(model, start)
         self.durations_s = model.duration_mean_s
         self.remaining_s = self._remaining()
@@ -148,7 +151,8 @@ class ProgressTracker:
         if now.free:
             if now.setbacks >= _MAX_SETBACKS:
                 return False
-            return here > _LOST and n >= 0 and not self._joinable(point, gaussians)[q]
+            on_a_way = q >= self._n_learned
+            return here > _LOST and n >= 0 and (on_a_way or not self._joinable(point, gaussians)[q])
         return here > _LOST and gaussians.distance_to_way(q, n, point) > _LOST
 
     def _may_advance(
@@ -176,6 +180,7 @@ class ProgressTracker:
         in_front = np.minimum(np.sum(e * steps, axis=1) / np.maximum(lengths, _TINY_M), 0.0)
         spare = to_go - np.sqrt(np.maximum(np.sum(e * e, axis=1) - in_front**2, 0.0))
         spare[self.successors < 0] = -np.inf
+        spare[self._n_learned :] = -np.inf
         return spare >= min(0.0, spare.max())
 
     def _refuse_behind_the_end(self, point: Array, gaussians: Gaussians, nearest: int) -> None:

@@ -48,6 +48,4 @@ def _two_components(space: Manifold) -> TPHSMM:
         residual_covariances=eye,
         start_means=means,
         start_covariances=eye,
-        start_gains=np.zeros((1, K, T, T)),
-        elapsed_gains=zeros,
     )

@@ -83,7 +83,6 @@ def test_seen_from_another_frame_the_same_is_learned(seed: int):
         "slopes",
         "residual_covariances",
         "start_covariances",
-        "start_gains",
         "transition",
     ):
         np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-8, err_msg=name)

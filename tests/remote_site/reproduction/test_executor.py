@@ -194,7 +194,7 @@ def test_malformed_input_is_refused_and_changes_nothing():
 
 def test_a_model_that_never_ends_cannot_be_executed():
     with pytest.raises(InvalidModel, match="terminal"):
-        Executor(replace(MODEL, terminal=np.zeros(MODEL.n_components, bool)), SETTINGS)
+        Executor(replace(MODEL, terminal=np.zeros(MODEL.n_components, bool), ways=()), SETTINGS)
 
 
 def test_settings_that_do_not_fit_are_refused():

@@ -191,6 +191,6 @@ def test_a_fast_robot_at_the_end_has_not_arrived():
 
 def test_a_model_without_an_end_is_refused():
     model = straight()
-    endless = replace(model, terminal=np.zeros(model.n_components, bool))
+    endless = replace(model, terminal=np.zeros(model.n_components, bool), ways=())
     with pytest.raises(InvalidModel, match="terminal"):
         ProgressTracker(endless)

@@ -1,0 +1,163 @@
+"""Ways: whole motions regressed on their starts, online, one update for each demonstration that ends.
+
+Demonstrations that go alike share a way (DP-means again, over whole motions), and ways that turn out to be one
+are merged exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.model.manifold import Manifold
+from farhand.common.model.ways import (
+    GAIN_STD,
+    N_COARSE,
+    START_SPREAD,
+    START_WEIGHT,
+    Way,
+    spread_squares,
+)
+from farhand.local_site.learning.way_statistics import COARSE, WayStatistics, WholeMotion
+
+Array = NDArray[np.float64]
+
+# Deviation of a motion from what its start lets expect, before anything was shown [lambda, rad], and its weight.
+_NOISE, _NOISE_WEIGHT = 0.15, 2.0
+# Where demonstrations agree to within this part of how far their starts spread, the start has no say.
+_CALM = 0.03
+# Priors of the regressions of time shares and of the duration: how far starts spread [lambda, rad].
+_TIME_SPREAD, _DURATION_SPREAD = 0.7, 1.0
+
+
+def joined(
+    ways: tuple[WayStatistics, ...], motion: WholeMotion, space: Manifold, max_distance_m: float
+) -> tuple[WayStatistics, ...]:
+    """The ways after one more demonstration: it joins the nearest, or founds one; then those that are one merge."""
+    new = WayStatistics.of(motion, space)
+    distances = [_distance(way, motion.points[-1], space, max_distance_m) for way in ways]
+    if not ways or min(distances) > 1.0:
+        return (*ways, new)
+    nearest = int(np.argmin(distances))
+    kept = [*ways]
+    kept[nearest] = kept[nearest].merged(new, space)
+    return _without_twins(kept, space, max_distance_m)
+
+
+def _without_twins(ways: list[WayStatistics], space: Manifold, unit: float) -> tuple[WayStatistics, ...]:
+    """The ways, those that expect each other's mean merged."""
+    for a, b in combinations(range(len(ways)), 2):
+        one, other = ways[a], ways[b]
+        apart = [_distance(x, y.points[-1], space, unit) for x, y in ((one, other), (other, one))]
+        if max(apart) <= 1.0:
+            rest = [way for k, way in enumerate(ways) if k not in (a, b)]
+            return _without_twins([one.merged(other, space), *rest], space, unit)
+    return tuple(ways)
+
+
+def _distance(way: WayStatistics, points: Array, space: Manifold, max_distance_m: float) -> float:
+    """How far a motion is from what its start lets expect of a way, in lambda or radians; the goal's frame. (N + 1, C)."""
+    regression, worst = Regression.of(way, space, max_distance_m), 0.0
+    e = space.log(way.points[-1, 0], points[0])
+    expected = space.exp(way.points[-1, COARSE], regression.gains[-1] @ e)
+    off = space.log(expected, points[COARSE])
+    for number, part in enumerate(space.parts):
+        sigma = regression.deviations[-1, :, number]
+        unsure = sigma * np.sqrt(spread_squares(way.S[-1, part, part], e[part], sigma))
+        unit = max_distance_m if number == 0 else 1.0
+        worst = max(worst, float((np.linalg.norm(off[:, part], axis=1) - unsure).max()) / unit)
+    return worst
+
+
+@dataclass(frozen=True, eq=False)
+class Regression:
+    """Of the points on the start, for one way: position and rotation each by itself.
+
+    Args:
+        gains: At the coarse phases. Shape (P, M + 1, T, T).
+        deviations: Of the noise, at the coarse phases. Shape (P, M + 1, B).
+    """
+
+    gains: Array
+    deviations: Array
+
+    @classmethod
+    def of(cls, way: WayStatistics, space: Manifold, max_distance_m: float) -> Regression:
+        """The regression that a way's statistics give, without calm."""
+        P, M, T = way.C.shape[:3]
+        gains, deviations = np.zeros((P, M, T, T)), np.empty((P, M, len(space.parts)))
+        for p in range(P):
+            for number, part in enumerate(space.parts):
+                unit = max_distance_m if number == 0 else 1.0
+                G, sigma = _regressed(
+                    way.S[p, part, part], way.C[p, :, part, part], way.V[p, :, part, part], way.n, unit
+                )
+                gains[p, :, part, part], deviations[p, :, number] = G, sigma
+        return cls(gains, deviations)
+
+
+def _regressed(S: Array, C: Array, V: Array, n: int, unit: float) -> tuple[Array, Array]:
+    """Gains (M + 1, D, D) and deviations of the noise (M + 1,).
+
+    The prior gain is a share of the identity, that of the linear warp unless the data say otherwise
+    (empirical Bayes); the entries deviate from it by `GAIN_STD`. Noise and gains are found in turns.
+    """
+    D = len(S)
+    phase = np.linspace(0.0, 1.0, N_COARSE + 1)
+    R0 = START_WEIGHT * (START_SPREAD * unit) ** 2
+    share = (np.trace(C, axis1=1, axis2=2) + (1.0 - phase) ** 2 * R0 * D) / (np.trace(S) + R0 * D)
+    eye, least = np.eye(D), (_NOISE * unit) ** 2
+    values, axes = np.linalg.eigh(S)
+    values = np.maximum(values, 0.0)
+    rest = (C - share[:, None, None] * S) @ axes
+    variance, G = np.full(len(C), least), np.empty_like(C)
+    for _ in range(4):
+        ridge = values + variance[:, None] / GAIN_STD**2
+        G = share[:, None, None] * eye + (rest / ridge[:, None, :]) @ axes.T
+        left = V - G @ np.swapaxes(C, 1, 2) - C @ np.swapaxes(G, 1, 2) + G @ S @ np.swapaxes(G, 1, 2)
+        used = 1.0 + (values / ridge).sum(axis=1)
+        missed = np.maximum(np.trace(left, axis1=1, axis2=2), 0.0) / D
+        variance = (missed + _NOISE_WEIGHT * least) / (np.maximum(n - used, 0.0) + _NOISE_WEIGHT)
+    G[0], G[-1] = eye, 0.0
+    return G, np.sqrt(variance)
+
+
+def model_of(way: WayStatistics, space: Manifold, max_distance_m: float, min_covariance: Array) -> Way:
+    """The way as the model has it: calm where demonstrations agree, with what the regression leaves."""
+    regression, n = Regression.of(way, space, max_distance_m), way.n
+    gains, left = regression.gains.copy(), np.zeros_like(way.V)
+    for part in space.parts:
+        S, V = (np.trace(a[..., part, part], axis1=-2, axis2=-1) for a in (way.S, way.V))
+        if n > 1:
+            agreed = _CALM**2 * S[:, None] / np.maximum(V, 1e-12)
+            gains[:, 1:, part, part] *= np.maximum(0.0, 1.0 - agreed)[:, 1:, None, None]
+        G, C = gains[..., part, part], way.C[..., part, part]
+        Ct = np.swapaxes(C, -1, -2)
+        GS = G @ way.S[:, None, part, part] @ np.swapaxes(G, -1, -2)
+        left[..., part, part] = way.V[..., part, part] - G @ Ct - C @ np.swapaxes(G, -1, -2) + GS
+    left = 0.5 * (left + np.swapaxes(left, -1, -2)) / n
+    S, units = way.S[-1], np.repeat([max_distance_m**2, 1.0], [space.n_dims, space.n_tangent - space.n_dims])
+    time_gains, duration_gains = np.zeros_like(way.c), np.zeros_like(way.d)
+    for part in space.parts:
+        prior = START_WEIGHT * np.diag(units[part])
+        time_gains[:, part] = np.linalg.solve(S[part, part] + _TIME_SPREAD**2 * prior, way.c[:, part].T).T
+        duration_gains[part] = np.linalg.solve(S[part, part] + _DURATION_SPREAD**2 * prior, way.d[part])
+    apart = np.zeros_like(S)
+    for part in space.parts:
+        apart[part, part] = S[part, part] / n
+    return Way(
+        n_demonstrations=n,
+        terminal=int(way.ends[np.argmax(way.ends[:, 1]), 0]),
+        duration_s=float(np.exp(way.log_duration)),
+        points=way.points,
+        time_shares=np.maximum.accumulate(way.time_shares),
+        gains=gains,
+        covariances=left + min_covariance,
+        start_covariance=apart,
+        time_gains=time_gains,
+        duration_gains=duration_gains,
+        deviations=regression.deviations[-1],
+    )

@@ -1,0 +1,98 @@
+"""The way that an execution takes: chosen where it begins, and carried out as one more chain of components.
+
+Demonstrated motions are regressed on their starts (see `common.model.ways`). Where the regression is sure
+enough of the actual start, its course becomes a chain of short components behind the K learned ones, which
+leads to the terminal component of its demonstrations. Where it is not, the paper's components are all that
+is known, and the motion begins at the nearest of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM
+from farhand.common.model.ways import N_PHASES, Way, between_coarse
+
+Array = NDArray[np.float64]
+
+# A way serves where a motion may be this far from what is expected of it at most [lambda, rad].
+_REACH = 0.5
+# Relative spread of the time in an interval, and its least standard deviation [s].
+_DURATION_SPREAD, _DURATION_STD_S = 0.15, 0.02
+
+
+def chosen(model: TPHSMM, start: Array) -> int:
+    """Return the number of the way that a motion from a start takes; -1 when none is sure enough.
+
+    Args:
+        model: The learned task.
+        start: Where the motion begins in each frame. Shape (P, C).
+    """
+    best, most = -1, -np.inf
+    if model.n_components + N_PHASES > MAX_COMPONENTS:
+        return best
+    for number, way in enumerate(model.ways):
+        if way.unsureness(start[-1], model.max_distance_m) <= _REACH:
+            likelihood = way.log_likelihood(start[-1], model.max_distance_m)
+            if likelihood > most:
+                best, most = number, likelihood
+    return best
+
+
+def with_way(model: TPHSMM, way: Way, start: Array) -> TPHSMM:
+    """Return the model with a way's course from a start as components K, ..., K + N - 1.
+
+    Args:
+        model: The learned task, of K components.
+        way: One of its ways.
+        start: Where the motion begins in each frame. Shape (P, C).
+    """
+    space, K, N = model.manifold, model.n_components, N_PHASES
+    course, steps_s = way.course(start), np.diff(way.times_s(start))
+    ramps = space.log(course[:, :-1], course[:, 1:])
+    residuals = between_coarse(way.covariances, axis=1)
+    residuals = 0.5 * (residuals[:, :-1] + residuals[:, 1:])
+    along = np.einsum("pkt,pku->pktu", ramps, ramps) / 12.0  # of points spread evenly over the interval
+    transition, time_share = (_grown(a, N, N) for a in (model.transition, model.time_share))
+    exit_probability = np.concatenate([model.exit, np.zeros(N)])
+    following = np.append(np.arange(K + 1, K + N), way.terminal)
+    transition[np.arange(K, K + N), following] = time_share[np.arange(K, K + N), following] = 1.0
+    middles = space.exp(course[:, :-1], 0.5 * ramps)
+    mean_start = space.exp(way.points[:, :1], np.zeros(space.n_tangent))  # of unit length
+    starts = np.broadcast_to(mean_start, middles.shape)
+    spread = np.broadcast_to(np.eye(space.n_tangent), residuals.shape)
+
+    def grown(known: Array, new: Array) -> Array:
+        return np.concatenate([known, new], axis=1)
+
+    return replace(
+        model,
+        ways=(),
+        initial=np.concatenate([model.initial, np.zeros(N)]),
+        transition=transition,
+        time_share=time_share,
+        exit=exit_probability,
+        means=grown(model.means, middles),
+        covariances=grown(model.covariances, residuals + along),
+        duration_mean_s=np.concatenate([model.duration_mean_s, steps_s]),
+        duration_variance_s2=np.concatenate(
+            [model.duration_variance_s2, (_DURATION_SPREAD * steps_s) ** 2 + _DURATION_STD_S**2]
+        ),
+        terminal=np.concatenate([model.terminal, np.zeros(N, np.bool_)]),
+        counts=np.concatenate([model.counts, np.full(N, way.n_demonstrations)]),
+        phase=np.concatenate([model.phase, (np.arange(N) + 0.5) / N]),
+        elapsed_mean_s=np.concatenate([model.elapsed_mean_s, 0.5 * steps_s]),
+        slopes=grown(model.slopes, ramps / steps_s[:, None]),
+        residual_covariances=grown(model.residual_covariances, residuals),
+        start_means=grown(model.start_means, starts),
+        start_covariances=grown(model.start_covariances, spread),
+    )
+
+
+def _grown(matrix: Array, rows: int, columns: int) -> Array:
+    larger = np.zeros((len(matrix) + rows, len(matrix) + columns))
+    larger[: len(matrix), : len(matrix)] = matrix
+    return larger
