@@ -1,6 +1,6 @@
 """The parameters of a TP-HSMM as bytes, part by part.
 
-All is in single precision but for the ways (see `common.model.way_parts`) and the covariances of the starts,
+All is in single precision but for the ways (see `farhand.common.model.way_parts`) and the covariances of the starts,
 Cholesky factors in half precision, so that they stay positive definite.
 What follows from other numbers is not written: the upper half of symmetric matrices, the transitions that
 never happened, and the last probability of a row that sums to one. A model that was read gives the same

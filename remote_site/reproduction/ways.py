@@ -1,6 +1,6 @@
 """The way that an execution takes: chosen where it begins, and carried out as one more chain of components.
 
-Demonstrated motions are regressed on their starts (see `common.model.ways`). Where the regression is sure
+Demonstrated motions are regressed on their starts (see `farhand.common.model.ways`). Where the regression is sure
 enough of the actual start, its course becomes a chain of short components behind the K learned ones, which
 leads to the terminal component of its demonstrations. Where it is not, the paper's components are all that
 is known, and the motion begins at the nearest of them.
