@@ -87,14 +87,14 @@ class TaskFrame:
 
     def to_local(self, points: Array) -> Array:
         """Points of the world seen from this frame, Eq. 1. Shape (..., D) [m], or (..., 7) for poses."""
-        points = np.ascontiguousarray(points, dtype=float)
+        points = np.array(points, dtype=float, order="C")  # a copy: one kind of array, one compiled function
         out = np.empty(points.shape)
         _rows_to_local(self.A, self.b, self._turn(points), _rows(points), _rows(out))
         return out
 
     def to_world(self, points: Array) -> Array:
         """Points of this frame seen from the world, Eq. 8. Shape (..., D) [m], or (..., 7) for poses."""
-        points = np.ascontiguousarray(points, dtype=float)
+        points = np.array(points, dtype=float, order="C")  # a copy: one kind of array, one compiled function
         out = np.empty(points.shape)
         _rows_to_world(self.A, self.b, self._turn(points), _rows(points), _rows(out))
         return out

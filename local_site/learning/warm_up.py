@@ -23,6 +23,7 @@ def warm_up(space: Manifold | int, n_frames: int = 1) -> None:
     points[:, 0] = [0.0, 1.0, 2.0]
     points[:, learner.space.n_dims : learner.space.n_dims + 1] = 1.0  # the quaternion's real part
     frames = [TaskFrame.at(points[0])] * n_frames
+    frames[0].to_world(frames[0].to_local(points))
     learner.start()
     learner.observe_many(points[:2], frames, [0.0, 1.0])
     learner.observe(points[2], frames, 2.0)

@@ -17,6 +17,7 @@ def warm_up(space: Manifold | int) -> None:
     model = _two_components(space)
     executor, here = Executor(model, ExecutorSettings()), model.means[0, 0]
     frames = [TaskFrame.at(here)]
+    frames[0].to_world(frames[0].to_local(here))
     executor.begin(here, np.zeros(space.n_tangent), frames)
     executor.step(here, np.zeros(space.n_tangent), frames)
     executor.predict(here, np.zeros(space.n_tangent), frames, max_points=2)

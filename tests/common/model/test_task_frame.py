@@ -8,7 +8,7 @@ from scipy.stats import special_ortho_group
 
 from farhand.common.errors import InvalidInput
 from farhand.common.model.manifold import POSE, Manifold
-from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.task_frame import TaskFrame, _rows_to_local, _rows_to_world
 from tests.strategies import random_covariances, random_frame, random_points, seeds, spaces
 
 
@@ -88,3 +88,17 @@ def test_the_frame_of_a_body_without_orientation_has_the_axes_of_the_world():
     frame = TaskFrame.at(np.array([0.3, -0.2]))
     np.testing.assert_array_equal(frame.A, np.eye(2))
     np.testing.assert_array_equal(frame.b, [0.3, -0.2])
+
+
+def test_whatever_array_comes_the_same_compiled_function_is_used():
+    """Another kind of array would be compiled in the middle of an operator's work, which takes a second."""
+    frame = TaskFrame.identity(3)
+    points = np.ones((4, 3))
+    frame.to_world(frame.to_local(points))
+    compiled = [(kernel, len(kernel.signatures)) for kernel in (_rows_to_local, _rows_to_world)]
+    frozen = points.copy()
+    frozen.setflags(write=False)
+    for other in (frozen, points[::2], points.T[:3, :3], points[0], np.asfortranarray(points)):
+        frame.to_world(other)
+        frame.to_local(other)
+    assert [(kernel, len(kernel.signatures)) for kernel, _ in compiled] == compiled
