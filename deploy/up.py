@@ -18,7 +18,7 @@ from typing import TypeVar
 
 from farhand.common.errors import InvalidConfiguration, ProcessFailed
 from farhand.common.impairment.link_profile import find_profile, load_profiles
-from farhand.deploy.child import Child
+from farhand.deploy.child import Child, say_ready
 from farhand.deploy.link.link_process import PROFILES_FILE
 from farhand.deploy.link.listener import bind
 from farhand.deploy.places import check_writable, data_folder, find_tasks
@@ -190,6 +190,7 @@ async def _start_and_wait(
     finally:
         remote_ready.cancel()
     _log.info("all three are ready")
+    say_ready(**facts)
     for line in first_steps(facts.get("page", "")):
         _log.info(line)
     ends = {asyncio.create_task(child.wait()): child for child in children}

@@ -60,6 +60,7 @@ STUDIES = {
     "cuts": "farhand.evaluation.link.cuts",
     "cuts-real": "farhand.evaluation.link.real_cuts",
     "kills": "farhand.evaluation.live.kills",
+    "surroundings": "farhand.evaluation.live.surroundings",
     "tick": "farhand.evaluation.live.tick",
     "mutations": "farhand.evaluation.faults.mutations",
     "modes": "farhand.evaluation.modes.modes",

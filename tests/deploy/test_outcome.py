@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from tests.farhand_process import FarhandProcess, refusal, running
+from tests.farhand_process import refusal
 
 PATIENCE_S = 120.0
 
@@ -51,24 +50,3 @@ def test_a_number_that_no_process_can_use_is_refused_with_its_field(arguments: t
     line = refusal(*arguments)
     field = arguments[1].removeprefix("--").partition("=")[0]
     assert field.rpartition("-")[2] in line or field.replace("-", "_") in line
-
-
-def await_start(process: FarhandProcess) -> None:
-    """Wait until Python runs our code: before that Ctrl-C is the interpreter's own matter."""
-    maps = Path(f"/proc/{process.pid}/maps")
-    while process.running and "tyro" not in maps.read_text() and "_msgspec" not in maps.read_text():
-        pass
-
-
-@pytest.mark.parametrize("command", ["demo", "up", "remote", "local", "link"])
-def test_ctrl_c_at_the_start_is_one_line_or_none(command: str, tmp_path: Path):
-    arguments = {
-        "demo": ("--task=planar",), "up": ("--port=0", "--task=planar"), "remote": (), "local": (), "link": ("--listen=127.0.0.1:0",),
-    }[command]  # fmt: skip
-    data = () if command == "link" else (f"--data-dir={tmp_path}",)
-    with running(command, *arguments, *data) as process:
-        await_start(process)
-        process.send(signal.SIGINT)
-        assert process.wait() in (-signal.SIGINT, 0, 130)
-        said = [line for line in process.words.splitlines() if " INFO " not in line]
-        assert said in ([], ["farhand: interrupted"])
