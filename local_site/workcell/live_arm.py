@@ -34,7 +34,9 @@ class LiveArm(ArmPlace):
         super().__init__(task, sample_files, seed)
         self._jobs: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="operator's arm", daemon=True)
-        self._n_untold = self._n_renewed = 0
+        self._n_untold = self._n_renewed = self._n_asked = self._n_done = 0
+        self.asleep = False
+        """Whether nothing moves, nothing is computed, and all was told: known to the console's thread alone."""
 
     def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
         """See `Workcell.start`."""
@@ -44,22 +46,22 @@ class LiveArm(ArmPlace):
     def hand(self, point: tuple[float, ...], time_s: float, released: bool) -> None:
         """See `Workcell.hand`. Its time is now, whatever it says."""
         target = hand_pose(point)
-        self._jobs.put(self._arm.let_go if released else partial(self._arm.hold, target))
+        self._ask(self._arm.let_go if released else partial(self._arm.hold, target))
 
     def renew(self, seed: int | None) -> None:
         """See `Workcell.renew`. Done when it returns."""
         done = threading.Event()
-        self._jobs.put(partial(self._renew, seed, done))
+        self._ask(partial(self._renew, seed, done))
         done.wait(timeout=5.0)
 
     def align(self) -> None:
         """See `Workcell.align`."""
-        self._jobs.put(self._arm.align)
+        self._ask(self._arm.align)
 
-    @property
-    def asleep(self) -> bool:
-        """Nothing moves, and nothing is computed."""
-        return self._arm.asleep
+    def _ask(self, job: Job) -> None:
+        self.asleep = False
+        self._n_asked += 1
+        self._jobs.put(job)
 
     def close(self) -> None:
         """See `Workcell.close`."""
@@ -72,7 +74,7 @@ class LiveArm(ArmPlace):
     def _run(self) -> None:
         due_s = time.monotonic()
         while True:
-            asleep = self.asleep
+            asleep = self._arm.asleep
             try:
                 job = self._jobs.get(timeout=None if asleep else max(due_s - time.monotonic(), 0.0))
             except queue.Empty:
@@ -82,6 +84,7 @@ class LiveArm(ArmPlace):
             if job is None:
                 return
             job()
+            self._n_done += 1
             due_s = time.monotonic() if asleep else due_s
 
     def _tick(self) -> None:
@@ -101,10 +104,20 @@ class LiveArm(ArmPlace):
 
     def _tell(self) -> None:
         self._n_untold = 0
-        self._put(partial(self._told, self._n_renewed, self._arm.view(), self._arm.take()))
+        arm = self._arm
+        sleeps_after = self._n_done if arm.asleep else None
+        self._put(partial(self._told, self._n_renewed, arm.view(), arm.take(), sleeps_after))
 
-    def _told(self, n_renewed: int, view: ArmView, moved: Moved) -> None:
-        """In the console's thread; what is told of before a renewal counts no more."""
+    def _told(self, n_renewed: int, view: ArmView, moved: Moved, sleeps_after: int | None) -> None:
+        """Take a report in the console's thread; one from before a renewal is not taken.
+
+        Args:
+            n_renewed: How many renewals were before it.
+            view: The arm as it was then.
+            moved: Where it was since the last report.
+            sleeps_after: How many jobs were done when it fell asleep; None when it is awake.
+        """
+        self.asleep = sleeps_after == self._n_asked  # what was asked since wakes it
         if n_renewed == self._n_renewed:
             self.view = view
             self._moved(*moved)
