@@ -133,6 +133,11 @@ _FOLDER = _cache_folder()
 config.__dict__["CACHE_DIR"] = str(_FOLDER or "")  # what the variable NUMBA_CACHE_DIR sets
 
 
+def kernel_folder() -> Path | None:
+    """Return where compiled functions are kept; None when nowhere."""
+    return _FOLDER
+
+
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function when it is called first, or take it from the cache."""
     dispatcher: Any = njit(error_model="numpy")(function)

@@ -15,7 +15,7 @@ from farhand.deploy.child import READY_FD
 from farhand.deploy.entry import ROOT, own_command
 from farhand.evaluation.harness.surrounding import CANNOT_ARRANGE, Surrounding, open_stream
 
-_PATIENCE_S, _END_S = 120.0, 40.0
+_PATIENCE_S, _END_S = 180.0, 40.0
 _NOBODY = "no robot reported"
 _ENDED_BY_CTRL_C = (0, 130, 143, -signal.SIGINT, -signal.SIGTERM)
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from farhand.common.model.kernel import kernel_folder
 from farhand.deploy.entry import ROOT
 
 Stream = Literal["read", "null", "unread", "gone", "full", "terminal"]
@@ -47,8 +48,9 @@ class Surrounding:
         return [*self.prefix, "bash", "-c", f'{self.prepare}\nexec "$@"', "bash", *command]
 
     def environment(self, folder: Path) -> dict[str, str]:
-        """Return the variables of a process here."""
-        found = {**os.environ, "FOLDER": str(folder), **self.variables}
+        """Return the variables of a process here. What was compiled is at hand, unless the surrounding hides it."""
+        compiled = Path(kernel_folder() or "/dev/null").parents[1]
+        found = {**os.environ, "XDG_CACHE_HOME": str(compiled), "FOLDER": str(folder), **self.variables}
         return {
             name: value.replace("FOLDER", str(folder)) for name, value in found.items() if value is not None
         }
@@ -93,8 +95,10 @@ _MOUNTS = ("unshare", "--mount")
 SURROUNDINGS = {
     "ordinary": Surrounding(),
     "no HOME": Surrounding(variables={"HOME": None}),
-    "unknown user without HOME": Surrounding(prefix=_STRANGER, variables={"HOME": None}),
-    "unknown user, HOME=/": Surrounding(prefix=_MAY_ONLY_READ, variables={"HOME": "/"}, root=True),
+    "unknown user without HOME": Surrounding(
+        prefix=_STRANGER, variables={"HOME": None, "XDG_CACHE_HOME": None}
+    ),
+    "unknown user, HOME=/": Surrounding(prefix=_MAY_ONLY_READ, variables={"HOME": "/", "XDG_CACHE_HOME": None}, root=True),
     "HOME that is a file": Surrounding(variables={"HOME": "/dev/null"}),
     "HOME with spaces": Surrounding("mkdir -p $HOME", variables={"HOME": "FOLDER/a b é"}),
     "read-only installation": Surrounding(_read_only(ROOT), _MOUNTS, root=True),

@@ -4,7 +4,7 @@ Each trial starts a real process: `up`, `demo`, `local`, `remote`, `link`, `lear
 the surroundings (users, disks, folders, descriptors, terminals, networks; two at once; Ctrl-C at twenty moments of
 the start). What starts a site is awaited until it is ready and then ended by Ctrl-C; what works on files must write
 what it writes elsewhere. Otherwise it must end with one line that begins with `farhand: `, and with a status that is
-not success. A traceback, a second line, or silence for two minutes is a fault.
+not success. A traceback, a second line, or silence for three minutes is a fault.
 
 Trials that only root can arrange are skipped for others, and counted.
 """
