@@ -13,7 +13,7 @@ from msgspec import Meta, Struct
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.whole_file import fault_of, read_whole
-from farhand.common.wire.codec import numbers
+from farhand.common.wire.codec import leaves
 
 Positive = Annotated[float, Meta(gt=0)]
 NonNegative = Annotated[float, Meta(ge=0)]
@@ -157,10 +157,22 @@ def load_toml(path: Path, kind: type[S]) -> S:
     """
     with fault_of(path, InvalidConfiguration, "a TOML file in UTF-8"):
         plain = read_toml(path)
-        for where, number in numbers(plain):
-            if not math.isfinite(number):
-                raise InvalidConfiguration(str(path), where, f"a finite number, got {number}")
+        check_values(plain, str(path))
         return msgspec.convert(plain, kind)
+
+
+def check_values(plain: Any, source: str) -> None:
+    """See that all numbers of a configuration are finite and all its texts can be shown in a line.
+
+    Raises:
+        InvalidConfiguration: Naming the field.
+    """
+    for where, value in leaves(plain):
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InvalidConfiguration(source, where, f"a finite number, got {value}")
+        if isinstance(value, str) and not value.isprintable():
+            expected = f"text without line feeds or other characters that cannot be shown, got {value!a}"
+            raise InvalidConfiguration(source, where, expected)
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -12,6 +12,8 @@ from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.model_file import content_hash, encode, load, part_sizes, save
 from farhand.common.model.tphsmm import TPHSMM
 
+_MOST_SAMPLES = 1000
+
 
 def learn(demonstrations: Sequence[Path], out: Path, max_distance_m: float | None) -> int:
     """Learn a model file from demonstration files."""
@@ -88,10 +90,9 @@ def make_samples(out: Path, task: str, n: int, seed: int) -> int:
     """Have the scripted operator demonstrate."""
     from farhand.local_site.workcell.operator_arm import DEMONSTRATIONS
 
-    if n < 1 or seed < 0:
-        raise InvalidConfiguration(
-            "command line", "n, seed", f"one or more, and zero or more, got {n}, {seed}"
-        )
+    if not 1 <= n <= _MOST_SAMPLES or seed < 0:
+        expected = f"1 to {_MOST_SAMPLES}, and zero or more, got {n}, {seed}"
+        raise InvalidConfiguration("command line", "n, seed", expected)
     out.mkdir(parents=True, exist_ok=True)
     for number in range(n):
         file = out / f"{task}-{number}.npz"

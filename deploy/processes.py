@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -40,7 +39,7 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
     Raises:
         InvalidConfiguration: Naming the field.
     """
-    from farhand.common.task import load_toml
+    from farhand.common.task import check_values, load_toml
 
     base = load_toml(file, kind) if file is not None else kind()
     plain = msgspec.to_builtins(base)
@@ -48,8 +47,7 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
         if value is None:
             continue
         section, field = ("link", name.removeprefix("link_")) if name in _LINK_FIELDS else ("", name)
-        if isinstance(value, float) and not math.isfinite(value):
-            raise InvalidConfiguration("command line", name, f"a finite number, got {value}")
+        check_values({name: value}, "command line")
         (plain[section] if section else plain)[field] = value
     try:
         return msgspec.convert(plain, kind)

@@ -81,6 +81,7 @@ _PACKAGES = (
 )
 _FIRST_REPORTING_SEED = 1_000_000
 _SEEDS_PER_STUDY = 10_000
+_MOST = 1_000_000
 
 Case = dict[str, Any]
 
@@ -131,10 +132,10 @@ def run(name: str, trials: int | None, seed: int, out_dir: Path | str, command: 
     """
     if name not in STUDIES:
         raise InvalidConfiguration("evaluate", "study", f"one of {', '.join(sorted(STUDIES))}, got {name!r}")
-    if trials is not None and trials < 1:
-        raise InvalidConfiguration("evaluate", "trials", f"at least one, got {trials}")
-    if seed < 0:
-        raise InvalidConfiguration("evaluate", "seed", f"zero or more, got {seed}")
+    if trials is not None and not 1 <= trials <= _MOST:
+        raise InvalidConfiguration("evaluate", "trials", f"at least one, at most {_MOST}, got {trials}")
+    if not 0 <= seed <= _MOST:
+        raise InvalidConfiguration("evaluate", "seed", f"from 0 to {_MOST}, got {seed}")
     study = cast(Study, importlib.import_module(STUDIES[name]))
     results = _run_all(name, study.trial, study.cases(trials, seed))
     summary, markdown = study.summarise(results)

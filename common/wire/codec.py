@@ -74,13 +74,18 @@ def _schema_key(kind: type[Message]) -> str:
     return next(field.encode_name for field in msgspec.structs.fields(kind) if field.name == "schema")
 
 
-def numbers(plain: Any, path: str = "") -> Iterator[tuple[str, float]]:
-    """Every floating-point number in plain Python with the path to it."""
-    if isinstance(plain, float):
-        yield path, plain
-    elif isinstance(plain, dict):
+def numbers(plain: Any) -> Iterator[tuple[str, float]]:
+    """Iterate over the floating-point numbers in plain Python and the paths to them."""
+    return ((path, value) for path, value in leaves(plain) if isinstance(value, float))
+
+
+def leaves(plain: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Iterate over everything in plain Python that holds nothing else, and the path to it."""
+    if isinstance(plain, dict):
         for key, value in plain.items():
-            yield from numbers(value, f"{path}.{key}".lstrip("."))
-    elif isinstance(plain, list):
+            yield from leaves(value, f"{path}.{key}".lstrip("."))
+    elif isinstance(plain, list | tuple):
         for index, value in enumerate(plain):
-            yield from numbers(value, f"{path}[{index}]")
+            yield from leaves(value, f"{path}[{index}]")
+    else:
+        yield path, plain

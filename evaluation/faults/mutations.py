@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from farhand.common.errors import FarhandError
+from farhand.evaluation.faults import option_values
 from farhand.evaluation.faults.mutants import Random
 from farhand.evaluation.faults.subjects import SUBJECTS, WrongResult
 from farhand.evaluation.metrics.tables import table
@@ -30,6 +31,8 @@ N_MUTATIONS = 100_000
 LONGEST_S, MOST_MB = 5.0, 200.0
 _BLOCKED_S = 60.0
 _CHUNK = 500
+OPTIONS = "option values"
+KINDS = (*sorted(SUBJECTS), OPTIONS)
 _SHOWN = 5
 
 
@@ -48,7 +51,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
     return [
         {"kind": kind, "seed": seed, "first": first, "n": min(_CHUNK, n - first)}
         for first in range(0, n, _CHUNK)
-        for kind in sorted(SUBJECTS)
+        for kind in KINDS
     ]
 
 
@@ -73,6 +76,8 @@ def trial(case: Case) -> Case:
 
 def _attempt_of(kind: str, folder: Path) -> Callable[[Random], bool]:
     """What is done with one mutant."""
+    if kind == OPTIONS:
+        return option_values.attempts(folder)
     subject = SUBJECTS[kind]
     seeds = subject.seeds()
 

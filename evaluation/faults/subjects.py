@@ -274,6 +274,13 @@ def _events() -> tuple[bytes, ...]:
     return ((line + "\n").encode() * 3, b"")
 
 
+def sound_files() -> dict[str, bytes]:
+    """Return a sound file of every kind that a command takes, by its name."""
+    names = ("local.toml", "remote.toml")
+    texts = dict(zip(names, _texts(*names), strict=True))
+    return {**texts, "d.npz": _demonstrations()[0], "m.farhand": _models()[0], "r.npz": _recordings()[0]}
+
+
 SUBJECTS = {
     "demonstration": Subject("d.npz", _demonstrations, archive_mutant, _learn),
     "foreign recording": Subject("r.npz", _recordings, archive_mutant, _import),

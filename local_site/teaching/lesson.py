@@ -164,7 +164,8 @@ class Lesson:
     def _check(self, motion: Demonstration) -> None:
         task = self._task
         if (motion.space, motion.frame_names) != (task.space, task.frame_names):
-            raise InvalidDemonstration("demonstration", "position_m, frame_names", f"those of {task.name}")
+            expected = f"{'poses' if task.space.oriented else f'{task.space.n_dims} dimensions'} and the frames {', '.join(task.frame_names)} of {task.name}"
+            raise InvalidDemonstration("demonstration", "position_m, quat_wxyz, frame_names", expected)
         check_units(motion)
         check_moves(motion, self.settings)
 

@@ -104,10 +104,10 @@ def check_moves(motion: Demonstration, settings: LearnerSettings) -> None:
     moved_m, turned_rad = _travel(motion)
     if max(moved_m, turned_rad * radian_m) < MOVED_PART * lambda_m:
         least = f"{MOVED_PART * lambda_m * 1e3:.3g} mm"
-        got = f"{moved_m * 1e3:.3g} mm"
+        got = f"{round(moved_m * 1e3, 2):g} mm"
         if motion.space.oriented:
             least += f" or {np.degrees(MOVED_PART * lambda_m / radian_m):.3g} degrees"
-            got += f" and {np.degrees(turned_rad):.3g} degrees"
+            got += f" and {round(float(np.degrees(turned_rad)), 2):g} degrees"
         expected = (
             f"a motion of at least {least} ({MOVED_PART:g} of lambda, {lambda_m:g} m), got {got}: "
             "show the whole motion, or choose a smaller lambda"

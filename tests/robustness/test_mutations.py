@@ -1,0 +1,54 @@
+"""One per cent of the study `mutations`, with its code."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from farhand.common.errors import InvalidConfiguration
+from farhand.evaluation.faults import mutations
+from farhand.evaluation.faults.subjects import WrongResult
+
+
+@pytest.mark.parametrize("kind", mutations.KINDS)
+def test_mutants_are_refused_in_one_line_or_accepted_and_right(kind: str):
+    n = mutations.N_MUTATIONS // 100
+    result = mutations.trial({"kind": kind, "seed": 7, "first": 0, "n": n})
+    assert not result["findings"]
+    assert result["counts"].get("accepted", 0) + result["counts"].get("refused", 0) == n
+    assert result["counts"].get("accepted", 0) > 0, "some change nothing that matters"
+
+
+def test_what_goes_wrong_is_found():
+    def hang() -> bool:
+        while True:
+            pass
+
+    def waste() -> bool:
+        return bool(np.ones(int(1.3e8 * mutations.MOST_MB / 1000.0 / 0.8)).size)
+
+    def refuse() -> bool:
+        raise InvalidConfiguration("file\n", "field", "something else")
+
+    def lie() -> bool:
+        raise WrongResult("not so")
+
+    def fail() -> bool:
+        return bool(1 // 0)
+
+    outcomes = [mutations.bounded(each)[0] for each in (hang, waste, refuse, lie, fail)]
+    assert [outcome.partition(":")[0] for outcome in outcomes] == [
+        "hang", "memory", "refused", "wrong", "traceback",
+    ]  # fmt: skip
+
+
+def test_the_study_counts_every_kind_and_names_what_it_found():
+    cases = mutations.cases(1_200, 3)
+    assert {case["kind"] for case in cases} == set(mutations.KINDS)
+    assert all(sum(c["n"] for c in cases if c["kind"] == kind) == 1_200 for kind in mutations.KINDS)
+    result = {"kind": "state", "seed": 3, "first": 0, "n": 3, "slowest_s": 0.1}
+    good = {**result, "counts": {"accepted": 1, "refused": 2}, "findings": []}
+    bad = {**result, "counts": {"refused": 2, "hang": 1}, "findings": [{"number": 2, "outcome": "hang: x"}]}
+    assert mutations.summarise([good])[0]["found"] == 0
+    summary, text = mutations.summarise([good, bad])
+    assert summary["state"]["found"] == summary["found"] == 1 and "state 2: hang: x" in text
