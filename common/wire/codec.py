@@ -17,6 +17,7 @@ M = TypeVar("M", bound=Message)
 
 MAX_BYTES = 2_100_000
 """Nothing larger is even unpacked: a little more than the largest model."""
+_MOST_SINGLE = (2.0 - 2.0**-23) * 2.0**127
 
 
 def encode(message: Message) -> bytes:
@@ -42,7 +43,7 @@ def decode(data: bytes, kind: type[M]) -> M:
         raise InvalidMessage(name, "", f"at most {MAX_BYTES} bytes, got {len(data)}")
     try:
         plain = msgpack.unpackb(data, raw=False, strict_map_key=True)
-    except (ValueError, msgpack.UnpackException, RecursionError) as error:
+    except Exception as error:
         raise InvalidMessage(
             name, "", f"MessagePack was expected, but it does not decode ({error})"
         ) from error
@@ -54,6 +55,8 @@ def decode(data: bytes, kind: type[M]) -> M:
     for path, number in numbers(plain):
         if not math.isfinite(number):
             raise InvalidMessage(name, path, f"a finite number, got {number}")
+        if kind is Telemetry and abs(number) > _MOST_SINGLE:
+            raise InvalidMessage(name, path, f"a number of single precision, got {number:g}")
     return message
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from farhand.common.errors import InvalidMessage
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.wire.codec import field_of
+from farhand.common.whole_file import fault_of
 from farhand.common.wire.messages import Id, Stamp
 
 Array = NDArray[np.float64]
@@ -65,12 +65,10 @@ class RecordedMotion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
         Raises:
             InvalidMessage: When they are something else.
         """
-        try:
-            return msgspec.convert(msgpack.unpackb(data), cls, builtin_types=(bytes,))
-        except msgspec.ValidationError as error:
-            raise InvalidMessage("recorded motion", *field_of(error)) from error
-        except (ValueError, msgpack.UnpackException) as error:
-            raise InvalidMessage("recorded motion", "", f"MessagePack ({error})") from error
+        with fault_of("recorded motion", InvalidMessage, "MessagePack"):
+            motion = msgspec.convert(msgpack.unpackb(data), cls, builtin_types=(bytes,))
+            _ = motion.space
+            return motion
 
     @property
     def content(self) -> bytes:
@@ -90,9 +88,10 @@ class RecordedMotion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
         """
         n_coordinates, n_frames = self.space.n_coordinates, len(self.frame_names)
         width = 1 + n_coordinates + n_frames * _frame_width(self.n_dims)
-        if len(self.rows) % (4 * width):
-            raise _invalid(f"whole rows of {width} numbers")
-        table = np.frombuffer(self.rows, "<f4").reshape(-1, width).astype(np.float64)
+        if not self.rows or len(self.rows) % (4 * width):
+            raise _invalid(f"whole rows of {width} numbers, one or more")
+        with np.errstate(invalid="ignore"):  # signalling NaNs, which are refused below
+            table = np.frombuffer(self.rows, "<f4").reshape(-1, width).astype(np.float64)
         if not np.isfinite(table).all():
             raise _invalid("finite numbers only")
         steps_s = np.diff(table[:, 0])

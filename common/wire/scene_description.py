@@ -16,10 +16,10 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import ArrayLike, NDArray
 
-from farhand.common.errors import InvalidInput, InvalidMessage
+from farhand.common.errors import InvalidMessage
 from farhand.common.model.manifold import POSE
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.wire.codec import field_of
+from farhand.common.whole_file import fault_of
 
 Array: TypeAlias = NDArray[np.float64]
 Colour = Annotated[tuple[int, int, int], Meta(description="sRGB, 0 to 255")]
@@ -97,17 +97,10 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         Raises:
             InvalidMessage: When they are something else, a link comes before its parent, or a mesh is broken.
         """
-        try:
+        with fault_of("scene", InvalidMessage, "MessagePack"):
             scene = msgspec.convert(msgpack.unpackb(data), cls, builtin_types=(bytes,))
-        except msgspec.ValidationError as error:
-            raise InvalidMessage("scene", *field_of(error)) from error
-        except (ValueError, msgpack.UnpackException) as error:
-            raise InvalidMessage("scene", "", f"MessagePack ({error})") from error
-        try:
             scene._check()
-        except InvalidInput as error:
-            raise InvalidMessage("scene", error.field, error.expected) from None
-        return scene
+            return scene
 
     @cached_property
     def content(self) -> bytes:

@@ -11,6 +11,7 @@ import logging
 import resource
 import signal
 import tempfile
+import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -20,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from farhand.common.errors import FarhandError
-from farhand.evaluation.faults import option_values
+from farhand.evaluation.faults import message_mutations, option_values
 from farhand.evaluation.faults.mutants import Random
 from farhand.evaluation.faults.subjects import SUBJECTS, WrongResult
 from farhand.evaluation.metrics.tables import table
@@ -32,7 +33,8 @@ LONGEST_S, MOST_MB = 5.0, 200.0
 _BLOCKED_S = 60.0
 _CHUNK = 500
 OPTIONS = "option values"
-KINDS = (*sorted(SUBJECTS), OPTIONS)
+MESSAGES = tuple(sorted(message_mutations.kinds()))
+KINDS = (*sorted(SUBJECTS), OPTIONS, *MESSAGES)
 _SHOWN = 5
 
 
@@ -78,6 +80,8 @@ def _attempt_of(kind: str, folder: Path) -> Callable[[Random], bool]:
     """What is done with one mutant."""
     if kind == OPTIONS:
         return option_values.attempts(folder)
+    if kind in MESSAGES:
+        return message_mutations.attempts(kind)
     subject = SUBJECTS[kind]
     seeds = subject.seeds()
 
@@ -100,7 +104,7 @@ def bounded(attempt: Callable[[], bool]) -> tuple[str, float]:
     Returns:
         `accepted`, `refused`, or what went wrong and how; and the time that it worked [s].
     """
-    before_mb, began_s = _peak_mb(), _worked_s()
+    before_mb, began_s = _peak_mb(), time.process_time()
     signal.signal(signal.SIGPROF, _hang)
     signal.signal(signal.SIGALRM, _hang)
     signal.setitimer(signal.ITIMER_PROF, LONGEST_S)  # time of work: others may have the machine
@@ -120,7 +124,7 @@ def bounded(attempt: Callable[[], bool]) -> tuple[str, float]:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
     if (grown_mb := _peak_mb() - before_mb) > MOST_MB:
         outcome = f"memory: {grown_mb:.0f} MB more"
-    return outcome, _worked_s() - began_s
+    return outcome, time.process_time() - began_s
 
 
 def _where(error: BaseException) -> str:
@@ -140,11 +144,6 @@ def _hang(*_: object) -> None:
 
 def _peak_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-
-
-def _worked_s() -> float:
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    return usage.ru_utime + usage.ru_stime
 
 
 @contextlib.contextmanager
