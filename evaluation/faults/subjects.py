@@ -202,11 +202,12 @@ def _library_files() -> dict[str, bytes]:
     from tempfile import TemporaryDirectory
 
     with TemporaryDirectory() as data_dir:
-        library, (first, *_) = TaskLibrary(_task(), Path(data_dir)), sample_strokes(_task())
+        library = TaskLibrary(_task(), Path(data_dir))
+        first = sample_strokes(_task())[0].samples(slice(0, 60))
         library.learn([first])
         library.learn([first])
         library.record(first.frames_at(0))
-        for point, time_s in zip(first.points[:80], first.time_s[:80], strict=True):
+        for point, time_s in zip(first.points, first.time_s, strict=True):
             library.hand(point, float(time_s))
         library.set_aside()
         return {file.name: file.read_bytes() for file in (Path(data_dir) / _task().name).iterdir()}
