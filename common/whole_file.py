@@ -1,4 +1,4 @@
-"""Files as they come and go: read within bounds, written whole or not at all, their faults under their names.
+"""Files as they come and go: read within bounds, written whole or not at all, by one process, faults under their names.
 
 Whatever reads a file does it under `fault_of`, so that no fault of a file, foreseen or not, is more than
 that file's: a library of numpy's or zipfile's exceptions that somebody has met so far would never be complete.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import fcntl
 import os
 import select
 import stat
@@ -17,8 +18,12 @@ from secrets import token_hex
 
 import msgspec
 
-from farhand.common.errors import InvalidInput, field_of
+from farhand.common.errors import FarhandError, InvalidInput, field_of
+from farhand.common.log import loop_logger
 
+_log = loop_logger(__name__)
+
+_LOCK = "in-use"
 MAX_BYTES = 64_000_000
 """Nothing larger is read unless its reader says otherwise."""
 _PATIENCE_MS = 5000
@@ -122,3 +127,50 @@ def _write_into(target: Path, data: bytes) -> None:
     os.set_blocking(descriptor, True)
     with os.fdopen(descriptor, "wb") as file:
         file.write(data)
+
+
+class FolderInUse(FarhandError):
+    """Another process keeps its files in the folder."""
+
+
+class Claim:
+    """The right to a folder's files, for as long as this lives: of two processes each would write over the other's.
+
+    It ends with the process, however that ends. A folder that cannot be written needs no claim.
+
+    Args:
+        folder: Made when it is not there.
+        what: What is kept in it, for the one who is refused.
+
+    Raises:
+        FolderInUse: When another process has it.
+    """
+
+    def __init__(self, folder: Path, what: str):
+        self._descriptor = -1
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._descriptor = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            holder = os.pread(self._descriptor, 20, 0).decode(errors="replace").strip()
+            self.release()
+            raise FolderInUse(
+                f"{folder}: process {holder or 'unknown'} keeps {what} there: end it, or give this one a folder of its"
+                " own with --data-dir"
+            ) from None
+        except OSError as error:
+            _log.warning("%s cannot be claimed, another process may use it too: %s", folder, error.strerror)
+            self.release()
+        else:
+            os.ftruncate(self._descriptor, 0)
+            os.pwrite(self._descriptor, f"{os.getpid()}\n".encode(), 0)
+
+    def release(self) -> None:
+        """Let others have the folder."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+    def __del__(self) -> None:
+        self.release()

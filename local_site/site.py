@@ -15,6 +15,7 @@ from farhand.common.link.link import ZenohLink
 from farhand.common.process_status import DataFolder, OperatorFacts
 from farhand.common.repertoire import TaskSet
 from farhand.common.task import ArmTask
+from farhand.common.whole_file import Claim
 from farhand.common.wire.messages import Wish
 from farhand.local_site.config import LocalConfig
 from farhand.local_site.console.console import Console
@@ -48,6 +49,7 @@ class LocalSite:
         self, config: LocalConfig, tasks: TaskSet, data_dir: Path, sample_files: SampleFiles = no_files
     ):
         self._config, self._tasks, self._sample_files = config, tasks, sample_files
+        self._claim = Claim(data_dir / "operator", "what was taught")
         self._library = Library(tasks, data_dir)
         self._event_log = data_dir / "operator" / config.site_name / "events.jsonl"
         self._scenes = data_dir / "scenes"
@@ -91,6 +93,7 @@ class LocalSite:
         with self._opened(page_port=self._config.page_port) as opened:
             ready(**({"page": opened.page.address} if opened.page is not None else {}))
             self._stop.wait()
+        self._claim.release()
 
     def run_script(self, outage: PlannedOutage | None, ready: Callable[[], None]) -> dict[str, Any]:
         """Have the scripted operator do the job once.

@@ -16,6 +16,7 @@ from farhand.common.link.link import ZenohLink
 from farhand.common.log import loop_logger
 from farhand.common.process_status import DataFolder, RobotFacts
 from farhand.common.repertoire import TaskSet
+from farhand.common.whole_file import Claim
 from farhand.common.wire.messages import PlannedPath
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.motion.model_trial import ModelTrials
@@ -86,6 +87,7 @@ class RemoteSite:
         # The planner and the link's threads must not hold up a control tick.
         sys.setswitchinterval(5e-4)
         self.warm_up()
+        claim = Claim(self._data_dir, "the state of its robot")
         memory = PlantMemory(self._data_dir / "state.json")
         event_log = EventLog(self._data_dir / "events.jsonl")
         self._files = memory, event_log
@@ -96,6 +98,7 @@ class RemoteSite:
         finally:
             memory.close()
             event_log.close()
+            claim.release()
 
     def _boot(self, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None], why: str) -> str:
         """One life of the robot, until it is stopped, or for a reason that is returned: nothing of it may go on."""

@@ -10,6 +10,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from farhand.deploy.entry import own_command
 
@@ -56,8 +57,10 @@ class FarhandProcess:
     """One that runs until it is ended. What it says on standard error is kept line by line."""
 
     def __init__(self, *arguments: object):
+        # Not the user's own folder, of which another process may be the owner.
+        self._data = TemporaryDirectory(prefix="farhand-test-", ignore_cleanup_errors=True)
         self._process = subprocess.Popen(
-            [*FARHAND, *map(str, arguments)],
+            [*FARHAND, *map(str, arguments)], env={**os.environ, "XDG_DATA_HOME": self._data.name},
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
         self.pid = self._process.pid
@@ -96,6 +99,7 @@ class FarhandProcess:
         """End it, if it runs, and wait for that."""
         self._process.kill()
         self.wait()
+        self._data.cleanup()
 
     def children(self) -> dict[str, int]:
         """Process ids of its own children, by the name of their command."""

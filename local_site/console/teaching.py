@@ -28,6 +28,9 @@ class Teaching:
     def __init__(self, library: Library, place: Workcell, tell: Tell):
         self._library, self._place, self._tell = library, place, tell
         self._control_s: float | None = None
+        for each in library.by_task.values():
+            for fault in each.faults:
+                tell("library", fault, good=False)
 
     @property
     def left_over(self) -> Demonstration | None:

@@ -13,7 +13,7 @@ import pytest
 
 from farhand.common import whole_file
 from farhand.common.errors import InvalidConfiguration, InvalidDemonstration, InvalidModel
-from farhand.common.whole_file import fault_of, read_whole, write_whole
+from farhand.common.whole_file import Claim, FolderInUse, fault_of, read_whole, write_whole
 
 
 def mode(path: Path) -> int:
@@ -163,3 +163,23 @@ def test_what_is_no_fault_of_the_file_passes(end: type[BaseException]):
 def test_a_name_with_line_feeds_is_told_in_one_line():
     error = InvalidModel("a\nb\u202e\udcff", "x\r", "a model")
     assert str(error) == "a\\nb\\u202e\\udcff: x\\r: a model"
+
+
+# One owner -------------------------------------------------------------------------------------
+
+
+def test_a_folder_is_claimed_once_and_again_when_it_was_given_up(tmp_path: Path):
+    first = Claim(tmp_path / "new" / "folder", "its files")
+    with pytest.raises(FolderInUse, match=rf"folder: process {os.getpid()} keeps its files .*--data-dir"):
+        Claim(tmp_path / "new" / "folder", "its files")
+    Claim(tmp_path / "new", "another folder")
+    first.release()
+    second = Claim(tmp_path / "new" / "folder", "its files")
+    del second
+    Claim(tmp_path / "new" / "folder", "its files")
+
+
+def test_a_folder_that_cannot_be_written_needs_no_claim(tmp_path: Path):
+    (tmp_path / "file").write_bytes(b"")
+    for _ in range(2):
+        Claim(tmp_path / "file" / "folder", "its files")

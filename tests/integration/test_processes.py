@@ -60,6 +60,21 @@ def test_the_local_site_ends_on_a_signal(number, remote, tmp_path):
         assert_ends_in_order(process, number)
 
 
+def test_a_folder_has_one_owner_until_that_ends_however_it_does(tmp_path):
+    nobody, folder = f"tcp/127.0.0.1:{free_port()}", f"--data-dir={tmp_path}"
+    local = ("local", f"--connect={nobody}", folder, "--connect-timeout-s=30")
+    with running(*local) as first:
+        first.until("connecting to the robot")
+        line = refusal(*local, "--site-name=another")
+        assert f"process {first.pid} keeps what was taught" in line and "--data-dir" in line
+    with running("remote", f"--listen=tcp/127.0.0.1:{free_port()}", folder) as robot:
+        robot.until("the robot is ready")
+        line = refusal("remote", f"--listen=tcp/127.0.0.1:{free_port()}", folder)
+        assert f"process {robot.pid} keeps the state" in line
+    with running(*local) as later:  # the one before was killed
+        later.until("connecting to the robot")
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_the_local_site_ends_on_a_signal_while_it_waits_for_the_robot(number, tmp_path):
     nobody = f"tcp/127.0.0.1:{free_port()}"
