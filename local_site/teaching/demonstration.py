@@ -61,27 +61,25 @@ class Demonstration:
             if value is not None:
                 object.__setattr__(self, name, _real(name, value))
         object.__setattr__(self, "frame_names", tuple(str(name) for name in self.frame_names))
-        self._check_motion()
-        self._check_frames()
+        with np.errstate(all="ignore"):  # numbers that overflow are refused as numbers
+            self._check_motion()
+            self._check_frames()
 
     def _check_motion(self) -> None:
         T = self.time_s.size
         if self.time_s.ndim != 1 or T < 2:
             raise _invalid("time_s", f"shape (T,) with T >= 2, got {self.time_s.shape}")
-        with np.errstate(over="ignore"):
-            late = np.flatnonzero(~(np.diff(self.time_s) > 0))
+        late = np.flatnonzero(~(np.diff(self.time_s) > 0))
         if late.size:
-            first, earlier, later = int(late[0]), *self.time_s[late[0] : late[0] + 2]
-            expected = f"times that increase, but sample {first + 1} of 0 to {T - 1} is at {later:g} s after {earlier:g} s"
-            raise _invalid("time_s", expected)
+            k = int(late[0]) + 1
+            between = f"{self.time_s[k]:g} s after {self.time_s[k - 1]:g} s"
+            raise _invalid("time_s", f"times that increase, but sample {k} of 0 to {T - 1} is at {between}")
         if self.position_m.ndim != 2 or self.position_m.shape[0] != T or self.n_dims not in (2, 3):
             raise _invalid("position_m", f"shape ({T}, 2) or ({T}, 3), got {self.position_m.shape}")
         if self.quat_wxyz is not None:
             if self.quat_wxyz.shape != (T, 4):
                 raise _invalid("quat_wxyz", f"shape ({T}, 4), got {self.quat_wxyz.shape}")
-            with np.errstate(over="ignore"):
-                lengths = np.linalg.norm(self.quat_wxyz, axis=1)
-            if np.abs(lengths - 1.0).max() > _UNIT_TOLERANCE:
+            if np.abs(np.linalg.norm(self.quat_wxyz, axis=1) - 1.0).max() > _UNIT_TOLERANCE:
                 raise _invalid("quat_wxyz", "unit quaternions")
 
     def _check_frames(self) -> None:
@@ -92,10 +90,8 @@ class Demonstration:
             shape = getattr(self, name).shape
             if shape not in (tail, (T, *tail)):
                 raise _invalid(name, f"shape {tail} or {(T, *tail)}, got {shape}")
-        with np.errstate(over="ignore", invalid="ignore"):
-            turned = self.frame_rotation @ np.swapaxes(self.frame_rotation, -1, -2)
-            orthonormal = np.abs(turned - np.eye(D)).max() <= 1e-6
-        if not orthonormal:
+        turned = self.frame_rotation @ np.swapaxes(self.frame_rotation, -1, -2)
+        if not np.abs(turned - np.eye(D)).max() <= 1e-6:
             raise _invalid("frame_rotation", "orthonormal matrices (A A^T = I)")
         if (np.linalg.det(self.frame_rotation) < 0).any():
             expected = "rotations (det A = 1), got a mirror image: is an axis of the frame reversed?"

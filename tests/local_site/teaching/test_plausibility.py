@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from farhand.local_site.teaching.taught import NotNow
 from scipy.spatial.transform import Rotation
 
 from farhand.common.errors import InvalidDemonstration
@@ -24,7 +25,6 @@ from farhand.local_site.teaching.plausibility import (
     prepared,
 )
 from farhand.local_site.teaching.task_library import TaskLibrary
-from farhand.local_site.teaching.taught import NotNow
 from tests.local_site.robot_end import FRAMES, TASK
 
 SETTINGS = LearnerSettings(0.1)
