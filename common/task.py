@@ -12,15 +12,13 @@ from msgspec import Meta, Struct
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.manifold import POSE, Manifold
-from farhand.common.whole_file import fault_of, read_whole
+from farhand.common.whole_file import fault_of, read_toml
 from farhand.common.wire.codec import leaves
 
 Positive = Annotated[float, Meta(gt=0)]
 NonNegative = Annotated[float, Meta(ge=0)]
 Vector = Annotated[tuple[float, ...], Meta(min_length=2, max_length=3)]
 S = TypeVar("S", bound=Struct)
-
-_MAX_TOML_BYTES = 1_000_000
 
 
 class Limits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -173,11 +171,6 @@ def check_values(plain: Any, source: str) -> None:
         if isinstance(value, str) and not value.isprintable():
             expected = f"text without line feeds or other characters that cannot be shown, got {value!a}"
             raise InvalidConfiguration(source, where, expected)
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return the tables of a TOML file, which may begin with a byte-order mark; whatever fails is raised as it is."""
-    return msgspec.toml.decode(read_whole(path, _MAX_TOML_BYTES).decode("utf-8-sig"))
 
 
 def load_task(path: Path) -> AnyTask:

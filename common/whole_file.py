@@ -15,6 +15,7 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 from secrets import token_hex
+from typing import Any
 
 import msgspec
 
@@ -24,7 +25,7 @@ from farhand.common.log import loop_logger
 _log = loop_logger(__name__)
 
 _LOCK = "in-use"
-MAX_BYTES = 64_000_000
+MAX_BYTES, _MAX_TOML_BYTES = 64_000_000, 1_000_000
 """Nothing larger is read unless its reader says otherwise."""
 _PATIENCE_MS = 5000
 """A pipe that brings nothing for longer is given up."""
@@ -75,6 +76,11 @@ def read_whole(path: Path | str, most_bytes: int = MAX_BYTES) -> bytes:
             if size > most_bytes:
                 raise OSError(errno.EFBIG, f"larger than {most_bytes} bytes", str(path))
     raise OSError(errno.ETIMEDOUT, "nothing came for some seconds", str(path))
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file, which may begin with a byte-order mark; whatever fails is raised as it is."""
+    return msgspec.toml.decode(read_whole(path, _MAX_TOML_BYTES).decode("utf-8-sig"))
 
 
 def write_whole(path: Path | str, data: bytes) -> None:

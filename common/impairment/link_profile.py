@@ -10,8 +10,7 @@ import msgspec
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.timeline import Timeline, TimelineStep, name_fields
-from farhand.common.task import read_toml
-from farhand.common.whole_file import fault_of
+from farhand.common.whole_file import fault_of, read_toml
 from farhand.common.wire.codec import field_of
 
 
