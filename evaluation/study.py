@@ -63,6 +63,7 @@ STUDIES = {
     "surroundings": "farhand.evaluation.live.surroundings",
     "tick": "farhand.evaluation.live.tick",
     "mutations": "farhand.evaluation.faults.mutations",
+    "stop-lane": "farhand.evaluation.live.stop_lane",
     "modes": "farhand.evaluation.modes.modes",
     "freshness": "farhand.evaluation.link.freshness",
 }

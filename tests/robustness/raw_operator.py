@@ -49,6 +49,9 @@ class RawOperator:
         assert answer is not None
         return decode(answer, kind)
 
+    def send(self, channel: Channel, message: Message) -> None:
+        self.link.send(channel, encode(message))
+
     def ask_raw(self, channel: Channel, data: bytes) -> bytes | None:
         """The answer to any bytes, or None without one."""
         return self.link.ask_and_wait(channel, data, PATIENCE_S)
