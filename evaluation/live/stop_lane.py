@@ -119,8 +119,8 @@ class _Site:
             page.close()
             console.close()
             link.close()
-            operator.terminate()
-            operator.join()
+            ours.send("end")
+            operator.join(_PATIENCE_S)
 
     def _press_while_blocked(self, console: Console, pipe: Any, n: int, moments: random.Random) -> Case:
         free = threading.Event()
@@ -218,6 +218,7 @@ def _press(pipe: Connection, endpoint: str) -> None:
                 arrived.wait_for(lambda known=known: arrivals.keys() - known, _PATIENCE_S)
                 new = arrivals.keys() - known
             pipe.send(min((arrivals[each] for each in new), default=float("inf")) - pressed_s)
+    link.close()
 
 
 _CAMERA = {
