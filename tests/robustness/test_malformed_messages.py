@@ -33,9 +33,9 @@ from farhand.common.wire.messages import (
     Telemetry,
 )
 from tests.farhand_process import FarhandProcess
+from tests.remote_site.planar import short_strokes
 from tests.robustness.malformed import malformed
 from tests.robustness.raw_operator import SESSION, RawOperator
-from tests.strategies import learned
 
 _numbers = itertools.count(1)
 
@@ -55,7 +55,7 @@ STREAMS: dict[Channel, Callable[[RawOperator], Message]] = {
 QUESTIONS: dict[Channel, Callable[[RawOperator], Message]] = {
     keys.COMMAND: lambda o: o.new_command(Action.DISARM),
     keys.LEASE: lambda o: LeaseRequest(session="another", site_name="another"),
-    keys.MODEL: lambda o: model_transfer(encode_model(learned())),
+    keys.MODEL: lambda o: model_transfer(encode_model(short_strokes())),
     keys.REPORT: lambda o: ReportRequest(),
     keys.CATALOGUE: lambda o: CatalogueRequest(),
     keys.BLOB: lambda o: BlobRequest(sha256="0" * 64, n_bytes=1000),

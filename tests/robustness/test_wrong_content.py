@@ -16,13 +16,14 @@ from farhand.common.model.model_file import encode as encode_model
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import ModelReply, ModelTransfer, OperatorInput, Stamp
+from tests.remote_site.planar import short_strokes
 from tests.robustness.raw_operator import SESSION, RawOperator
 from tests.strategies import learned
 
 
 def rewritten(change: Callable[[dict[str, Any]], object]) -> bytes:
     """A model's bytes with something changed, and a hash that fits them."""
-    content = msgpack.unpackb(encode_model(learned()))
+    content = msgpack.unpackb(encode_model(short_strokes()))
     change(content)
     return msgpack.packb(content) or b""
 
@@ -41,7 +42,7 @@ BAD_CONTENTS = {
     "schema": (rewritten(lambda content: content.update(schema=1)), "schema: version 2, got 1"),
     "unknown": (rewritten(lambda content: content.update(colour="red")), "colour: no such field"),
     "missing": (rewritten(lambda content: content["parts"].pop("means")), "means: a field that is missing"),
-    "truncated": (encode_model(learned())[:-7], "truncated"),
+    "truncated": (encode_model(short_strokes())[:-7], "truncated"),
     "foreign": (b"\x89PNG\r\n\x1a\n", "truncated or of another kind"),
     "dimensions": (encode_model(learned(3)), "2 dimensions"),
     "poses": (encode_model(learned(POSE)), "these are poses"),
@@ -58,7 +59,7 @@ def test_a_bad_model_is_refused_with_its_field(kind, operator):
 
 
 def test_a_model_that_is_not_what_was_announced_is_refused(operator):
-    good = encode_model(learned())
+    good = encode_model(short_strokes())
     assert_refused(
         operator, ModelTransfer(session=SESSION, task="planar", sha256="0" * 64, content=good), "sha256"
     )

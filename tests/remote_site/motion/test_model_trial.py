@@ -22,7 +22,7 @@ from farhand.remote_site.motion.model_store import _MOST_KEPT, ModelStore
 from farhand.remote_site.motion.model_trial import ModelTrial, _check_numbers, _try_out
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 from tests.remote_site.bench import Bench
-from tests.remote_site.planar import TASK, planar_model, transfer
+from tests.remote_site.planar import TASK, cyclic, planar_model, transfer
 from tests.strategies import learned
 
 
@@ -74,30 +74,6 @@ def test_what_nobody_demonstrates_is_refused_with_its_field(case: str):
 
 def test_what_the_samples_teach_is_confirmed():
     assert not isinstance(trial_of(planar_model()).outcome(), InvalidModel)
-
-
-def cyclic(n: int) -> TPHSMM:
-    """Components that lead to each other in a circle, each with a way out of it to the last one."""
-    base = planar_model()
-    rng, pick = np.random.default_rng(1), np.arange(n) % (base.n_components - 1)
-    transition = np.zeros((n, n))
-    for i in range(n - 1):
-        transition[i, (i + 1) % (n - 1)] = 0.9
-        transition[i, n - 1] += 0.1
-    arrays = {
-        name: np.array(np.take(getattr(base, name), pick, axis=0 if getattr(base, name).ndim == 1 else 1))
-        for name in ("initial", "means", "covariances", "duration_mean_s", "duration_variance_s2", "counts", "phase",
-                     "elapsed_mean_s", "slopes", "residual_covariances", "start_means", "start_covariances",
-                     "start_gains", "elapsed_gains")
-    }  # fmt: skip
-    initial = np.zeros(n)
-    initial[0] = 1.0
-    terminal, leaves = np.arange(n) == n - 1, np.zeros(n)
-    leaves[-1] = 1.0
-    arrays |= {"initial": initial, "phase": rng.permutation(np.linspace(0.0, 1.0, n))}
-    return replace(
-        base, transition=transition, time_share=transition / 2.0, exit=leaves, terminal=terminal, **arrays
-    )
 
 
 @pytest.mark.parametrize("n", [3, 17, MAX_COMPONENTS])
