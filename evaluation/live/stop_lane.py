@@ -33,7 +33,7 @@ import numpy as np
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.task import ArmTask
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
@@ -84,7 +84,7 @@ class _Site:
         assert isinstance(task, ArmTask)
         warm_up(task.space, len(task.frame_names))
         self._block, self._slow_s = block, 0.0
-        self._library, self._place = Library(Repertoire([task]), folder / "data"), LiveArm(task)
+        self._library, self._place = Library(TaskSet([task]), folder / "data"), LiveArm(task)
         self._folder = folder
         long = block in ("learns", "does all of it")
         n, each_s = (_N_RECORDINGS, _RECORDING_S) if long else (2, 2.0)
@@ -150,13 +150,13 @@ class _Site:
                 return [intents.Undo()]
             case "waits for the arm":
                 self._place._jobs.put(partial(_wait, threading.Event()))
-                return [intents.Renew()]
+                return [intents.ResetArm()]
             case "is dead-locked":
                 console.owner.put(partial(_wait, done))
                 return []
             case _:
                 self._place._jobs.put(partial(_wait, threading.Event()))
-                return [intents.Undo(), intents.Renew(), intents.Undo()]
+                return [intents.Undo(), intents.ResetArm(), intents.Undo()]
 
     def _slow_fsync(self, _descriptor: int) -> None:
         time.sleep(self._slow_s)

@@ -12,7 +12,7 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.endpoint import EndpointSettings
-from farhand.common.repertoire import Repertoire
+from farhand.common.repertoire import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import CommandReply, Event, MoveTarget, Telemetry
@@ -46,7 +46,7 @@ def running(data_dir: Path) -> Iterator[RawOperator]:
     """A robot, and who holds its lease."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     config = RemoteConfig(link=EndpointSettings(listen=endpoint), lease_s=600.0, max_age_s=30.0)
-    site, ready = RemoteSite(config, Repertoire([TASK]), data_dir), threading.Event()
+    site, ready = RemoteSite(config, TaskSet([TASK]), data_dir), threading.Event()
     thread = threading.Thread(target=site.run, args=(ready.set,))
     thread.start()
     try:

@@ -109,7 +109,7 @@ def test_models_from_somebody_without_the_lease_delay_neither_reports_nor_a_stop
                 "size": size,
                 "content": content,
             }
-            stranger.ask(keys.MODEL, msgpack.packb(sent), 30.0, answers.put)
+            stranger.ask(keys.MODEL, msgpack.packb(sent) or b"", 30.0, answers.put)
         operator.send(keys.STOP, Stop(stop_id=f"under a flood of {what}", site_name="tester"))
         operator.report(lambda told: told.mode is ControlMode.STOPPED)
         replies = [answers.get(timeout=120.0) for _ in range(100)]
