@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "safety.md").read_text(encoding="utf-8")
 # What a unit of the page is in those of the code.
-UNITS = {"s": 1.0, "ms": 1e-3, "m/s": 1.0, "mm/s": 1e-3, "m/s^2": 1.0, "mm": 1e-3, "N": 1.0, "%": 1e-2, "B": 1.0,
+UNITS = {"s": 1.0, "ms": 1e-3, "m/s": 1.0, "mm/s": 1e-3, "m/s^2": 1.0, "mm": 1e-3, "m": 1.0, "N": 1.0, "%": 1e-2, "B": 1.0,
          "degrees": math.pi / 180.0, "": 1.0}  # fmt: skip
 # Files of which every limit must be on the page, and the names in them that are none.
 COMPLETE = {
@@ -24,6 +24,13 @@ COMPLETE = {
     "remote_site/supervision/session.py": {"_DELAY_CHANGED"},
     "remote_site/motion/manoeuvre.py": {"_REACHED_M", "_STANDING_M_S", "_PATIENCE_S"},
     "remote_site/motion/plans.py": {"_KEPT", "_REPLAN_S", "_REPLAN_FRAME_M"},
+    "remote_site/motion/model_trial.py": {
+        "_MOST_GAIN",
+        "_TRIED_STEPS",
+        "_TRIED_STARTS",
+        "_MOST_WAITING",
+        "_LIMITS",
+    },
 }
 
 
@@ -70,7 +77,7 @@ def test_every_limit_has_the_value_of_the_code(row: Row):
 def test_every_row_of_a_limit_was_understood():
     tables = PAGE.split("## Limits")[1].split("## What happens")[0]
     lines = [line for line in tables.splitlines() if line.startswith("|")]
-    assert len(rows()) == len(lines) - 2 * 4 >= 40
+    assert len(rows()) == len(lines) - 2 * 5 >= 40
 
 
 @pytest.mark.parametrize("file", COMPLETE)
@@ -86,3 +93,37 @@ def test_no_limit_of_the_guarding_files_is_left_out(file: str):
 def test_the_network_stop_is_called_what_it_is():
     assert "protective stop, not an emergency stop" in PAGE
     assert "## Not protected" in PAGE
+
+
+# Sentences of the page that were untrue once, each with a test that would fail if they were again.
+HELD = {
+    "An execution goes on without the link": "tests/remote_site/supervision/test_supervisor_guards.py",
+    "Each press is a new stop":
+        "tests/local_site/exchange/test_stop_sender.py::test_each_press_is_a_new_stop_and_the_operator_has_waited_since_the_first",
+    "a robot that was reset meanwhile":
+        "tests/remote_site/supervision/test_stops.py::test_a_stop_that_is_known_stops_a_robot_that_has_left_stopped",
+    "it is on the wire while the console":
+        "tests/evaluation/live/test_stop_lane.py::test_stop_overtakes_a_console_that_learns_writes_and_waits_for_the_arm",
+    "against the robot's later report":
+        "tests/local_site/exchange/test_stop_sender.py::test_an_acknowledgement_of_the_past_does_not_hide_that_the_robot_moves_now",
+    "a suspend is a restart":
+        "tests/remote_site/test_site.py::test_a_suspended_robot_begins_again_disarmed_and_refuses_what_was_asked_before",
+    "nor its simulated target":
+        "tests/remote_site/test_site.py::test_the_age_of_what_was_sent_before_counts_the_suspend",
+    "Whatever fails in a control period":
+        "tests/remote_site/supervision/test_failsafe.py::test_an_error_anywhere_in_a_period_stops_the_robot_from_every_mode",
+    "A model is tried before it is confirmed":
+        "tests/remote_site/motion/test_model_trial.py::test_what_nobody_demonstrates_is_refused_with_its_field",
+    "another one has the control within 4 s":
+        "tests/local_site/console/test_hand_over.py::test_a_site_that_hears_nothing_has_lost_the_control_to_the_other_one_within_four_seconds",
+    "at its start where its place is not known":
+        "tests/remote_site/robots/test_plant_memory.py::test_a_place_that_could_not_be_kept_is_set_aside_and_told",
+    "older events are gone": "tests/common/test_event_log.py",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("sentence", HELD)
+def test_what_was_untrue_once_is_held_by_a_test(sentence: str):
+    file, _, test = HELD[sentence].partition("::")
+    assert sentence in PAGE
+    assert f"def {test}(" in (ROOT / file).read_text(encoding="utf-8") if test else (ROOT / file).exists()

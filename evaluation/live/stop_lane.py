@@ -10,7 +10,7 @@ time at which the press arrives there, both by one clock. Meanwhile the console
 - is dead-locked on something that is free only after five seconds
 - or does all of it, one after the other
 
-Each case presses five times at random moments of the block.
+Each case presses five times, at random moments.
 """
 
 from __future__ import annotations
@@ -142,28 +142,23 @@ class _Site:
 
     def _asked(self, console: Console) -> list[intents.Intent]:
         """What blocks the console, as the operator asks for it; a dead-lock nobody asks for."""
-        done = threading.Event()
         match self._block:
             case "learns":
                 return [intents.Undo()] * (_N_RECORDINGS - 1)
             case "writes":
                 return [intents.Undo()]
             case "waits for the arm":
-                self._place._jobs.put(partial(_wait, threading.Event()))
+                self._place._jobs.put(partial(threading.Event().wait, _BLOCKED_S))
                 return [intents.ResetArm()]
             case "is dead-locked":
-                console.owner.put(partial(_wait, done))
+                console.owner.put(partial(threading.Event().wait, _BLOCKED_S))
                 return []
             case _:
-                self._place._jobs.put(partial(_wait, threading.Event()))
+                self._place._jobs.put(partial(threading.Event().wait, _BLOCKED_S))
                 return [intents.Undo(), intents.ResetArm(), intents.Undo()]
 
     def _slow_fsync(self, _descriptor: int) -> None:
         time.sleep(self._slow_s)
-
-
-def _wait(event: threading.Event) -> None:
-    event.wait(_BLOCKED_S)
 
 
 def _recording(task: ArmTask, n: int, duration_s: float) -> Demonstration:

@@ -93,7 +93,9 @@ class Requests:
         """Ask again what is due again."""
         for inquiry in list(self._open):
             since_s = now_s - inquiry.asked_s
-            if inquiry.waiting and since_s > self._ask_timeout_s + _OVERDUE_S:
+            if (inquiry.waiting and since_s > self._ask_timeout_s + _OVERDUE_S) or (
+                not inquiry.waiting and not inquiry.wanted()
+            ):
                 self._unanswered(inquiry)
             elif not inquiry.waiting and since_s >= _RETRY_S:
                 self._put(inquiry)

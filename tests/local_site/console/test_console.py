@@ -240,3 +240,33 @@ def test_one_bad_intent_does_not_take_the_console_away(tmp_path: Path):
         it.told("hand: refused")
         it.console.submit(intents.Hand((0.3, 0.4), 0.0))
         it.until(lambda p: len(p.strokes) == 1)
+
+
+class OnceSuspended:
+    """A watch that notices one suspend, when it is told."""
+
+    def __init__(self) -> None:
+        self.length_s = 0.0
+
+    def suspended_s(self) -> float:
+        length_s, self.length_s = self.length_s, 0.0
+        return length_s
+
+
+def test_after_a_suspend_nothing_is_asked_again_but_a_stop_is_resent(
+    tmp_path: Path,
+):
+    with desk(tmp_path) as it:
+        watch = OnceSuspended()
+        it.console._suspend = watch  # pyright: ignore[reportAttributeAccessIssue]
+        it.connected(ControlMode.HOLD)
+        it.link.cut()
+        it.console.submit(intents.CommandRobot(Action.COUPLE))
+        it.console.submit(intents.CommandRobot(Action.STOP))
+        it.until(lambda p: Action.COUPLE in p.pending)
+        watch.length_s = 60.0
+        picture = it.told("this computer was suspended for 60 s")
+        assert not picture.pending
+        it.link.mend()
+        assert len({stop.stop_id for stop in it.robot.wait_for(Stop, 2)}) == 1
+        assert not it.robot.heard(Command)
