@@ -104,7 +104,7 @@ class Robot:
         if remembered is not None and remembered.executing:
             why = f"the execution of {remembered.executing[:8]} was interrupted by a restart of the robot"
             self.supervisor.machine.tell("interrupted", why, succeeded=False)
-        if scene := self.embodiment.scene():
+        if scene := self.embodiment.hardware.scene():
             self.supervisor.recordings.catalogue.show(scene)
         self._reporter = Reporter(self.supervisor, clock)
         self._listen()
@@ -134,7 +134,7 @@ class Robot:
 
     def move(self, late_s: float = 0.0) -> None:
         """Watch, move, report."""
-        control_hz = self.embodiment.control_hz
+        control_hz = self.embodiment.hardware.control_hz
         self.supervisor.tick(1.0 / control_hz, late_s)
         if self._ticks % max(1, round(control_hz / self._config.telemetry_hz)) == 0:
             self.supervisor.failsafe.run(self._tell_state)
@@ -221,7 +221,7 @@ class Robot:
         if not contact.lease.lease_id or message.lease_id != contact.lease.lease_id:
             return
         if contact.is_fresh(message.echo) and len(message.position_m) == self._n_dims:
-            self.embodiment.move_target(np.array(message.position_m))
+            self.embodiment.world.move_target(np.array(message.position_m))
 
     def _on_report(self, _request: ReportRequest) -> ExecutionReport:
         now, last = self.supervisor.stamp(), self.supervisor.last_execution

@@ -65,7 +65,7 @@ class RemoteSite:
         return RobotFacts(
             mode=supervisor.mode, phase=supervisor.phase, holder=supervisor.contact.lease.holder,
             heard_s=supervisor.contact.heard_s, tick_age_s=now_s - self._ticked_s,
-            overruns=robot.overruns, control_hz=robot.embodiment.control_hz,
+            overruns=robot.overruns, control_hz=robot.embodiment.hardware.control_hz,
             model=newest.sha256[:8] if newest is not None else "",
             stopped_because=stop.text if stop is not None else "",
             stopped_by_fault=stop is not None and not stop.who, waiting=robot.waiting,
@@ -119,14 +119,16 @@ class RemoteSite:
             _log.info("the robot is ready: %s", self._config.link.listen)
             self._ticked_s, self._robot = time.monotonic(), robot
             ready()
-            return self._loop(robot, memory, TickTimes(event_log.append, robot.embodiment.control_hz))
+            return self._loop(
+                robot, memory, TickTimes(event_log.append, robot.embodiment.hardware.control_hz)
+            )
         finally:
             trials.close()
             planner.close()
             link.close()
 
     def _loop(self, robot: Robot, memory: PlantMemory, times: TickTimes) -> str:
-        control_hz = robot.embodiment.control_hz
+        control_hz = robot.embodiment.hardware.control_hz
         remember_every = max(1, round(PERIOD_S * control_hz))
         rate, suspend = Rate(1.0 / control_hz, self._stop), SuspendWatch()
         tick = 0

@@ -73,6 +73,6 @@ class Reporter:
             waiting=coupling is not None and coupling.waiting(self._clock.now_s()),
             stale_refused=contact.stale_refused,
             pace=s.machine.pace,
-            arm=s.embodiment.arm_state(sensed, overruns),
+            arm=s.embodiment.hardware.arm_state(sensed.effector, overruns),
             recorded_s=UNSET if recorded_s is None else recorded_s,
         )

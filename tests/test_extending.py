@@ -8,19 +8,20 @@ import numpy as np
 from farhand.deploy.places import find_point_task
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.samples import sample_strokes
+from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.plant import Plant
 from farhand.remote_site.reproduction.executor import Executor
-from farhand.remote_site.robots.point_embodiment import PointEmbodiment
+from farhand.remote_site.robots.point_embodiment import point_embodiment
 
 PAGE = (Path(__file__).parent.parent / "docs" / "extending.md").read_text(encoding="utf-8")
 DT_S = 0.02
 
 
-def example() -> PointEmbodiment:
+def example() -> Embodiment:
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     names: dict[str, type] = {}
     exec(code, names)
-    return PointEmbodiment(find_point_task("planar"), names["MyPlant"](), names["MySight"]())
+    return point_embodiment(find_point_task("planar"), names["MyPlant"](), names["MySight"]())
 
 
 def test_the_plant_and_the_sight_execute_what_was_learned():
@@ -30,22 +31,22 @@ def test_the_plant_and_the_sight_execute_what_was_learned():
         learner.start()
         learner.observe_many(stroke.position_m, stroke.frames_at(0), stroke.time_s)
         learner.end()
-    executor = Executor(learner.model(), robot.settings)
-    frames = robot.perception.observe(0.0)
+    executor = Executor(learner.model(), robot.hardware.settings)
+    frames = robot.hardware.perception.observe(0.0)
     assert frames is not None
-    state = robot.plant.read()
+    state = robot.hardware.plant.read()
     executor.begin(state.point, state.velocity, frames)
     for _ in range(1000):
-        state = robot.plant.read()
+        state = robot.hardware.plant.read()
         control = executor.step(state.point, state.velocity, frames)
         if control.arrived:
             break
-        robot.plant.accelerate(control.acceleration, DT_S)
-    assert np.linalg.norm(robot.plant.read().position_m - frames[0].b) < 0.01
+        robot.hardware.plant.accelerate(control.acceleration, DT_S)
+    assert np.linalg.norm(robot.hardware.plant.read().position_m - frames[0].b) < 0.01
 
 
 def test_the_plant_is_driven_and_brakes_to_rest():
-    plant: Plant = example().plant
+    plant: Plant = example().hardware.plant
     for _ in range(300):
         plant.follow(np.array([0.5, 0.5]), 0.6, DT_S)
     np.testing.assert_allclose(plant.read().position_m, [0.5, 0.5], atol=1e-3)

@@ -25,7 +25,7 @@ from farhand.evaluation.arm.arm_record import HELD_S, Record
 from farhand.evaluation.harness.commander import Commander, NotDone
 from farhand.evaluation.harness.virtual_sites import Hooks, VirtualRobot
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.robots.arm_embodiment import ArmConditions, ArmEmbodiment
+from farhand.remote_site.robots.simulated_arm import ArmConditions, SimulatedArm
 from farhand.remote_site.supervision.supervisor import Supervisor
 
 STIFF = ComplianceSettings(lateral_m_s_n=0.0, tilt_rad_s_nm=0.0)
@@ -81,13 +81,18 @@ class Trial:
         self._model, self._goal, self._began_s = model, goal or Seated(), 0.0
         config, tasks = RemoteConfig(seed=seed), _tasks(self._goal.enters, conditions.obeying)
         assert isinstance(tasks.first, ArmTask)
-        self.embodiment = ArmEmbodiment(tasks.first, config, None, None, conditions, placement)
+        self.arm = SimulatedArm(tasks.first, config, None, None, conditions, placement)
         """The robot's arm."""
         self._time = VirtualTime()
         link = VirtualLink(self._time, LinkSettings())
         self._robot_end, operator_end = link.remote_end(), link.local_end()
         self._running = VirtualRobot(
-            self._time, self._robot_end, config, tasks, hooks=lambda: self._hooks, embodiment=self.embodiment
+            self._time,
+            self._robot_end,
+            config,
+            tasks,
+            hooks=lambda: self._hooks,
+            embodiment=self.arm.embodiment,
         )
         self._hooks = Hooks()
         self._operator = Commander(self._time, operator_end)
@@ -120,7 +125,7 @@ class Trial:
         began_s, record = time.process_time(), self.record
         until_s = self._began_s + self._limit_s
         while not record.cause and self._held_s < _ENOUGH_S:
-            if self.embodiment.plant.time_s >= until_s:
+            if self.arm.plant.time_s >= until_s:
                 record.cause = "" if self._held_s >= HELD_S else "time"
                 break
             self._time.run_until(self._time.now_s() + TICK_S)
@@ -149,7 +154,7 @@ class Trial:
             if self._conditions.obeying:
                 raise
         operator.ask(Action.EXECUTE, **named, plan_id=plan_id)
-        self._began_s = self.embodiment.plant.time_s
+        self._began_s = self.arm.plant.time_s
         self._hooks = Hooks(after=self._look)
 
     @property
@@ -158,17 +163,17 @@ class Trial:
 
     def _look(self) -> None:
         """Write down what happened, and let happen what depends on where the plug is."""
-        depth_m, now_s = self._observe(), self.embodiment.plant.time_s
+        depth_m, now_s = self._observe(), self.arm.plant.time_s
         if not self._jumped and depth_m > -(self._conditions.jump_within_m or 0.0):
             self._jumped = True
-            self.embodiment.environment.jump(now_s)
+            self.arm.environment.jump(now_s)
         if self._conditions.lost_s and math.isnan(self._lost_until_s) and depth_m > _LOST_FROM_M:
             self._lost_until_s = now_s + self._conditions.lost_s
-        self.embodiment.perception.in_sight = not now_s < self._lost_until_s
+        self.arm.perception.in_sight = not now_s < self._lost_until_s
 
     def _observe(self) -> float:
         """Write down where the plug is and what it feels; return how deep it is [m]."""
-        arm, record = self.embodiment.plant, self.record
+        arm, record = self.arm.plant, self.record
         simulation, force = arm.simulation, arm.servo.wrist.force
         tip = simulation.tip
         local = compose(inverse(simulation.mouth), tip)

@@ -79,7 +79,7 @@ class VirtualRobot:
             config, tasks, clock, end, self._plan, lambda **fields: self.written.append(fields), remembered,
             embodiment,
         )  # fmt: skip
-        self._period_s = 1.0 / self.robot.embodiment.control_hz
+        self._period_s = 1.0 / self.robot.embodiment.hardware.control_hz
 
     def start(self) -> None:
         """Run from now on."""

@@ -99,7 +99,7 @@ class ChaosWatch:
 def _snapshot(robot: Robot) -> Snapshot:
     supervisor = robot.supervisor
     coupling = supervisor.motion.coupling
-    effector = robot.embodiment.plant.read()
+    effector = robot.embodiment.hardware.plant.read()
     return Snapshot(
         boot=supervisor.stamp().boot,
         mode=ControlMode(supervisor.mode),

@@ -25,7 +25,7 @@ from farhand.common.wire.messages import Command, Heartbeat, LeaseRequest, Opera
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.plant import PointPlant
 from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
-from farhand.remote_site.robots.point_embodiment import PointEmbodiment
+from farhand.remote_site.robots.point_embodiment import point_embodiment
 from farhand.remote_site.supervision.supervisor import Supervisor
 
 DT_S = 0.02
@@ -190,7 +190,7 @@ class World:
         return Supervisor(
             TaskSet([_TASK]),
             RemoteConfig(),
-            PointEmbodiment(_TASK, self._plant, sight),
+            point_embodiment(_TASK, self._plant, sight),
             self._clock,
             _nowhere,
             _nowhere,

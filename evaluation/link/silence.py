@@ -168,7 +168,7 @@ class _Drive:
             self._newest_input_s = self._sites.time.now_s()
 
     def _speed_m_s(self) -> float:
-        return float(np.linalg.norm(self._sites.robot.embodiment.plant.read().velocity_m_s))
+        return float(np.linalg.norm(self._sites.robot.embodiment.hardware.plant.read().velocity_m_s))
 
     def _watch(self) -> None:
         if self._speed_m_s() > _STANDING_M_S:

@@ -42,7 +42,7 @@ from farhand.evaluation.modes.mode_surroundings import (
 )
 from farhand.remote_site.motion.model_trial import ModelTrial
 from farhand.remote_site.motion.planner import PlanRequest
-from farhand.remote_site.robots.point_embodiment import PointEmbodiment
+from farhand.remote_site.robots.point_embodiment import point_embodiment
 from farhand.remote_site.supervision.supervisor import Supervisor
 
 ROUND_TRIP_S = 0.1
@@ -92,7 +92,7 @@ class World:
         self.clock = BootClock(f"boot {self.n_boots}", self.source)
         self.said: list[Message] = []
         self.plan_request: PlanRequest | None = None
-        embodiment = PointEmbodiment(TASK, self.plant, self.sight, 1.0 / DT_S)
+        embodiment = point_embodiment(TASK, self.plant, self.sight, 1.0 / DT_S)
         self.robot = Supervisor(
             TaskSet([TASK]), CONFIG, embodiment, self.clock, self._hear, self._take_plan, _forget
         )  # fmt: skip

@@ -1,63 +1,67 @@
-"""What differs between robots beyond their plant and their sight: a protocol, and what it speaks of.
+"""Embodiment: all that differs between robots, in three parts that can be replaced one by one.
 
-    Supervisor ── Motion, Manoeuvres, Execution, Reporter, PlantMemory
-                       └── Embodiment: PointEmbodiment, ArmEmbodiment
+    hardware    what moves and what sees, at which rate, how fast
+    skill       what is done at the target beyond following a model: touch, retreats, manoeuvres
+    world       what only a simulation knows or can do
 
-Whoever is above the line takes from an embodiment what it needs of it and names no robot.
+Supervisor, modes, motion and telemetry name no robot; they take what they need from these.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from msgspec import UnsetType
 from numpy.typing import NDArray
 
+from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.control_mode import Action, Phase
+from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ArmState
+from farhand.remote_site.interface.arm_memory import ArmMemory
+from farhand.remote_site.interface.goals import ManoeuvreGoal
+from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import EffectorState, Plant
-from farhand.remote_site.perception.perception import Perception
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
-from farhand.remote_site.robots.arm_memory import ArmMemory
 
 Array = NDArray[np.float64]
 
 
-class Way(Protocol):
-    """Where a manoeuvre leads, and how fast."""
-
-    @property
-    def time_limit_s(self) -> float:
-        """After which it ends where it is, at the full pace [s]."""
-        ...
-
-    def goal(self) -> Array:
-        """Where it ends, as known now. Shape (C,)."""
-        ...
-
-    def speed_m_s(self) -> float:
-        """How fast it may go now, at the full pace [m/s]."""
-        ...
-
-
 class Guidance(NamedTuple):
-    """What contact asks of an execution in one control period.
+    """What contact asks of the motion in one control period.
 
     Args:
-        waits: It must stand still.
+        waits: An execution must stand still.
         back: The point to go back to before it goes on; None when it may go on. Shape (C,).
         back_m_s: How fast [m/s].
         given_up: Why it must end; empty while it may go on.
+        receptacle: Where the arm is to believe its receptacle; None for nothing new.
+        presses: Whether the plug is to be pressed into it.
     """
 
     waits: bool = False
     back: Array | None = None
     back_m_s: float = 0.0
     given_up: str = ""
+    receptacle: SeenReceptacle | None = None
+    presses: bool = False
+
+
+class Belief(NamedTuple):
+    """What the measurements of one control period mean.
+
+    Args:
+        frames: Where the task frames are, by sight and touch together.
+        guidance: What contact asks of the motion.
+    """
+
+    frames: list[TaskFrame]
+    guidance: Guidance = Guidance()
 
 
 class Check(NamedTuple):
@@ -80,12 +84,12 @@ class Record(Protocol):
         ...
 
     def fields(self) -> dict[str, Any]:
-        """Those of an `ExecutionReport` that it knows."""
+        """Return those fields of an `ExecutionReport` that it knows."""
         ...
 
 
-class Embodiment(Protocol):
-    """One robot, as far as it is not like any other."""
+class Hardware(Protocol):
+    """The machine and its sight."""
 
     control_hz: float
     """Its control rate [Hz]."""
@@ -93,16 +97,6 @@ class Embodiment(Protocol):
     """How it executes."""
     max_speed_m_s: float
     """Of its effector, in every mode [m/s]."""
-
-    @property
-    def task(self) -> AnyTask:
-        """What it is at: the first of its tasks, until another one is executed."""
-        ...
-
-    @property
-    def must_seat(self) -> bool:
-        """Whether an execution of its task has arrived only once the tool is seated."""
-        ...
 
     @property
     def plant(self) -> Plant:
@@ -114,24 +108,30 @@ class Embodiment(Protocol):
         """Its sight."""
         ...
 
-    @property
-    def guidance(self) -> Guidance:
-        """What contact asks of the execution now."""
+    def arm_state(self, effector: EffectorState, overruns: int) -> ArmState | UnsetType:
+        """Return what an arm reports beyond what a point does."""
         ...
 
-    def attend(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> None:
-        """Take into account what was sensed just now, in every mode: what is felt may correct what is seen.
+    def scene(self) -> bytes:
+        """Return what it looks like, see `common.wire.scene_description`; takes long, and is empty for a point."""
+        ...
 
-        Args:
-            sensing: The newest measurements; `believe` says what they mean.
-            executing: Whether a model is executed and not paused.
-            now_s: Now [s].
-            dt_s: Control period [s].
-        """
+
+class Skill(Protocol):
+    """What a robot does at its target beyond following a learned model."""
+
+    @property
+    def task(self) -> AnyTask:
+        """The task it is at: the first of the robot's, until another one is executed."""
+        ...
+
+    @property
+    def must_seat(self) -> bool:
+        """Whether an execution of its task has arrived only once the tool is seated."""
         ...
 
     def begin(self, task: AnyTask, now_s: float) -> None:
-        """An execution begins, which makes its task the present one.
+        """Begin an execution, which makes its task the present one.
 
         Args:
             task: One of the robot's.
@@ -139,42 +139,71 @@ class Embodiment(Protocol):
         """
         ...
 
-    def confined(self, reference: Array, sensing: Sensing) -> Array:
-        """Where the effector may go of where the operator's hand leads it; the same array where it is free."""
+    def believe(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> Belief:
+        """Return what was sensed just now means: what is felt may correct what is seen. In every mode.
+
+        Args:
+            sensing: The newest measurements.
+            executing: Whether a model is executed and not paused.
+            now_s: Now [s].
+            dt_s: Control period [s].
+        """
         ...
 
-    def way(self, phase: Phase, sensing: Sensing) -> Way | None:
-        """Where the manoeuvre of a phase leads from here; None when there is none."""
+    def apply(self, guidance: Guidance) -> None:
+        """Tell the plant what it must know of the target before it moves in this control period."""
+        ...
+
+    def confined(self, reference: Array, sensing: Sensing) -> Array:
+        """Return where the effector may go of where the hand leads it; the same array where it is free."""
+        ...
+
+    def goal(self, phase: Phase, sensing: Sensing) -> ManoeuvreGoal | None:
+        """Return where the manoeuvre of a phase leads from here; None when there is none."""
         ...
 
     def refusal(self, action: Action, sensing: Sensing) -> str:
-        """Why the robot cannot do what is asked from where it is; empty when it can."""
+        """Return why the robot cannot do what is asked from where it is; empty when it can."""
         ...
 
     def end_phase(self, sensing: Sensing) -> Phase:
-        """SEATED or ARRIVED, at the end of a motion."""
-        ...
-
-    def new_record(self) -> Record:
-        """Of an execution that has begun."""
+        """Return SEATED or ARRIVED, at the end of a motion."""
         ...
 
     def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
-        """What examines the motion of a task from here; it takes long and is called by another thread. None for nothing."""
+        """Return what examines the motion of a task from here, None for nothing.
+
+        It takes long and is called by another thread.
+        """
+        ...
+
+
+class World(Protocol):
+    """What only a simulation knows or can do; a machine has none of it."""
+
+    def new_record(self, task: AnyTask) -> Record:
+        """Return the record of an execution that has begun."""
         ...
 
     def move_target(self, position_m: Array) -> None:
-        """Have the simulated target go to another place, within its bounds. Shape (D,) [m]."""
+        """Let the simulated target go to another place, within its bounds. Shape (D,) [m]."""
         ...
 
-    def memory(self) -> ArmMemory | None:
-        """What a next boot must know beyond where the effector is."""
+    def memory(self, task: AnyTask) -> ArmMemory | None:
+        """Return what a next boot must know beyond where the effector is."""
         ...
 
-    def arm_state(self, sensing: Sensing, overruns: int) -> ArmState | UnsetType:
-        """What an arm reports beyond what a point does."""
-        ...
 
-    def scene(self) -> bytes:
-        """What it looks like, see `farhand.common.wire.scene_description`; takes long, and is empty for a point."""
-        ...
+@dataclass(frozen=True)
+class Embodiment:
+    """One robot, as far as it is not like any other.
+
+    Args:
+        hardware: What moves and sees.
+        skill: What it does at its target.
+        world: What only a simulation knows.
+    """
+
+    hardware: Hardware
+    skill: Skill
+    world: World

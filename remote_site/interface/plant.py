@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -26,6 +27,7 @@ class EffectorState:
             virtual one; None where they change the effector itself.
         carried: Velocity of what it moves with, while it touches something that moves; a tangent at the
             setpoint [m/s, rad/s]. Shape (T,). None in free space.
+        joints_rad: Angles of an arm's joints [rad]; None where there are none.
     """
 
     point: Array
@@ -33,6 +35,7 @@ class EffectorState:
     load: Array | None = None
     setpoint: tuple[Array, Array] | None = None
     carried: Array | None = None
+    joints_rad: Array | None = None
 
     @property
     def n_dims(self) -> int:
@@ -53,6 +56,12 @@ class EffectorState:
     def force_n(self) -> Array | None:
         """Shape (D,) [N]; None where it is not measured."""
         return None if self.load is None else self.load[: self.n_dims]
+
+    @property
+    def contact_n(self) -> float | None:
+        """Magnitude of the force on the tool [N]; None where it is not measured."""
+        force = self.force_n
+        return None if force is None else math.sqrt(force @ force)
 
     @property
     def controlled(self) -> tuple[Array, Array]:

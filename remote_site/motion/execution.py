@@ -13,15 +13,15 @@ from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.perception.sensing import Sensing
-from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings, check_start
 
 Array = NDArray[np.float64]
 
 
 def start_refusal(stored: StoredModel, effector: EffectorState, frames: list[TaskFrame]) -> str:
-    """Why the model cannot be executed from where the robot is; empty when it can."""
+    """Return why the model cannot be executed from where the robot is; empty when it can."""
     try:
-        Executor(stored.model, ExecutorSettings()).begin(*effector.controlled, frames)
+        check_start(stored.model, *effector.controlled, frames)
     except InvalidInput as error:
         return error.expected
     return ""
@@ -49,14 +49,14 @@ class Execution:
         began: Stamp,
     ):
         self.command, self.stored, self.settings, self.began = command, stored, settings, began
-        self._embodiment, self._sensing = embodiment, sensing
+        self._skill, self._sensing = embodiment.skill, sensing
         self.executor = Executor(stored.model, settings)
         self._begun = False
         self.phase = Phase.APPROACHING
         self.component = -1
         self.elapsed_s = 0.0
         self.arrived_after_s: float | None = None
-        self.record = embodiment.new_record()
+        self.record = embodiment.world.new_record(stored.task)
 
     def step(self, dt_s: float) -> Array:
         """One control period.
@@ -75,7 +75,7 @@ class Execution:
         return control.acceleration
 
     def _look_whether_it_has_arrived(self, at_end_of_model: bool) -> None:
-        must_seat, phase = self._embodiment.must_seat, self._embodiment.end_phase(self._sensing)
+        must_seat, phase = self._skill.must_seat, self._skill.end_phase(self._sensing)
         seated = must_seat and phase is Phase.SEATED  # whatever the model has still to show
         at_end = at_end_of_model or seated or self.arrived_after_s is not None
         self.phase = phase if at_end else Phase.APPROACHING

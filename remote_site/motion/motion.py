@@ -9,7 +9,7 @@ import numpy as np
 
 from farhand.common.errors import FarhandError
 from farhand.common.log import loop_logger
-from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.interface.embodiment import Embodiment, Guidance
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.manoeuvre import Manoeuvre
@@ -47,7 +47,7 @@ class Motion:
     """
 
     def __init__(self, embodiment: Embodiment, sensing: Sensing):
-        self.embodiment, self._plant, self._sensing = embodiment, embodiment.plant, sensing
+        self.embodiment, self._plant, self._sensing = embodiment, embodiment.hardware.plant, sensing
         self.mover: Mover | None = None
         """What moves the robot, or would if it were not paused."""
         self.paused = False
@@ -83,20 +83,21 @@ class Motion:
         """Let nothing move the robot any more; it brakes from the next period on."""
         self.mover, self.paused = None, False
 
-    def step(self, now_s: float, dt_s: float, wait: bool = False) -> Outcome:
+    def step(self, guidance: Guidance, now_s: float, dt_s: float, wait: bool = False) -> Outcome:
         """Move for one control period.
 
         Args:
+            guidance: What contact asks of an execution.
             now_s: Now [s].
             dt_s: The period [s].
             wait: An execution must not go on now, for want of sight.
         """
         try:
-            return self._step(now_s, dt_s, wait)
+            return self._step(guidance, now_s, dt_s, wait)
         except FarhandError as error:
             return self._failed(f"the robot cannot be moved: {error}")
 
-    def _step(self, now_s: float, dt_s: float, wait: bool) -> Outcome:
+    def _step(self, guidance: Guidance, now_s: float, dt_s: float, wait: bool) -> Outcome:
         mover, effector = self.mover, self._sensing.effector
         if not effector.is_finite:
             self._plant.brake(dt_s)
@@ -104,7 +105,7 @@ class Motion:
         if mover is None or self.paused or (wait and isinstance(mover, Execution)):
             return self.brake(dt_s)
         if isinstance(mover, Execution):
-            return self._execute(mover, now_s, dt_s)
+            return self._execute(mover, guidance, now_s, dt_s)
         if isinstance(mover, Manoeuvre):
             ended = mover.step(self._plant, effector, dt_s)
             return Outcome.ENDED if ended else Outcome.MOVING
@@ -137,14 +138,16 @@ class Motion:
         if reference is None:
             coupling.stop_here(self._sensing.effector.controlled[0])
             return False
-        allowed = self.embodiment.confined(reference, self._sensing)
+        allowed = self.embodiment.skill.confined(reference, self._sensing)
         if allowed is not reference:
             coupling.confine(allowed)
-        self._plant.follow(allowed, self.embodiment.max_speed_m_s * coupling.speed_scale(now_s), dt_s)
+        self._plant.follow(
+            allowed, self.embodiment.hardware.max_speed_m_s * coupling.speed_scale(now_s), dt_s
+        )
         return True
 
-    def _execute(self, execution: Execution, now_s: float, dt_s: float) -> Outcome:
-        guidance, under_way = self.embodiment.guidance, execution.arrived_after_s is None
+    def _execute(self, execution: Execution, guidance: Guidance, now_s: float, dt_s: float) -> Outcome:
+        under_way = execution.arrived_after_s is None
         if guidance.waits:
             self.brake(dt_s)
             return Outcome.MOVING

@@ -54,8 +54,8 @@ class Plans:
     """
 
     def __init__(self, sensing: Sensing, embodiment: Embodiment, submit: Callable[[PlanRequest], None]):
-        self._sensing, self._embodiment, self._submit = sensing, embodiment, submit
-        self.settings = embodiment.settings
+        self._sensing, self._skill, self._submit = sensing, embodiment.skill, submit
+        self.settings = embodiment.hardware.settings
         """Of the next execution, and of the previews of it."""
         self._previews: dict[int, Situation] = {}
         self._plan_count = 0
@@ -133,6 +133,6 @@ class Plans:
                 state=state,
                 effector=self._sensing.effector,
                 frames=tuple(self._sensing.frames),
-                check=self._embodiment.check(stored.task, self._sensing) if plan_id else None,
+                check=self._skill.check(stored.task, self._sensing) if plan_id else None,
             )
         )

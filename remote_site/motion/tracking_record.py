@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import EffectorState
-from farhand.remote_site.perception.perception import Perception
 
 _RECORD_S = 10.0
 """Time after the arrival that the error is accumulated over [s]."""
@@ -29,7 +29,7 @@ class TrackingRecord:
         self.newest_m: float | None = None
 
     def measure(self, effector: EffectorState, arrived: bool, now_s: float, dt_s: float) -> None:
-        """See `embodiment.Record.measure`."""
+        """See `Record.measure`."""
         truth_m = self._perception.true_origin_m(now_s) if arrived else None
         if truth_m is not None:
             self.add(float(np.linalg.norm(effector.position_m - truth_m)), dt_s)
@@ -48,5 +48,5 @@ class TrackingRecord:
         return math.sqrt(self._sum_squares / self._n) if self._n else None
 
     def fields(self) -> dict[str, Any]:
-        """See `embodiment.Record.fields`."""
+        """See `Record.fields`."""
         return {"tracked_s": self.tracked_s, "rms_error_m": self.rms_m, "end_error_m": self.newest_m}

@@ -1,10 +1,9 @@
-"""How the remote site sees its task frames: a protocol, and what simulated trackers see."""
+"""Simulated sight: a target that a simulated tracker measures, filtered."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,18 +21,6 @@ Array = NDArray[np.float64]
 _OSCILLATION = TargetMotion((2e-3,), (1.0,))
 # A target is unseen when its newest measurement is older than usual by this: four at 30 Hz are missing.
 _MISSING_S = 0.13
-
-
-class Perception(Protocol):
-    """What the remote site needs to know about its surroundings, local to it and without delay."""
-
-    def observe(self, now_s: float) -> list[TaskFrame] | None:
-        """The task frames as estimated now, in the order of the task's `frame_names`; None while unseen."""
-        ...
-
-    def true_origin_m(self, now_s: float) -> Array | None:
-        """Where the first frame really is. Shape (D,) [m]. None where nobody can know."""
-        ...
 
 
 class OscillatingTarget:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from farhand.common.model.task_frame import TaskFrame
+from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import Plant
-from farhand.remote_site.perception.perception import Perception
 
 Array = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ class Sensing:
         self.seen = [TaskFrame.identity(self.effector.position_m.size)] * n_frames
         """The task frames as seen, or as predicted while they are not."""
         self.frames = self.seen
-        """Where they are believed to be: what is felt may say more than what is seen."""
+        """Where they are believed to be, as the supervisor says in each period; as seen until then."""
         self.seen_again: SeenAgain | None = None
         self.unseen_s = np.inf
         """For how long the frames have not been seen [s]; zero while they are, infinite before."""
@@ -80,10 +80,6 @@ class Sensing:
         self._recent.append((now_s, observed))
         while self._recent[0][0] < now_s - _VELOCITY_S - 1e-9:
             self._recent.popleft()
-
-    def believe(self, frames: list[TaskFrame]) -> None:
-        """The task frames are here, whatever is seen; holds until the next `update`."""
-        self.frames = frames
 
     def mean_frame(self) -> TaskFrame:
         """The first frame averaged over its movement."""

@@ -100,7 +100,7 @@ class Executor:
         Raises:
             InvalidInput: When shapes are not the model's or a number is not finite.
         """
-        point, _ = self._checked(point, velocity, frames)
+        point, _ = check_start(self.model, point, velocity, frames)
         world = LocalComponents.of(self.model).seen(frames)
         progress = ProgressTracker(self.model).start(point, world.gaussians)
         start = np.stack([frame.to_local(point) for frame in frames])
@@ -140,7 +140,7 @@ class Executor:
             InvalidInput: Before `begin`, or when the input is malformed; nothing was changed.
         """
         state, dt, walked = self.state(), self.settings.dt_s, self.settings.dt_s * self.settings.pace
-        point, velocity = self._checked(point, velocity, frames)
+        point, velocity = check_start(self.model, point, velocity, frames)
         world = self._see(frames)
         motion = state.motion.updated(world.frame_arrays, dt)
         weights = world.weights(state.progress.component)
@@ -192,7 +192,7 @@ class Executor:
             max_points: The path is cut after so many.
         """
         state, dt = self.state(), self.settings.dt_s
-        p, velocity = self._checked(point, velocity, frames)
+        p, velocity = check_start(self.model, point, velocity, frames)
         world = self._see(frames)
         weights = world.weights(state.progress.component)
         v = velocity - state.motion.velocity_at(p, weights)
@@ -216,15 +216,29 @@ class Executor:
             self._world = self._local.seen(frames)
         return self._world
 
-    def _checked(self, point: Array, velocity: Array, frames: Sequence[TaskFrame]) -> tuple[Array, Array]:
-        space = self.model.manifold
-        check_frames(frames, self.model.n_frames, space.n_dims)
-        point, velocity = space.checked(point, "executor", "point"), np.asarray(velocity, dtype=float)
-        if point.ndim != 1:
-            raise InvalidInput("executor", "point", f"one point, got shape {point.shape}")
-        if velocity.shape != (space.n_tangent,) or not np.isfinite(velocity).all():
-            raise InvalidInput("executor", "velocity", f"{space.n_tangent} finite numbers, got {velocity}")
-        return point, velocity
+
+def check_start(
+    model: TPHSMM, point: Array, velocity: Array, frames: Sequence[TaskFrame]
+) -> tuple[Array, Array]:
+    """Check that a model can be executed from a state of the robot; return the state as arrays.
+
+    Args:
+        model: The learned task.
+        point: Of the robot in the world. Shape (C,).
+        velocity: Its velocity, a tangent. Shape (T,).
+        frames: The task frames.
+
+    Raises:
+        InvalidInput: When shapes are not the model's or a number is not finite.
+    """
+    space = model.manifold
+    check_frames(frames, model.n_frames, space.n_dims)
+    point, velocity = space.checked(point, "executor", "point"), np.asarray(velocity, dtype=float)
+    if point.ndim != 1:
+        raise InvalidInput("executor", "point", f"one point, got shape {point.shape}")
+    if velocity.shape != (space.n_tangent,) or not np.isfinite(velocity).all():
+        raise InvalidInput("executor", "velocity", f"{space.n_tangent} finite numbers, got {velocity}")
+    return point, velocity
 
 
 def _control_cost(model: TPHSMM, bandwidth_rad_s: float) -> tuple[float, ...]:

@@ -59,13 +59,27 @@ class ArmPlant:
         """
         self.servo.see(receptacle, presses)
 
+    @property
+    def near(self) -> bool:
+        """Whether the plug is in its receptacle or close before it."""
+        return self.servo.governor.active
+
+    @property
+    def seated(self) -> bool:
+        """Whether the arm presses the plug to the bottom."""
+        return self.servo.governor.seated
+
+    def tare(self) -> None:
+        """Take what the wrist's sensor measures now for nothing."""
+        self.servo.wrist.tare()
+
     def read(self) -> EffectorState:
         """See `Plant.read`."""
         servo = self.servo
         velocity = servo.kinematics.jacobian() @ self.simulation.joint_velocities
         load = np.concatenate([servo.wrist.force, servo.wrist.torque])
         setpoint = (servo.setpoint.pose.copy(), servo.setpoint.velocity.copy())
-        return EffectorState(servo.tip, velocity, load, setpoint, servo.carried)
+        return EffectorState(servo.tip, velocity, load, setpoint, servo.carried, self.simulation.joints_rad)
 
     def accelerate(self, acceleration: Array, dt_s: float) -> None:
         """See `Plant.accelerate`."""

@@ -25,7 +25,7 @@ def embodiment_of(
         InvalidConfiguration: When it does not run at the configured rate.
     """
     if isinstance(task, PointTask):
-        return SimulatedPoint(task, config, clock, remembered)
-    from farhand.remote_site.robots.arm_embodiment import ArmEmbodiment  # a point needs no physics
+        return SimulatedPoint(task, config, clock, remembered).embodiment
+    from farhand.remote_site.robots.simulated_arm import SimulatedArm  # a point needs no physics
 
-    return ArmEmbodiment(task, config, remembered)
+    return SimulatedArm(task, config, remembered).embodiment

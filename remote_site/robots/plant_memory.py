@@ -20,9 +20,9 @@ from farhand.common.log import loop_logger
 from farhand.common.mailbox import Mailbox
 from farhand.common.model.manifold import UNIT_TOLERANCE
 from farhand.common.whole_file import fault_of, read_whole
+from farhand.remote_site.interface.arm_memory import ArmMemory
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.perception.sensing import Sensing
-from farhand.remote_site.robots.arm_memory import ArmMemory
 
 _log = loop_logger(__name__)
 
@@ -54,7 +54,7 @@ class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
         return cls(
             tuple(sensing.effector.position_m.tolist()),
             execution.stored.sha256 if execution is not None and under_way else "",
-            motion.embodiment.memory(),
+            motion.embodiment.world.memory(motion.embodiment.skill.task),
         )
 
     def is_like(self, other: PlantState | None) -> bool:

@@ -9,7 +9,6 @@ from farhand.common.arm.poses import compose, inverse
 from farhand.common.arm.simulation.goals import Goal
 from farhand.common.arm.simulation.simulation import Simulation
 from farhand.remote_site.interface.plant import EffectorState
-from farhand.remote_site.supervision.guards import force_of
 
 _HELD_S = 1.0
 """The goal is reached when it was held for so long until now."""
@@ -30,8 +29,8 @@ class PlugRecord:
         self._depth_m = self._lateral_m = math.nan
 
     def measure(self, effector: EffectorState, arrived: bool, now_s: float, dt_s: float) -> None:
-        """See `embodiment.Record.measure`."""
-        force_n = force_of(effector) or 0.0
+        """See `Record.measure`."""
+        force_n = effector.contact_n or 0.0
         local = compose(inverse(self._simulation.mouth), self._simulation.tip)
         self._depth_m, self._lateral_m = float(local[2]), math.hypot(local[0], local[1])
         self._peak_n = max(self._peak_n, force_n)
@@ -42,7 +41,7 @@ class PlugRecord:
         self._held_s = self._held_s + dt_s if reached else 0.0
 
     def fields(self) -> dict[str, Any]:
-        """See `embodiment.Record.fields`."""
+        """See `Record.fields`."""
         if math.isnan(self._depth_m):
             return {}
         return {

@@ -13,16 +13,16 @@ from farhand.common.control_mode import Action, Phase
 from farhand.common.task import AnyTask, PointTask
 from farhand.common.wire.messages import ArmState
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.interface.embodiment import Check, Guidance, Way
-from farhand.remote_site.interface.plant import Plant, PointPlant
-from farhand.remote_site.motion.manoeuvre import SPEED, Straight, giving_way
+from farhand.remote_site.interface.arm_memory import ArmMemory
+from farhand.remote_site.interface.embodiment import Belief, Check, Embodiment, Guidance, World
+from farhand.remote_site.interface.goals import SPEED, FixedGoal, ManoeuvreGoal, giving_way
+from farhand.remote_site.interface.perception import Perception
+from farhand.remote_site.interface.plant import EffectorState, Plant, PointPlant
 from farhand.remote_site.motion.tracking_record import TrackingRecord
-from farhand.remote_site.perception.perception import OscillatingTarget, Perception, SimulatedPerception
+from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
-from farhand.remote_site.robots.arm_memory import ArmMemory
 from farhand.remote_site.robots.plant_memory import PlantState
-from farhand.remote_site.supervision.guards import force_of
 
 Array = NDArray[np.float64]
 
@@ -30,22 +30,18 @@ CONTROL_HZ = 50.0
 """Its control rate where the configuration says nothing [Hz]."""
 
 
-class PointEmbodiment:
-    """A point; see `Embodiment` for what each method says.
+class PointHardware:
+    """A plant and its sight, see `Hardware`.
 
     Args:
-        task: What it is at first.
-        plant: It.
+        task: Whose limits hold.
+        plant: What moves.
         perception: Its sight.
         control_hz: Its control rate [Hz].
     """
 
-    must_seat = False
-    guidance = Guidance()
-
-    def __init__(self, task: PointTask, plant: Plant, perception: Perception, control_hz: float = CONTROL_HZ):
+    def __init__(self, task: PointTask, plant: Plant, perception: Perception, control_hz: float):
         self.plant, self.perception, self.control_hz = plant, perception, control_hz
-        self.task = task
         self.max_speed_m_s = task.limits.speed_m_s
         self.settings = ExecutorSettings(
             dt_s=1.0 / control_hz,
@@ -53,66 +49,114 @@ class PointEmbodiment:
             max_acceleration_m_s2=task.limits.acceleration_m_s2,
         )
 
-    def attend(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> None:
-        """See `Embodiment`: it believes what it sees."""
+    def arm_state(self, effector: EffectorState, overruns: int) -> ArmState | UnsetType:
+        """See `Hardware`."""
+        return UNSET
+
+    def scene(self) -> bytes:
+        """See `Hardware`."""
+        return b""
+
+
+class PointSkill:
+    """A `Skill` that believes what it sees and touches nothing.
+
+    Args:
+        task: What the robot is at first.
+    """
+
+    must_seat = False
+
+    def __init__(self, task: PointTask):
+        self.task = task
 
     def begin(self, task: AnyTask, now_s: float) -> None:
-        """See `Embodiment`: it is ready at once."""
+        """See `Skill`: it is ready at once."""
         assert isinstance(task, PointTask)
         self.task = task
 
+    def believe(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> Belief:
+        """See `Skill`."""
+        return Belief(sensing.seen)
+
+    def apply(self, guidance: Guidance) -> None:
+        """See `Skill`."""
+
     def confined(self, reference: Array, sensing: Sensing) -> Array:
-        """See `Embodiment`."""
+        """See `Skill`."""
         return reference
 
-    def way(self, phase: Phase, sensing: Sensing) -> Way | None:
-        """See `Embodiment`."""
+    def goal(self, phase: Phase, sensing: Sensing) -> ManoeuvreGoal | None:
+        """See `Skill`."""
         effector, task = sensing.effector, self.task
         speed_m_s = SPEED * task.limits.speed_m_s
         if phase is Phase.BACKING_OFF:
             return giving_way(effector, speed_m_s)
         if phase is Phase.RETRACTING and task.retract_m is not None:
-            goal = effector.point + sensing.frames[0].A @ np.array(task.retract_m)
+            place = effector.point + sensing.frames[0].A @ np.array(task.retract_m)
         elif phase is Phase.GOING_TO_READY:
-            goal = np.array(task.start_m if task.ready_m is None else task.ready_m)
+            place = np.array(task.start_m if task.ready_m is None else task.ready_m)
         else:
             return None
-        return Straight.to(np.clip(goal, 0.0, task.workspace_m), effector.point, speed_m_s)
+        return FixedGoal.to(np.clip(place, 0.0, task.workspace_m), effector.point, speed_m_s)
 
     def refusal(self, action: Action, sensing: Sensing) -> str:
-        """See `Embodiment`."""
+        """See `Skill`."""
         return ""
 
     def end_phase(self, sensing: Sensing) -> Phase:
-        """See `Embodiment`."""
-        force_n = force_of(sensing.effector)
+        """See `Skill`."""
+        force_n = sensing.effector.contact_n
         seated = force_n is not None and force_n >= self.task.limits.contact_n
         return Phase.SEATED if seated else Phase.ARRIVED
 
-    def new_record(self) -> TrackingRecord:
-        """See `Embodiment`."""
-        return TrackingRecord(self.perception)
-
     def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
-        """See `Embodiment`."""
+        """See `Skill`."""
+
+
+class NoWorld:
+    """The `World` of a machine: it is judged by its sight, moves no target, and is where it is.
+
+    Args:
+        perception: Its sight.
+    """
+
+    def __init__(self, perception: Perception):
+        self._perception = perception
+
+    def new_record(self, task: AnyTask) -> TrackingRecord:
+        """See `World`."""
+        return TrackingRecord(self._perception)
 
     def move_target(self, position_m: Array) -> None:
-        """See `Embodiment`: a target that is none of the simulation stays where it is."""
+        """See `World`: a target that is none of a simulation stays where it is."""
 
-    def memory(self) -> ArmMemory | None:
-        """See `Embodiment`."""
-
-    def arm_state(self, sensing: Sensing, overruns: int) -> ArmState | UnsetType:
-        """See `Embodiment`."""
-        return UNSET
-
-    def scene(self) -> bytes:
-        """See `Embodiment`."""
-        return b""
+    def memory(self, task: AnyTask) -> ArmMemory | None:
+        """See `World`."""
 
 
-class SimulatedPoint(PointEmbodiment):
-    """A point and its target, simulated.
+def point_embodiment(
+    task: PointTask,
+    plant: Plant,
+    perception: Perception,
+    control_hz: float = CONTROL_HZ,
+    world: World | None = None,
+) -> Embodiment:
+    """Return the embodiment of a point.
+
+    Args:
+        task: What it is at first.
+        plant: What moves.
+        perception: Its sight.
+        control_hz: Its control rate [Hz].
+        world: What only a simulation knows; nothing when not given.
+    """
+    hardware = PointHardware(task, plant, perception, control_hz)
+    return Embodiment(hardware, PointSkill(task), world or NoWorld(perception))
+
+
+class SimulatedPoint(NoWorld):
+    """A point and its target, simulated: the `World` of its embodiment.
 
     Args:
         task: What it is at first.
@@ -124,15 +168,15 @@ class SimulatedPoint(PointEmbodiment):
     def __init__(
         self, task: PointTask, config: RemoteConfig, clock: BootClock, remembered: PlantState | None
     ):
-        self._clock = clock
+        self._clock, self._workspace_m, limits = clock, task.workspace_m, task.limits
         phase = float(np.random.default_rng(config.seed).uniform(0.0, 2.0 * np.pi))
         self._target = OscillatingTarget(task.target, phase)
         sight = SimulatedPerception.of_oscillating(self._target, task.target.noise_std_m, config.seed)
-        limits = task.limits
+        super().__init__(sight)
         start_m = np.clip(remembered.position_m if remembered else task.start_m, 0.0, task.workspace_m)
         plant = PointPlant(start_m, np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2)
-        super().__init__(task, plant, sight, config.control_hz or CONTROL_HZ)
+        self.embodiment = point_embodiment(task, plant, sight, config.control_hz or CONTROL_HZ, self)
 
     def move_target(self, position_m: Array) -> None:
-        """See `Embodiment`: it stays in the workspace."""
-        self._target.move_to(np.clip(position_m, 0.0, self.task.workspace_m), self._clock.now_s())
+        """See `World`: it stays in the workspace."""
+        self._target.move_to(np.clip(position_m, 0.0, self._workspace_m), self._clock.now_s())

@@ -7,7 +7,7 @@ import numpy as np
 from farhand.common.control_mode import Action, ControlMode, Phase, mode_after, modes_allowing
 from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import Command, Stamp
-from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.interface.embodiment import Skill
 from farhand.remote_site.motion.execution import start_refusal
 from farhand.remote_site.motion.model_store import ModelStore
 from farhand.remote_site.motion.plans import Plans
@@ -24,7 +24,7 @@ class Admission:
         models: What was received.
         plans: What was previewed.
         sensing: Whether the target is seen, and where the robot is.
-        embodiment: What it can do from there.
+        skill: What it can do from there.
     """
 
     def __init__(
@@ -34,10 +34,10 @@ class Admission:
         models: ModelStore,
         plans: Plans,
         sensing: Sensing,
-        embodiment: Embodiment,
+        skill: Skill,
     ):
         self._tasks, self._contact, self._models = tasks, contact, models
-        self._plans, self._sensing, self._embodiment = plans, sensing, embodiment
+        self._plans, self._sensing, self._skill = plans, sensing, skill
 
     def refusal(
         self, command: Command, mode: ControlMode, phase: Phase, now: Stamp
@@ -55,9 +55,9 @@ class Admission:
             )
         if command.action in (Action.EXECUTE, Action.PREVIEW):
             return self._motion_refusal(command, mode, now)
-        if command.action is Action.RETRACT and self._embodiment.task.retract_m is None:
+        if command.action is Action.RETRACT and self._skill.task.retract_m is None:
             return "this task says nowhere to retract to (`retract_m`)", None
-        return self._embodiment.refusal(command.action, self._sensing), None
+        return self._skill.refusal(command.action, self._sensing), None
 
     def _motion_refusal(
         self, command: Command, mode: ControlMode, now: Stamp

@@ -35,7 +35,7 @@ class ForceGuard:
 
     def reason(self, effector: EffectorState, dt_s: float) -> tuple[str, float | None]:
         """Why it trips now, and the force [N]; an empty reason when it does not."""
-        force_n = force_of(effector)
+        force_n = effector.contact_n
         if force_n is None:
             return "", None
         self._above_s = self._above_s + dt_s if force_n > self._limits.force_n else 0.0
@@ -44,12 +44,6 @@ class ForceGuard:
         if self._above_s >= FORCE_FOR_S:
             return f"the force of {force_n:.0f} N is above {self._limits.force_n:.0f} N", force_n
         return "", None
-
-
-def force_of(effector: EffectorState) -> float | None:
-    """Magnitude of the force on the tool [N]; None where it is not measured."""
-    force = effector.force_n
-    return None if force is None else math.sqrt(force @ force)
 
 
 class SightGuard:

@@ -216,7 +216,7 @@ class ModeMachine:
 
     def _execute(self, command: Command, stored: StoredModel) -> None:
         now = self._now()
-        self._embodiment.begin(stored.task, now.t_ns * 1e-9)
+        self._embodiment.skill.begin(stored.task, now.t_ns * 1e-9)
         self.last_execution = Execution(
             command, stored, self._plans.settings, self._embodiment, self._sensing, now
         )

@@ -56,7 +56,7 @@ class Recordings:
         now: Callable[[], Stamp],
     ):
         self._tasks, self._motion, self._lease, self._events = tasks, motion, lease, events
-        self._recorder = MotionRecorder(sensing, motion.embodiment.control_hz, now)
+        self._recorder = MotionRecorder(sensing, motion.embodiment.hardware.control_hz, now)
         self._who = ""
         self.catalogue = Catalogue()
 

@@ -26,7 +26,7 @@ from farhand.common.wire.messages import (
 )
 from farhand.common.wire.path_points import duration_s
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.interface.embodiment import Belief, Embodiment, Guidance
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.model_store import ModelStore
 from farhand.remote_site.motion.motion import Motion, Outcome
@@ -69,9 +69,9 @@ class Supervisor:
         write: Write,
     ):
         self._tasks, self._clock, self._announce = tasks, clock, announce
-        self.embodiment, control_hz = embodiment, embodiment.control_hz
-        plant, perception = embodiment.plant, embodiment.perception
-        self.sensing = Sensing(plant, perception, len(tasks.first.frame_names), control_hz, clock.now_s())
+        self.embodiment, hardware = embodiment, embodiment.hardware
+        control_hz, n_frames = hardware.control_hz, len(tasks.first.frame_names)
+        self.sensing = Sensing(hardware.plant, hardware.perception, n_frames, control_hz, clock.now_s())
         self.contact = OperatorSession(config, clock)
         self.models = ModelStore(tasks)
         self.motion = Motion(embodiment, self.sensing)
@@ -83,7 +83,9 @@ class Supervisor:
         self.machine = ModeMachine(
             embodiment, self.sensing, self.motion, self._plans, self.events, announce, self.stamp, self.recordings
         )  # fmt: skip
-        self._judge = Admission(tasks, self.contact, self.models, self._plans, self.sensing, embodiment)
+        self._judge = Admission(
+            tasks, self.contact, self.models, self._plans, self.sensing, embodiment.skill
+        )
         self._log = CommandLog()
         self.reception = ModelReception(
             self.models, self.contact.lease, self.events, lambda: self.mode, self.stamp
@@ -181,7 +183,7 @@ class Supervisor:
     # The tick -----------------------------------------------------------------------------------
 
     def tick(self, dt_s: float, late_s: float = 0.0) -> None:
-        """One control period: sense, watch, move.
+        """Do one control period: sense, believe, guard, move.
 
         Args:
             dt_s: The period [s].
@@ -191,11 +193,12 @@ class Supervisor:
 
     def _tick(self, dt_s: float, late_s: float) -> None:
         now_s = self._clock.now_s()
-        trip = self._sense(now_s, dt_s)
+        belief, trip = self._believe(now_s, dt_s)
         self.contact.lease.expire(now_s)
         self._tell_holder()
-        trip = trip or self._watch.trip(self.mode, now_s, dt_s, late_s)
+        trip = trip or self._watch.trip(self.mode, belief.guidance, now_s, dt_s, late_s)
         self._black_box.remember(now_s, self.mode)
+        self.embodiment.skill.apply(belief.guidance)
         fault = trip is not None and trip.guard is Guard.FAULT
         if fault:
             self.motion.brake(dt_s)  # before any word about it
@@ -203,20 +206,24 @@ class Supervisor:
             self._trip(trip)
         self.recordings.sample()
         if not fault:
-            self._move(now_s, dt_s)
+            self._move(belief.guidance, now_s, dt_s)
 
-    def _sense(self, now_s: float, dt_s: float) -> Trip | None:
+    def _believe(self, now_s: float, dt_s: float) -> tuple[Belief, Trip | None]:
+        """Sense, and return what that means; a measurement that means nothing is a fault."""
+        sensing = self.sensing
         try:
-            self.sensing.update(now_s)
-            if not self.sensing.effector.is_finite:  # it must not enter any estimate
-                return Trip(Guard.FAULT, "a measured number is not finite")
-            self.embodiment.attend(self.sensing, self.motion.executing, now_s, dt_s)
+            sensing.update(now_s)
+            if not sensing.effector.is_finite:  # it must not enter any estimate
+                return Belief(sensing.seen), Trip(Guard.FAULT, "a measured number is not finite")
+            belief = self.embodiment.skill.believe(sensing, self.motion.executing, now_s, dt_s)
         except InvalidInput as error:
-            return Trip(Guard.FAULT, f"a measurement is wrong: {error}")
+            return Belief(sensing.seen), Trip(Guard.FAULT, f"a measurement is wrong: {error}")
+        sensing.frames = belief.frames
+        return belief, None
 
-    def _move(self, now_s: float, dt_s: float) -> None:
+    def _move(self, guidance: Guidance, now_s: float, dt_s: float) -> None:
         execution, manoeuvre = self.motion.execution, self.motion.manoeuvre
-        match self.motion.step(now_s, dt_s, wait=self._watch.must_wait):
+        match self.motion.step(guidance, now_s, dt_s, wait=self._watch.must_wait):
             case Outcome.UNDER_WAY if execution is not None:
                 self._plans.commit(execution, self.stamp())
             case Outcome.ARRIVED if execution is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from farhand.common.control_mode import ControlMode, Guard, Phase
+from farhand.remote_site.interface.embodiment import Guidance
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.supervision.guards import ForceGuard, LinkGuard, SightGuard
@@ -41,7 +42,7 @@ class Guards:
     def __init__(self, sensing: Sensing, contact: OperatorSession, motion: Motion, deadline_s: float):
         self._sensing, self._contact, self._motion = sensing, contact, motion
         self._deadline_s = deadline_s
-        limits = motion.embodiment.task.limits  # all tasks of one robot have the same
+        limits = motion.embodiment.skill.task.limits  # all tasks of one robot have the same
         self._force, self._sight, self._link = ForceGuard(limits), SightGuard(sensing), LinkGuard()
 
     @property
@@ -49,11 +50,14 @@ class Guards:
         """Whether an execution must not go on for want of sight."""
         return self._sight.must_wait
 
-    def trip(self, mode: ControlMode, now_s: float, dt_s: float, late_s: float) -> Trip | None:
-        """What acts now, or None.
+    def trip(
+        self, mode: ControlMode, guidance: Guidance, now_s: float, dt_s: float, late_s: float
+    ) -> Trip | None:
+        """Return what acts now, or None.
 
         Args:
             mode: The present one.
+            guidance: What contact asks of an execution.
             now_s: Now [s].
             dt_s: Control period [s].
             late_s: How late this period began [s].
@@ -61,9 +65,11 @@ class Guards:
         moving = mode in (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
         if moving and late_s > self._deadline_s:
             return Trip(Guard.FAULT, f"the control loop was {late_s * 1e3:.0f} ms late", late_s)
-        return self._force_trip(moving, dt_s) or self._coupling_trip(now_s) or self._execution_trip(
-            mode, now_s, dt_s
-        )  # fmt: skip
+        return (
+            self._force_trip(moving, dt_s)
+            or self._coupling_trip(now_s)
+            or self._execution_trip(mode, guidance, now_s, dt_s)
+        )
 
     def _force_trip(self, moving: bool, dt_s: float) -> Trip | None:
         why, measured = self._force.reason(self._sensing.effector, dt_s)
@@ -81,16 +87,18 @@ class Guards:
         why = coupling.end_reason(now_s)
         return Trip(Guard.COUPLING_ENDED, why, wanted=coupling.released) if why else None
 
-    def _execution_trip(self, mode: ControlMode, now_s: float, dt_s: float) -> Trip | None:
+    def _execution_trip(
+        self, mode: ControlMode, guidance: Guidance, now_s: float, dt_s: float
+    ) -> Trip | None:
         executing = mode is ControlMode.AUTONOMOUS and self._motion.execution is not None
         if executing:
             why, measured = self._sight.reason()
             if why:
                 return Trip(Guard.PERCEPTION_LOST, why, measured)
-            if why := self._motion.embodiment.guidance.given_up:
-                return Trip(Guard.JAMMED, why)
+            if guidance.given_up:
+                return Trip(Guard.JAMMED, guidance.given_up)
         paused = mode is ControlMode.PAUSED and self._motion.execution is not None
         blind = paused and self._sensing.unseen_s > 0.0
-        task, silent_s = self._motion.embodiment.task, self._contact.silent_s(now_s)
+        task, silent_s = self._motion.embodiment.skill.task, self._contact.silent_s(now_s)
         guard, why = self._link.trip(task, silent_s, executing, blind, dt_s)
         return Trip(guard, why) if guard is not None else None

@@ -23,8 +23,8 @@ from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS
-from farhand.remote_site.robots.arm_embodiment import ArmConditions, ArmEmbodiment
 from farhand.remote_site.robots.plant_memory import PlantState
+from farhand.remote_site.robots.simulated_arm import ArmConditions, SimulatedArm
 from tests.remote_site.bench import Bench
 
 _DEPLOY = Path(__file__).parents[2] / "deploy"
@@ -66,8 +66,8 @@ class ArmBench(Bench):
     ):
         task = structs.replace(HOT_STAB, **changes)
         conditions = replace(ArmConditions.of(task), attempts=attempts)
-        self.arm = ArmEmbodiment(task, RemoteConfig(seed=seed), remembered, dimensions, conditions)
-        super().__init__(task, embodiment=self.arm, also=also)
+        self.arm = SimulatedArm(task, RemoteConfig(seed=seed), remembered, dimensions, conditions)
+        super().__init__(task, embodiment=self.arm.embodiment, also=also)
         self.taught = hot_stab_model()
 
     @property

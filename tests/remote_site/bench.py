@@ -36,7 +36,7 @@ from farhand.remote_site.interface.plant import EffectorState, PointPlant
 from farhand.remote_site.motion.model_trial import ModelTrial
 from farhand.remote_site.motion.planner import PlanRequest, answer
 from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
-from farhand.remote_site.robots.point_embodiment import PointEmbodiment
+from farhand.remote_site.robots.point_embodiment import point_embodiment
 from farhand.remote_site.supervision.supervisor import Supervisor
 from tests.remote_site.planar import TASK, transfer
 
@@ -140,7 +140,7 @@ class Bench:
         self.written: list[dict[str, Any]] = []
         if embodiment is None:
             embodiment = self._point(task, plant)
-        self.plant, self.dt_s = embodiment.plant, 1.0 / embodiment.control_hz
+        self.plant, self.dt_s = embodiment.hardware.plant, 1.0 / embodiment.hardware.control_hz
         self.robot = Supervisor(
             TaskSet([task, *also]), RemoteConfig(), embodiment, self.clock,
             lambda channel, message: self.said.append((channel, message)), self.plan_requests.append,
@@ -156,7 +156,7 @@ class Bench:
             np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
         )
         self.sight = Sight(task)
-        return PointEmbodiment(task, plant, self.sight)
+        return point_embodiment(task, plant, self.sight)
 
     @property
     def mode(self) -> ControlMode:

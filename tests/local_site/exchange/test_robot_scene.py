@@ -161,4 +161,4 @@ def test_a_restarted_robot_that_looks_otherwise_is_drawn_otherwise(arm: Arm, tmp
 
 
 def test_an_arm_says_what_it_looks_like(arm: Arm):
-    assert SceneDescription.from_bytes(arm.robot.embodiment.scene()) == OWN
+    assert SceneDescription.from_bytes(arm.robot.embodiment.hardware.scene()) == OWN

@@ -64,11 +64,11 @@ def test_a_preflight_that_is_obeyed_keeps_the_arm_where_it_is():
     conditions, above = Conditions(noise=TYPICAL, box=WIDE, obeying=True), np.array([0.80, 0.0, 0.50])
     placed = Placement(np.concatenate([above, FACING_QUAT]), np.array(Dimensions().home_rad))
     trial = Trial(taught(), conditions, 8, placed)
-    start = trial.embodiment.simulation.tip
+    start = trial.arm.simulation.tip
     record = trial.run()
     assert record.cause == f"refused: {record.refusal}" and record.refusal
     assert record.kind_of_failure.startswith("refused")
-    np.testing.assert_allclose(trial.embodiment.simulation.tip[:3], start[:3], atol=1e-3)
+    np.testing.assert_allclose(trial.arm.simulation.tip[:3], start[:3], atol=1e-3)
 
 
 def test_a_sensor_that_breaks_ends_it_before_anything_moves_on(monkeypatch: pytest.MonkeyPatch):

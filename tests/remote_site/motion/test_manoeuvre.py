@@ -8,7 +8,7 @@ from farhand.common.control_mode import Phase
 from farhand.common.task import PointTask
 from farhand.remote_site.motion.manoeuvre import Manoeuvre, Manoeuvres
 from farhand.remote_site.perception.sensing import Sensing
-from farhand.remote_site.robots.point_embodiment import PointEmbodiment
+from farhand.remote_site.robots.point_embodiment import point_embodiment
 from tests.remote_site.bench import DT_S, FeelingPlant, Sight
 from tests.remote_site.planar import TASK
 
@@ -20,7 +20,7 @@ class Robot:
         self.plant, sight = FeelingPlant(task), Sight(task)
         sight.turn_rad = turn_rad
         self.sensing = Sensing(self.plant, sight, 1, 1.0 / DT_S, 0.0)
-        self.manoeuvres = Manoeuvres(PointEmbodiment(task, self.plant, sight), self.sensing)
+        self.manoeuvres = Manoeuvres(point_embodiment(task, self.plant, sight), self.sensing)
 
     def run(self, manoeuvre: Manoeuvre, at_most_s: float = 20.0) -> float:
         """Do it to its end. Returns the time that it took [s]."""

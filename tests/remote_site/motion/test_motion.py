@@ -6,13 +6,15 @@ import pytest
 from farhand.common.control_mode import Action, Phase
 from farhand.common.errors import InvalidInput
 from farhand.common.wire.messages import Command, OperatorInput, Stamp
+from farhand.remote_site.interface.embodiment import Guidance
+from farhand.remote_site.interface.goals import FixedGoal
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
-from farhand.remote_site.motion.manoeuvre import Manoeuvre, Straight
+from farhand.remote_site.motion.manoeuvre import Manoeuvre
 from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.motion import Motion, Outcome
 from farhand.remote_site.perception.sensing import Sensing
-from farhand.remote_site.robots.point_embodiment import PointEmbodiment
+from farhand.remote_site.robots.point_embodiment import point_embodiment
 from tests.remote_site.bench import DT_S, FeelingPlant, Sight
 from tests.remote_site.planar import TASK, planar_model
 
@@ -25,7 +27,7 @@ class Robot:
     def __init__(self) -> None:
         self.plant, self.sight, self.now_s = FeelingPlant(), Sight(TASK), 10.0
         self.sensing = Sensing(self.plant, self.sight, 1, 1.0 / DT_S, self.now_s)
-        self.embodiment = PointEmbodiment(TASK, self.plant, self.sight)
+        self.embodiment = point_embodiment(TASK, self.plant, self.sight)
         self.motion = Motion(self.embodiment, self.sensing)
 
     def step(self, n: int = 1, wait: bool = False) -> Outcome:
@@ -33,7 +35,7 @@ class Robot:
         for _ in range(n):
             self.now_s += DT_S
             self.sensing.update(self.now_s)
-            outcome = self.motion.step(self.now_s, DT_S, wait)
+            outcome = self.motion.step(Guidance(), self.now_s, DT_S, wait)
         return outcome
 
     def coupling(self) -> Coupling:
@@ -47,12 +49,12 @@ class Robot:
 
     def execution(self) -> Execution:
         stored = StoredModel("a" * 64, planar_model(), TASK)
-        settings = self.embodiment.settings
+        settings = self.embodiment.hardware.settings
         return Execution(COMMAND, stored, settings, self.embodiment, self.sensing, Stamp("b", 0))
 
     def manoeuvre(self, distance_m: float = 0.1) -> Manoeuvre:
         goal = np.add(TASK.start_m, (distance_m, 0.0))
-        return Manoeuvre(Phase.GOING_TO_READY, Straight(goal, 0.3, 5.0))
+        return Manoeuvre(Phase.GOING_TO_READY, FixedGoal(goal, 0.3, 5.0))
 
 
 def test_nothing_moves_a_robot_that_nothing_was_begun_on():

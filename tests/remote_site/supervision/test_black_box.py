@@ -5,7 +5,7 @@ from typing import Any
 from farhand.common.control_mode import ControlMode
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.perception.sensing import Sensing
-from farhand.remote_site.robots.point_embodiment import PointEmbodiment
+from farhand.remote_site.robots.point_embodiment import point_embodiment
 from farhand.remote_site.supervision.black_box import BlackBox
 from tests.remote_site.bench import Bench, FeelingPlant, Sight
 from tests.remote_site.planar import TASK
@@ -16,7 +16,7 @@ HZ = 50.0
 def test_it_keeps_the_last_five_seconds_and_begins_anew_after_each_dump():
     plant, sight, rows = FeelingPlant(), Sight(TASK), list[dict[str, Any]]()
     sensing = Sensing(plant, sight, 1, HZ, 0.0)
-    motion = Motion(PointEmbodiment(TASK, plant, sight), sensing)
+    motion = Motion(point_embodiment(TASK, plant, sight), sensing)
     box = BlackBox(sensing, motion, HZ, lambda **fields: rows.append(fields))
     for tick in range(1000):
         box.remember(tick / HZ, ControlMode.HOLD)

@@ -85,7 +85,7 @@ def test_any_error_of_an_execution_stops_the_robot_in_its_own_words(monkeypatch,
 
 PLACES = {
     "sight": lambda bench, fail: partial(setattr, bench.sight, "observe", fail),
-    "what contact means": lambda bench, fail: partial(setattr, bench.robot.embodiment, "attend", fail),
+    "what contact means": lambda bench, fail: partial(setattr, bench.robot.embodiment.skill, "believe", fail),
     "the guards": lambda bench, fail: partial(setattr, bench.robot._watch, "trip", fail),
     "the black box": lambda bench, fail: partial(setattr, bench.robot._black_box, "remember", fail),
     "the lease": lambda bench, fail: partial(setattr, bench.robot.contact.lease, "expire", fail),

@@ -21,7 +21,6 @@ from farhand.remote_site.supervision.guards import (
     ForceGuard,
     LinkGuard,
     SightGuard,
-    force_of,
 )
 from tests.remote_site.planar import TASK
 
@@ -74,8 +73,8 @@ class Looking:
 
 
 def test_the_force_is_the_length_of_what_was_measured_if_anything_was():
-    assert force_of(feeling(3.0, -4.0)) == 5.0
-    assert force_of(feeling()) is None
+    assert feeling(3.0, -4.0).contact_n == 5.0
+    assert feeling().contact_n is None
 
 
 def test_a_force_above_the_limit_is_tolerated_for_fifty_milliseconds():

@@ -50,9 +50,9 @@ def test_a_plug_is_inserted_and_then_taken_out_in_one_run():
     bench.run(0.5)
     bench.task, bench.taught = HOT_UNSTAB, hot_stab_model("hot-unstab")
     bench.preview(bench.send_model().sha256)
-    assert bench.arm.task.name == "hot-stab" and bench.arm.must_seat  # a preview changes nothing
+    assert bench.arm.skill.task.name == "hot-stab" and bench.arm.skill.must_seat  # a preview changes nothing
     extract(bench)
-    assert bench.arm.task.name == "hot-unstab" and not bench.arm.must_seat
+    assert bench.arm.skill.task.name == "hot-unstab" and not bench.arm.skill.must_seat
     assert_withdrawn(bench)
     told = [event.text for event in bench.events("executing")]
     assert [text.split()[1] for text in told] == ["hot-stab", "hot-unstab"]
@@ -61,7 +61,7 @@ def test_a_plug_is_inserted_and_then_taken_out_in_one_run():
 def test_a_plug_that_a_restarted_robot_finds_in_the_bore_is_taken_out_by_the_task_that_does():
     bench = ArmBench(remembered=seated(), also=[HOT_UNSTAB])
     bench.run(1.0)
-    assert bench.mode is ControlMode.DISARMED and bench.arm.task.name == "hot-stab"
+    assert bench.mode is ControlMode.DISARMED and bench.arm.skill.task.name == "hot-stab"
     extract(bench.armed())
     assert_withdrawn(bench)
 
@@ -69,13 +69,13 @@ def test_a_plug_that_a_restarted_robot_finds_in_the_bore_is_taken_out_by_the_tas
 def test_the_first_task_counts_until_another_one_is_executed():
     bench = two_tasks()
     bench.preview(transfer().sha256)
-    assert bench.robot.embodiment.task is TASK
+    assert bench.robot.embodiment.skill.task is TASK
     bench.task = HOLDS
     bench.preview(transfer(learned()).sha256)
-    assert bench.robot.embodiment.task is TASK
+    assert bench.robot.embodiment.skill.task is TASK
     assert bench.command(Action.EXECUTE, model_sha256=transfer(learned()).sha256).accepted
-    assert bench.robot.embodiment.task is HOLDS
-    assert bench.command(Action.ABORT).accepted and bench.robot.embodiment.task is HOLDS
+    assert bench.robot.embodiment.skill.task is HOLDS
+    assert bench.command(Action.ABORT).accepted and bench.robot.embodiment.skill.task is HOLDS
 
 
 @pytest.mark.parametrize("task", [TASK, HOLDS], ids=["goes on", "holds"])
@@ -130,4 +130,4 @@ def test_a_recording_is_for_the_task_that_its_operator_has_chosen():
     (offer,) = catalogue.list(now).recordings
     data = catalogue.part(BlobRequest(sha256=offer.sha256, n_bytes=65_536), now).content
     assert RecordedMotion.from_bytes(data).task == "other"
-    assert bench.robot.embodiment.task is TASK  # whoever records executes nothing
+    assert bench.robot.embodiment.skill.task is TASK  # whoever records executes nothing

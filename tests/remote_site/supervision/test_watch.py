@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from farhand.common.control_mode import Action, ControlMode, Guard, Phase
+from farhand.remote_site.interface.embodiment import Guidance
 from farhand.remote_site.supervision.watch import Guards
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant
 
@@ -26,7 +27,7 @@ class Watched:
     def trip(self, late_s: float = 0.0) -> Guard | None:
         bench = self.bench
         bench.robot.sensing.update(bench.clock.now_s())
-        trip = self.watch.trip(bench.mode, bench.clock.now_s(), DT_S, late_s)
+        trip = self.watch.trip(bench.mode, Guidance(), bench.clock.now_s(), DT_S, late_s)
         return trip.guard if trip is not None else None
 
 

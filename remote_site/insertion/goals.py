@@ -1,4 +1,4 @@
-"""The ways of an arm before its receptacle: back out of the bore, along its axis; to rest; and none sideways in it.
+"""Goals before a receptacle: back out of the bore along its axis, and nothing sideways in it.
 
 In the frame of the receptacle the mouth is the origin, and z points into the bore.
 """
@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.arm.servo import Servo
-from farhand.remote_site.motion.manoeuvre import SPEED, patience_s
+from farhand.remote_site.insertion.touch import InsertionArm
+from farhand.remote_site.interface.goals import SPEED, patience_s
 from farhand.remote_site.perception.sensing import Sensing
 
 Array = NDArray[np.float64]
@@ -28,31 +28,31 @@ class AlongAxis:
     Args:
         local: Where it ends, in the frame of the receptacle. Shape (7,).
         sensing: Where the receptacle is.
-        servo: Whether the plug is near it.
+        arm: Whether the plug is near it.
         speed_m_s: In free water [m/s].
         distance_m: How long the way is [m].
-        time_limit_s: See `Way`; as long as its distance takes when not given.
+        time_limit_s: See `ManoeuvreGoal`; as long as its distance takes when not given.
     """
 
     def __init__(
         self,
         local: Array,
         sensing: Sensing,
-        servo: Servo,
+        arm: InsertionArm,
         speed_m_s: float,
         distance_m: float,
         time_limit_s: float | None = None,
     ):
-        self._local, self._sensing, self._servo, self._speed = local, sensing, servo, speed_m_s
+        self._local, self._sensing, self._arm, self._speed = local, sensing, arm, speed_m_s
         self.time_limit_s = patience_s(distance_m, IN_BORE_M_S) if time_limit_s is None else time_limit_s
 
     def goal(self) -> Array:
-        """See `Way`."""
+        """See `ManoeuvreGoal`."""
         return self._sensing.frames[0].to_world(self._local)
 
     def speed_m_s(self) -> float:
-        """See `Way`."""
-        return min(self._speed, IN_BORE_M_S) if self._servo.governor.active else self._speed
+        """See `ManoeuvreGoal`."""
+        return min(self._speed, IN_BORE_M_S) if self._arm.near else self._speed
 
 
 def shifted(sensing: Sensing, by_m: Array) -> Array:

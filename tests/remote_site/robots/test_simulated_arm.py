@@ -13,8 +13,8 @@ from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import StopAck
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.robots.arm_embodiment import ArmEmbodiment
 from farhand.remote_site.robots.arm_stage import SLIDE_M_S
+from farhand.remote_site.robots.simulated_arm import SimulatedArm
 from tests.remote_site.arm_bench import HOT_STAB, ArmBench, hot_stab_model, seated
 
 MM = 1e-3
@@ -226,5 +226,5 @@ def test_a_moved_receptacle_slides_to_its_place_and_stays_in_its_box():
 
 def test_an_arm_runs_at_its_own_rate_and_no_other():
     with pytest.raises(InvalidConfiguration, match="control_hz"):
-        ArmEmbodiment(HOT_STAB, RemoteConfig(control_hz=50.0), None)
-    assert ArmEmbodiment(HOT_STAB, RemoteConfig(control_hz=100.0), None).control_hz == 100.0
+        SimulatedArm(HOT_STAB, RemoteConfig(control_hz=50.0), None)
+    assert SimulatedArm(HOT_STAB, RemoteConfig(control_hz=100.0), None).control_hz == 100.0

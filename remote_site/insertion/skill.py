@@ -1,0 +1,135 @@
+"""InsertionSkill: puts a plug into a receptacle, or takes it out, by sight and touch; on any `InsertionArm`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.control_mode import Action, Phase
+from farhand.common.task import AnyTask, ArmTask
+from farhand.remote_site.insertion.goals import AlongAxis, confined, free_speed_m_s, in_bore, shifted
+from farhand.remote_site.insertion.recovery import Recovery
+from farhand.remote_site.insertion.touch import BACK_M_S, InsertionArm, Touch, TrackedPerception, pose_of
+from farhand.remote_site.interface.embodiment import Belief, Check, Guidance
+from farhand.remote_site.interface.goals import BACK_OFF_M, BACK_OFF_S, FixedGoal, ManoeuvreGoal, giving_way
+from farhand.remote_site.interface.plant import EffectorState
+from farhand.remote_site.perception.sensing import Sensing
+
+Array = NDArray[np.float64]
+
+Examine = Callable[[EffectorState, Array], Check]
+"""Examines the straight way from a state of the arm into a receptacle at a pose."""
+
+_LOOK_S = 0.5
+"""Before an execution begins the receptacle is looked at, and the wrist's sensor tared, for so long [s]."""
+_DEPTH_M, _LATERAL_M = (0.075, 0.095), 0.010
+"""A plug is seated when it is believed to be so deep, and not further from the axis than sight is wrong."""
+
+
+class InsertionSkill:
+    """A `Skill`. The first task frame is that of the receptacle: its origin in the mouth, z into the bore.
+
+    Args:
+        task: What the robot is at first.
+        arm: What moves the plug.
+        perception: Sight of the receptacle.
+        ready: Pose where Go to ready leads. Shape (7,).
+        max_speed_m_s: Of the tip, in every mode [m/s].
+        new_recovery: Makes the recovery of an execution, by whether the plug is to enter.
+        examine: Examines an insertion before it begins; None for nothing.
+    """
+
+    def __init__(
+        self,
+        task: ArmTask,
+        arm: InsertionArm,
+        perception: TrackedPerception,
+        ready: Array,
+        max_speed_m_s: float,
+        new_recovery: Callable[[bool], Recovery] = lambda enters: Recovery(enters=enters),
+        examine: Examine | None = None,
+    ):
+        self.task, self._arm, self._ready, self._examine = task, arm, ready, examine
+        self._speed_m_s, self._new_recovery = free_speed_m_s(max_speed_m_s), new_recovery
+        self._touch = Touch(perception, new_recovery(self.must_seat), _LOOK_S)
+        self._look_until_s = -np.inf
+
+    @property
+    def must_seat(self) -> bool:
+        """See `Skill`."""
+        return self.task.skill == "insert"
+
+    # In every control period ---------------------------------------------------------------------
+
+    def believe(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> Belief:
+        """See `Skill`."""
+        waits = now_s < self._look_until_s
+        felt = self._touch.update(sensing, executing and not waits, now_s, dt_s)
+        given_up = "jammed too often" if self._touch.recovery.given_up else ""
+        return Belief(
+            felt.frames, Guidance(waits, felt.back, BACK_M_S, given_up, felt.receptacle, felt.presses)
+        )
+
+    def apply(self, guidance: Guidance) -> None:
+        """See `Skill`."""
+        if guidance.receptacle is not None:
+            self._arm.see(guidance.receptacle, guidance.presses)
+
+    def begin(self, task: AnyTask, now_s: float) -> None:
+        """See `Skill`: in free water what was felt is forgotten, and the wrist's sensor tared."""
+        assert isinstance(task, ArmTask)
+        self.task = task
+        recovery = self._new_recovery(self.must_seat)
+        if self._arm.near:
+            recovery.correction = self._touch.recovery.correction
+        else:
+            self._arm.tare()
+        self._touch.renew(recovery)
+        self._look_until_s = now_s + _LOOK_S
+
+    def confined(self, reference: Array, sensing: Sensing) -> Array:
+        """See `Skill`."""
+        return confined(reference, sensing)
+
+    def end_phase(self, sensing: Sensing) -> Phase:
+        """See `Skill`."""
+        x, y, z = sensing.frames[0].to_local(sensing.effector.point)[:3]
+        inside = _DEPTH_M[0] <= z <= _DEPTH_M[1] and np.hypot(x, y) < _LATERAL_M
+        force_n = sensing.effector.contact_n or 0.0
+        pressed = self._arm.seated or force_n >= self.task.limits.contact_n
+        return Phase.SEATED if inside and pressed else Phase.ARRIVED
+
+    # What is asked -------------------------------------------------------------------------------
+
+    def goal(self, phase: Phase, sensing: Sensing) -> ManoeuvreGoal | None:
+        """See `Skill`."""
+        if phase is Phase.BACKING_OFF and not np.isfinite(sensing.unseen_s):
+            return giving_way(sensing.effector, self._speed_m_s)
+        along = partial(AlongAxis, sensing=sensing, arm=self._arm, speed_m_s=self._speed_m_s)
+        if phase is Phase.BACKING_OFF:
+            back = shifted(sensing, np.array([0.0, 0.0, -BACK_OFF_M]))
+            return along(back, distance_m=BACK_OFF_M, time_limit_s=BACK_OFF_S)
+        if phase is Phase.RETRACTING and self.task.retract_m is not None:
+            by_m = np.array(self.task.retract_m)
+            return along(shifted(sensing, by_m), distance_m=float(np.linalg.norm(by_m)))
+        if phase is Phase.GOING_TO_READY:
+            return FixedGoal.to(self._ready, sensing.effector.point, self._speed_m_s)
+        return None
+
+    def refusal(self, action: Action, sensing: Sensing) -> str:
+        """See `Skill`."""
+        if action is Action.GO_TO_READY and in_bore(sensing):
+            return "the plug is in the receptacle: retract it first"
+        if action is Action.RETRACT and not np.isfinite(sensing.unseen_s):
+            return "the robot has not seen its receptacle: it does not know the way out"
+        return ""
+
+    def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
+        """See `Skill`: of an insertion, the way in."""
+        assert isinstance(task, ArmTask)
+        if task.skill != "insert" or self._examine is None:
+            return None
+        return partial(self._examine, sensing.effector, pose_of(sensing.frames[0]))

@@ -1,0 +1,202 @@
+"""The arm with its plug before a receptacle, simulated: physics, servo, sight, and what surrounds them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.arm.compliance import ComplianceSettings
+from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.kinematics import Kinematics
+from farhand.common.arm.poses import AT_ORIGIN, difference
+from farhand.common.arm.preflight import Preflights
+from farhand.common.arm.servo import ServoSettings
+from farhand.common.arm.setpoint import MotionLimits
+from farhand.common.arm.simulation.description import describe
+from farhand.common.arm.simulation.disturbances import CALM, Disturbances, DisturbanceSettings
+from farhand.common.arm.simulation.disturbances import PRESETS as DISTURBANCES
+from farhand.common.arm.simulation.goals import Seated, Withdrawn
+from farhand.common.arm.simulation.placement import ACCEPTANCE, Box, Placement
+from farhand.common.arm.simulation.simulation import TICK_S, Simulation
+from farhand.common.errors import InvalidConfiguration, InvalidInput
+from farhand.common.log import loop_logger
+from farhand.common.model.manifold import POSE
+from farhand.common.task import AnyTask, ArmTask
+from farhand.common.wire.messages import ArmState
+from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS, Recovery
+from farhand.remote_site.insertion.skill import InsertionSkill
+from farhand.remote_site.interface.arm_memory import ArmMemory
+from farhand.remote_site.interface.embodiment import Check, Embodiment
+from farhand.remote_site.interface.plant import EffectorState
+from farhand.remote_site.perception.adaptive_filter import AdaptiveFilter
+from farhand.remote_site.perception.marker_tracker import CLEAN, MarkerTracker, TrackerNoise
+from farhand.remote_site.perception.marker_tracker import PRESETS as TRACKERS
+from farhand.remote_site.perception.perception import SimulatedPerception
+from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
+from farhand.remote_site.robots.arm_plant import ArmPlant
+from farhand.remote_site.robots.arm_stage import SimulatedEnvironment
+from farhand.remote_site.robots.plant_memory import PlantState
+from farhand.remote_site.robots.plug_record import PlugRecord
+
+Array = NDArray[np.float64]
+
+_log = loop_logger(__name__)
+
+CONTROL_HZ = 1.0 / TICK_S
+"""The only rate of an arm's controller [Hz]."""
+_HORIZON_S = 0.6
+_COMPLIANCE = ComplianceSettings()
+
+
+@dataclass(frozen=True)
+class ArmConditions:
+    """What a simulated arm has to cope with, and with what it copes.
+
+    Args:
+        noise: Of the tracker.
+        disturbances: What moves.
+        box: Where the receptacle may be.
+        compliance: How the arm gives way.
+        correcting: Whether contact corrects the frame.
+        attempts: How often it may go back from a jam.
+    """
+
+    noise: TrackerNoise = CLEAN
+    disturbances: DisturbanceSettings = CALM
+    box: Box = ACCEPTANCE
+    compliance: ComplianceSettings = _COMPLIANCE
+    correcting: bool = True
+    attempts: int = MAX_ATTEMPTS
+
+    @classmethod
+    def of(cls, task: ArmTask) -> ArmConditions:
+        """Return those that a task names."""
+        return cls(TRACKERS[task.tracker], DISTURBANCES[task.disturbances])
+
+    def new_recovery(self, enters: bool) -> Recovery:
+        """Return the recovery of an execution, by whether the plug is to enter."""
+        return Recovery(self.correcting, self.attempts, enters=enters)
+
+
+class SimulatedArm:
+    """An arm, its sight and its world: the `Hardware` and the `World` of an embodiment.
+
+    Args:
+        task: What it is at first.
+        config: Its seed.
+        remembered: Where it was in its last boot.
+        dimensions: Of the arm and its surroundings.
+        conditions: What it has to cope with; what the task names when not given.
+        placement: Where everything is at first; drawn from the seed when not given.
+
+    Raises:
+        InvalidConfiguration: When another control rate is configured.
+    """
+
+    control_hz = CONTROL_HZ
+
+    def __init__(
+        self,
+        task: ArmTask,
+        config: RemoteConfig,
+        remembered: PlantState | None = None,
+        dimensions: Dimensions | None = None,
+        conditions: ArmConditions | None = None,
+        placement: Placement | None = None,
+    ):
+        if config.control_hz not in (None, CONTROL_HZ):
+            expected = f"{CONTROL_HZ:g} for an arm, got {config.control_hz:g}"
+            raise InvalidConfiguration("remote configuration", "control_hz", expected)
+        limits = MotionLimits()
+        self._conditions = conditions = conditions or ArmConditions.of(task)
+        self.max_speed_m_s = min(task.limits.speed_m_s, limits.speed_m_s)
+        self._acceleration = min(task.limits.acceleration_m_s2, limits.acceleration_m_s2)
+        self.settings = ExecutorSettings(
+            dt_s=TICK_S,
+            horizon_s=_HORIZON_S,
+            max_speed_m_s=self.max_speed_m_s,
+            max_angular_speed_rad_s=limits.angular_speed_rad_s,
+        )
+        self.simulation = Simulation(dimensions)
+        self._happening = Disturbances(conditions.disturbances, (config.seed, 2))
+        self.plant, self.environment = self._start(
+            task, remembered.arm if remembered else None, config.seed, placement
+        )
+        noise = conditions.noise
+        self.perception = SimulatedPerception(
+            lambda _: self.simulation.mouth,
+            MarkerTracker(POSE, noise, config.seed),
+            AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
+        )
+        kinematics = Kinematics(self.simulation.dimensions)
+        self._preflights = Preflights(kinematics)
+        self.skill = InsertionSkill(
+            task, self.plant, self.perception, kinematics.tip, self.max_speed_m_s, conditions.new_recovery,
+            self._examine,
+        )  # fmt: skip
+        self.embodiment = Embodiment(self, self.skill, self)
+
+    def _start(
+        self, task: ArmTask, remembered: ArmMemory | None, seed: int, placement: Placement | None
+    ) -> tuple[ArmPlant, SimulatedEnvironment]:
+        """Put the arm where it was, or else where it is to be, or else where its seed says."""
+        limits = MotionLimits(speed_m_s=self.max_speed_m_s, acceleration_m_s2=self._acceleration)
+        settings, box = ServoSettings(limits, self._conditions.compliance), self._conditions.box
+        if remembered is not None:
+            rest = np.array(remembered.receptacle)
+            around = SimulatedEnvironment(rest, self._happening, box, remembered.time_s)
+            try:
+                plant = ArmPlant(self.simulation, around, settings, np.array(remembered.joints_rad))
+            except InvalidInput as error:
+                _log.warning("the arm starts anew: %s", error)
+            else:
+                plant.servo.wrist.restore(np.array(remembered.tare))
+                return plant, around
+        if placement is None:
+            place = Placement.sample if task.skill == "insert" else Placement.seated
+            placement = place(np.random.default_rng([seed, 1]), box, self.simulation.dimensions)
+        around = SimulatedEnvironment(placement.receptacle, self._happening, box)
+        return ArmPlant(self.simulation, around, settings, placement.joints_rad), around
+
+    def _examine(self, effector: EffectorState, receptacle: Array) -> Check:
+        """Solve the kinematics of the way in."""
+        assert effector.joints_rad is not None
+        found = self._preflights.examine(effector.joints_rad, receptacle)
+        return Check(found.refusal, found.warning)
+
+    # Hardware ------------------------------------------------------------------------------------
+
+    def arm_state(self, effector: EffectorState, overruns: int) -> ArmState:
+        """See `Hardware`."""
+        x, y, z = difference(AT_ORIGIN, effector.point)[3:].tolist()
+        assert effector.joints_rad is not None
+        return ArmState((x, y, z), tuple(effector.joints_rad.tolist()), effector.contact_n or 0.0, overruns)
+
+    def scene(self) -> bytes:
+        """See `Hardware`."""
+        return describe(self.simulation.dimensions).content
+
+    # World ---------------------------------------------------------------------------------------
+
+    def new_record(self, task: AnyTask) -> PlugRecord:
+        """See `World`."""
+        inserts = isinstance(task, ArmTask) and task.skill == "insert"
+        return PlugRecord(self.simulation, Seated() if inserts else Withdrawn())
+
+    def move_target(self, position_m: Array) -> None:
+        """See `World`."""
+        self.environment.move_to(position_m, self.plant.time_s)
+
+    def memory(self, task: AnyTask) -> ArmMemory:
+        """See `World`."""
+        time_s = self.plant.time_s
+        still = isinstance(task, ArmTask) and task.disturbances == "calm"
+        return ArmMemory(
+            tuple(self.simulation.joints_rad.tolist()),
+            tuple(self.environment.rest(time_s).tolist()),
+            0.0 if still else self.environment.disturbed_s(time_s),
+            tuple(self.plant.servo.wrist.bias.tolist()),
+        )
