@@ -16,7 +16,6 @@ from typing import Any
 import msgpack
 import msgspec
 import numpy as np
-from farhand.remote_site.robots.arm_memory import ArmMemory
 
 from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_profile import load_profiles
@@ -42,6 +41,7 @@ from farhand.local_site.teaching.offline_learning import learn_files
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.teaching.task_library import TaskLibrary
 from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.interface.arm_memory import ArmMemory
 from farhand.remote_site.robots.plant_memory import PlantMemory, PlantState
 
 _DEPLOY = Path(__file__).resolve().parents[2] / "deploy"

@@ -113,7 +113,7 @@ class Hardware(Protocol):
         ...
 
     def scene(self) -> bytes:
-        """Return what it looks like, see `common.wire.scene_description`; takes long, and is empty for a point."""
+        """Return what it looks like, see `farhand.common.wire.scene_description`; takes long, and is empty for a point."""
         ...
 
 
