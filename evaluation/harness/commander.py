@@ -77,7 +77,7 @@ class Commander:
             NotDone: When the robot does not confirm it.
         """
         content = encode_model(model)
-        whole = ModelTransfer(task=task, sha256=content_hash(content), content=content)
+        whole = ModelTransfer(session=_SESSION, task=task, sha256=content_hash(content), content=content)
         reply = self._ask(keys.MODEL, whole, ModelReply)
         if not (reply.accepted and reply.complete):
             raise NotDone(reply.reason)

@@ -83,9 +83,7 @@ class Supervisor:
         self.machine = ModeMachine(
             embodiment, self.sensing, self.motion, self._plans, self.events, announce, self.stamp, self.recordings
         )  # fmt: skip
-        self._judge = Admission(
-            tasks, self.contact, self.models, self._plans, self.sensing, embodiment.skill
-        )
+        self._judge = Admission(tasks, self.contact, self.models, self._plans, self.sensing, embodiment.skill)
         self._log = CommandLog()
         self.reception = ModelReception(
             self.models, self.contact.lease, self.events, lambda: self.mode, self.stamp
