@@ -12,6 +12,7 @@ coarse phases gains follow a monotone cubic, everything else a line.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -29,6 +30,10 @@ MAX_WAYS = 64
 GAIN_STD = 0.3
 # How far starts spread before anything was shown [lambda, rad], and how many demonstrations that is worth.
 START_SPREAD, START_WEIGHT = 0.2, 3.0
+# A way serves where a motion may be this far from what is expected of it at most [lambda, rad].
+_REACH = 0.5
+# Starts further from the demonstrated ones than so many times as these are from their mean are outside.
+OUTSIDE = 3.0
 # A motion takes no less than this part of the mean time between two phases, and its whole time within this factor.
 _SHORTEST, _LONGEST = 0.4, 2.0
 
@@ -156,6 +161,45 @@ class Way:
             C = self.start_covariance[part, part] + prior / self.n_demonstrations * np.eye(e[part].size)
             total -= 0.5 * float(e[part] @ np.linalg.solve(C, e[part]) + np.linalg.slogdet(C)[1])
         return total
+
+    def distance(self, start: Array, max_distance_m: float) -> float:
+        """Return how many times further a start is from the mean one than the demonstrated ones are, of the worse part.
+
+        Args:
+            start: Seen from the goal. Shape (C,).
+            max_distance_m: The lambda [m].
+        """
+        e, n, worst = self.space.log(self.points[-1, 0], start), self.n_demonstrations, 0.0
+        for number, part in enumerate(self.space.parts):
+            prior = START_WEIGHT * (START_SPREAD * (max_distance_m if number == 0 else 1.0)) ** 2
+            spread = np.trace(self.start_covariance[part, part]) * n / max(n - 1, 1)
+            worst = max(worst, float(np.linalg.norm(e[part]) / np.sqrt(spread + prior * e[part].size / n)))
+        return worst
+
+
+def chosen_way(ways: Sequence[Way], start: Array, max_distance_m: float) -> int:
+    """Return the number of the way that a motion from a start takes; -1 when none is sure enough.
+
+    Args:
+        ways: Of a model.
+        start: Where the motion begins, seen from the goal. Shape (C,).
+        max_distance_m: The lambda [m].
+    """
+    best, most = -1, -np.inf
+    for number, way in enumerate(ways):
+        if way.unsureness(start, max_distance_m) <= _REACH:
+            likelihood = way.log_likelihood(start, max_distance_m)
+            if likelihood > most:
+                best, most = number, likelihood
+    return best
+
+
+def distance_from_taught(ways: Sequence[Way], start: Array, max_distance_m: float) -> float:
+    """Return how many times further a start is away than the demonstrated ones are, from the nearest way's.
+
+    A start for which this is more than `OUTSIDE` is outside of what was shown. Arguments as of `chosen_way`.
+    """
+    return min((way.distance(start, max_distance_m) for way in ways), default=0.0)
 
 
 def spread_squares(S: Array, e: Array, deviations: Array) -> Array:

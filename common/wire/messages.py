@@ -87,7 +87,7 @@ class Telemetry(
     frame_rotation_rad: Rotation = ()
     """Rotation of the task frame: one angle in the plane, a rotation vector in space [rad]."""
     component: int = -1
-    """The component that is being executed, -1 without an execution."""
+    """The component that is being executed; -1 without an execution, and on a way."""
     elapsed_s: float = 0.0
     """Time since the execution began [s]."""
     path_id: Count = 0

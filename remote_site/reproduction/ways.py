@@ -14,12 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM
-from farhand.common.model.ways import N_PHASES, Way, between_coarse
+from farhand.common.model.ways import N_PHASES, Way, between_coarse, chosen_way
 
 Array = NDArray[np.float64]
 
-# A way serves where a motion may be this far from what is expected of it at most [lambda, rad].
-_REACH = 0.5
 # Relative spread of the time in an interval, and its least standard deviation [s].
 _DURATION_SPREAD, _DURATION_STD_S = 0.15, 0.02
 
@@ -31,15 +29,9 @@ def chosen(model: TPHSMM, start: Array) -> int:
         model: The learned task.
         start: Where the motion begins in each frame. Shape (P, C).
     """
-    best, most = -1, -np.inf
     if model.n_components + N_PHASES > MAX_COMPONENTS:
-        return best
-    for number, way in enumerate(model.ways):
-        if way.unsureness(start[-1], model.max_distance_m) <= _REACH:
-            likelihood = way.log_likelihood(start[-1], model.max_distance_m)
-            if likelihood > most:
-                best, most = number, likelihood
-    return best
+        return -1
+    return chosen_way(model.ways, start[-1], model.max_distance_m)
 
 
 def with_way(model: TPHSMM, way: Way, start: Array) -> TPHSMM:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import viser
 
 from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.model.ways import OUTSIDE, chosen_way, distance_from_taught
+from farhand.common.wire.path_points import points_of
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words import Words, words_of
@@ -85,4 +87,30 @@ def _executing_advice(picture: Picture) -> str:
         return "Press Preview: the robot executes only what was previewed. Or Couple to drive by hand."
     if not picture.plan_id:
         return "Press Preview to see the plan, Execute to run it, or Couple to drive by hand."
-    return "Press Execute to run the model, or Couple to drive by hand."
+    return f"{plan_words(picture)}Press Execute to run the model, or Couple to drive by hand."
+
+
+def plan_words(picture: Picture) -> str:
+    """Which way the previewed plan takes and why, and whether it begins outside of what was shown."""
+    path, learned = picture.path, picture.learned
+    if (
+        path is None
+        or learned is None
+        or path.plan_id != picture.plan_id
+        or path.model_sha256 != learned.sha256
+    ):
+        return ""
+    model = learned.model
+    start = points_of(path)[0]
+    away = distance_from_taught(model.ways, start, model.max_distance_m)
+    if away > OUTSIDE:
+        return (
+            f"Outside what was shown: this start is {away:.0f} times further away than the demonstrated ones. "
+            "Demonstrate from here? "
+        )
+    number = chosen_way(model.ways, start, model.max_distance_m)
+    if number < 0:
+        return "No demonstrated way is sure of this start: the robot joins the nearest component. "
+    shown, others = model.ways[number].n_demonstrations, len(model.ways)
+    which = f"way {number + 1} of {others}, the likeliest from here" if others > 1 else "the demonstrated way"
+    return f"The plan takes {which} ({shown} demonstration{'s' * (shown != 1)}). "

@@ -10,7 +10,7 @@ import math
 import viser
 from msgspec import UNSET
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console.picture import Picture
@@ -180,9 +180,11 @@ def _motion_words(robot: Telemetry, ghost: Ghost | None, words: Words) -> str:
         return " · waiting for input"
     if robot.phase.at_end:
         return f" · {robot.phase}, tracking {words.target}"
+    on_way = robot.mode is ControlMode.AUTONOMOUS and robot.component < 0 and robot.phase is Phase.APPROACHING
+    way = " · on the demonstrated way" if on_way else ""
     if ghost is None:
-        return ""
-    return " · expected done" if ghost.done else f" · {math.ceil(ghost.left_s)} s to go"
+        return way
+    return f"{way} · expected done" if ghost.done else f"{way} · {math.ceil(ghost.left_s)} s to go"
 
 
 def _tool_cell(robot: Telemetry | None) -> str:

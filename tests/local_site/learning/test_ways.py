@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.model.ways import N_COARSE, N_PHASES, between_coarse
+from farhand.common.model.ways import (
+    N_COARSE,
+    N_PHASES,
+    OUTSIDE,
+    between_coarse,
+    distance_from_taught,
+)
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.learning.way_statistics import COARSE, WayStatistics, WholeMotion
 from farhand.local_site.learning.ways import joined, model_of
@@ -197,3 +203,22 @@ def test_between_the_coarse_phases_values_are_theirs_and_monotone():
         fine = between_coarse(values, axis=0, smooth=smooth)
         np.testing.assert_allclose(fine[COARSE], values, atol=1e-14)
         assert (np.diff(fine) <= 1e-15).all()
+
+
+@pytest.mark.parametrize("n", [5, 8])
+def test_starts_outside_of_what_was_shown_are_told_from_those_inside(n: int):
+    """Starts of people spread normally; those tried lie anywhere within two, or from four to eight, spreads."""
+    random, inside, outside = np.random.default_rng(n), [], []
+    phase = np.linspace(0.0, 1.0, N_PHASES + 1)[:, None]
+    for _ in range(60):
+        centre, spread = np.array([0.4, 0.1, 0.3]), 0.1
+        starts = centre + spread * random.normal(size=(n, 3))
+        shown = [WholeMotion(((1 - phase) * s)[None], phase[:, 0], 5.0, 0) for s in starts]
+        ways = (model_of(way_of(shown), SPACE, LAMBDA_M, 1e-5 * np.eye(3)),)
+        for found, least, most in ((inside, 0.0, 2.0), (outside, 4.0, 8.0)):
+            direction = random.normal(size=(10, 3))
+            direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+            away = random.uniform(least, most, (10, 1)) * np.sqrt(3.0) * spread
+            found += [distance_from_taught(ways, centre + x, LAMBDA_M) > OUTSIDE for x in away * direction]
+    assert np.mean(outside) >= 0.95
+    assert np.mean(inside) <= 0.02
