@@ -9,10 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from farhand.common.errors import InvalidConfiguration
+from farhand.common.model.gaussian_product import frame_shares
 from farhand.common.model.model_file import content_hash, encode, load, part_sizes, save
 from farhand.common.model.tphsmm import TPHSMM
 
 _MOST_SAMPLES = 1000
+# A frame that has no more than this share in any component says nothing: where no frame matters, all have alike.
+_IRRELEVANT = 0.6
 
 
 def learn(demonstrations: Sequence[Path], out: Path, max_distance_m: float | None) -> int:
@@ -58,9 +61,15 @@ def show(model_file: Path, figure: Path | None) -> int:
     )
     _say(f"  learned from  {model.n_demonstrations} demonstrations, lambda {model.max_distance_m:g} m")
     _say(f"  paths         {model.n_paths}")
+    for number, way in enumerate(model.ways, start=1):
+        n = way.n_demonstrations
+        told = f"{n} demonstration{'s' * (n != 1)}, {way.duration_s:.2f} s"
+        _say(f"  way {number:<9d} {told}, ends in component {way.terminal + 1}")
     sizes = part_sizes(content)
     _say(f"  size          {len(content)} B: {', '.join(f'{name} {n}' for name, n in sizes.items())}")
-    _say(f"  beyond paper  {sizes['extensions']} B, {100 * sizes['extensions'] / len(content):.0f} %")
+    _say(
+        f"  beyond paper  {sizes['extensions']} B, {100 * sizes['extensions'] / len(content):.0f} %, and the ways"
+    )
     _say(f"  sha256        {content_hash(content)}")
     _say("  component  points  duration_s        leads to")
     for i in range(model.n_components):
@@ -69,12 +78,27 @@ def show(model_file: Path, figure: Path | None) -> int:
         targets = [f"{k + 1} ({model.transition[i, k]:.2f})" for k in np.flatnonzero(model.transition[i])]
         begins = " begins here" if model.initial[i] > 0 else ""
         _say(f"  {i + 1:9d}  {model.counts[i]:6d}  {duration:16s}  {', '.join(targets) or '-'}{begins}")
+    if model.n_frames > 1:
+        _say_relevance(model)
     if figure is not None:
         from farhand.evaluation.paper.model_figure import draw_model
 
         draw_model(model, figure)
         _say(f"written: {figure}")
     return 0
+
+
+def _say_relevance(model: TPHSMM) -> None:
+    """Say which share each frame has in each component, and which frame says nothing."""
+    shares = frame_shares(model.residual_covariances)
+    _say("  component  " + "  ".join(f"{name:>12s}" for name in model.frame_names))
+    for i in range(model.n_components):
+        _say(f"  {i + 1:9d}  " + "  ".join(f"{100 * share:10.0f} %" for share in shares[:, i]))
+    for name, most in zip(model.frame_names, shares.max(axis=1), strict=True):
+        if most < _IRRELEVANT:
+            _say(
+                f"  frame {name} has at most {100 * most:.0f} % in any component: drop it, it says nothing of this task"
+            )
 
 
 def import_recording(kind: str, file: Path, out: Path) -> int:

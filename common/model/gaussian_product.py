@@ -53,6 +53,25 @@ def check_frames(frames: Sequence[TaskFrame], n_frames: int, n_dims: int) -> Non
             raise InvalidInput("task frames", f"frame {index}", f"dimension {n_dims}, got {frame.n_dims}")
 
 
+def frame_shares(covariances: Array) -> Array:
+    """Return the share of each frame in the product of each component: of the trace of its precision, per part.
+
+    Of the two parts of a pose the larger share counts. A frame whose shares are small everywhere says nothing.
+
+    Args:
+        covariances: Sigma_i^(j) in each frame. Shape (P, K, T, T).
+
+    Returns:
+        Shares, which sum to one over the frames for positions. Shape (P, K).
+    """
+    n, shares = covariances.shape[-1], []
+    for part in (slice(0, min(n, 3)), slice(3, n)):
+        if len(range(n)[part]) > 0:
+            precise = np.trace(inverse(covariances[..., part, part]), axis1=-2, axis2=-1)
+            shares.append(precise / precise.sum(axis=0))
+    return np.max(shares, axis=0)
+
+
 def inverse(matrices: Array) -> Array:
     """Inverses of the matrices in the last two axes. Shape (..., T, T)."""
     return np.asarray(np.linalg.inv(matrices), dtype=np.float64)

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 # Deviation of a motion from what its start lets expect, before anything was shown [lambda, rad], and its weight.
 _NOISE, _NOISE_WEIGHT = 0.15, 2.0
 # Where demonstrations agree to within this part of how far their starts spread, the start has no say.
-_CALM = 0.03
+_CALM = 0.05
 # Priors of the regressions of time shares and of the duration: how far starts spread [lambda, rad].
 _TIME_SPREAD, _DURATION_SPREAD = 0.7, 1.0
 

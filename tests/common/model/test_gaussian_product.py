@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
 from farhand.common.errors import InvalidInput
-from farhand.common.model.gaussian_product import gaussian_product
+from farhand.common.model.gaussian_product import frame_shares, gaussian_product
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
 from tests.strategies import dims, random_covariances, random_frame, random_points, seeds, spaces
@@ -102,3 +102,10 @@ def test_frames_that_do_not_fit_the_model_are_refused():
         gaussian_product(means, sigma, [TaskFrame.identity(2)] * 2)
     with pytest.raises(InvalidInput, match="dimension 2"):
         gaussian_product(means, sigma, [TaskFrame.identity(3)])
+
+
+def test_the_shares_of_the_frames_sum_to_one_and_the_narrow_one_has_most():
+    covariances = np.stack([np.stack([0.01 * np.eye(3)] * 2), np.stack([0.0001 * np.eye(3), np.eye(3)])])
+    shares = frame_shares(covariances)
+    np.testing.assert_allclose(shares.sum(axis=0), 1.0)
+    np.testing.assert_allclose(shares[1], [100 / 101, 1 / 101])
