@@ -87,8 +87,7 @@ class LocalSite:
             ready: Called once the robot has reported; with the page's address, if there is a page.
 
         Raises:
-            LinkError: When the robot does not report in time.
-            LinkError: When the page's address cannot be had.
+            LinkError: When the robot does not report in time, or the page's address cannot be had.
         """
         with self._opened(page_port=self._config.page_port) as opened:
             ready(**({"page": opened.page.address} if opened.page is not None else {}))

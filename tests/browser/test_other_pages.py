@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 import socket
+import socketserver
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
@@ -135,50 +137,42 @@ def test_a_rebound_name_shows_why_it_is_refused_and_nothing_else(browser: Browse
         tab.close()
 
 
+def pump(source: socket.socket, sink: socket.socket) -> None:
+    """Pass on what comes until one of both ends."""
+    with suppress(OSError):
+        while data := source.recv(65536):
+            sink.sendall(data)
+    with suppress(OSError):
+        sink.shutdown(socket.SHUT_WR)
+
+
 @contextmanager
 def proxy_to(port: int) -> Iterator[int]:
     """A proxy that passes each connection on and rewrites `Host`, as many do by default."""
-    listener = socket.create_server(("127.0.0.1", 0))
 
-    def pump(source: socket.socket, sink: socket.socket) -> None:
+    class Handler(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            head = b""
+            while b"\r\n\r\n" not in head:
+                if not (data := self.request.recv(65536)):
+                    return
+                head += data
+            rewritten = re.sub(rb"(?im)^host:[^\r]*", b"Host: 127.0.0.1:%d" % port, head, count=1)
+            with socket.create_connection(("127.0.0.1", port)) as server:
+                server.sendall(rewritten)
+                back = threading.Thread(target=pump, args=(server, self.request))
+                back.start()
+                pump(self.request, server)
+                back.join()
+
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Handler) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
         try:
-            while data := source.recv(65536):
-                sink.sendall(data)
-            sink.shutdown(socket.SHUT_WR)
-        except OSError:
-            sink.close()
-
-    def serve(client: socket.socket) -> None:
-        head = b""
-        while b"\r\n\r\n" not in head:
-            if not (data := client.recv(65536)):
-                return
-            head += data
-        lines = head.split(b"\r\n")
-        lines = [
-            b"Host: 127.0.0.1:%d" % port if each.lower().startswith(b"host:") else each for each in lines
-        ]
-        server = socket.create_connection(("127.0.0.1", port))
-        server.sendall(b"\r\n".join(lines))
-        threading.Thread(target=pump, args=(server, client), daemon=True).start()
-        pump(client, server)
-
-    def accept() -> None:
-        while True:
-            try:
-                client, _ = listener.accept()
-            except OSError:
-                return
-            threading.Thread(target=serve, args=(client,), daemon=True).start()
-
-    thread = threading.Thread(target=accept, daemon=True)
-    thread.start()
-    try:
-        yield listener.getsockname()[1]
-    finally:
-        listener.shutdown(socket.SHUT_RDWR)
-        listener.close()
-        thread.join()
+            yield server.server_address[1]
+        finally:
+            server.shutdown()
+            thread.join()
 
 
 def test_the_page_works_behind_a_proxy_that_rewrites_the_host_once_its_name_is_configured(
