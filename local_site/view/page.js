@@ -1,14 +1,57 @@
-// The page's own part: it says by itself when its server is silent, shows times in the viewer's zone, and lets Escape
-// stop even from a text field.
+// The page's own part: STOP, which nothing hides; what stays in a narrow window; and word of a server that is silent.
 if (!window.farhand) {
   const LOOK_MS = 200;
   const SILENT_AFTER_LOOKS = 8; // not a time: a page that was busy itself has not heard what it could hear
+  const NARROW_BUTTONS = ["Pause", "Resume", "Abort"];
   const farhand = (window.farhand = { beat: null, heard: performance.now(), looks: 0 });
-  const banner = document.createElement("div");
-  banner.id = "fh-stale";
-  banner.dataset.tp = "stale";
-  document.body.appendChild(banner);
-  setInterval(() => {
+
+  const add = (tag, attributes, parent = document.body) => {
+    const element = document.createElement(tag);
+    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+    return parent.appendChild(element);
+  };
+  const show = (element, text) => {
+    if (element.textContent !== text) element.textContent = text;
+  };
+  const said = (name) => document.querySelector(`[data-tp=${name}]`)?.textContent ?? "";
+  // The server's buttons stay in the document wherever their panel is folded away.
+  const served = (label) =>
+    [...document.querySelectorAll("button:not(.fh-own)")].find((button) => button.textContent.trim() === label);
+
+  // STOP
+  const stop = add("button", { id: "fh-stop", class: "fh-own", type: "button", "aria-label": "STOP" });
+  add("b", {}, stop).textContent = "STOP";
+  add("small", {}, stop).textContent = "Esc";
+  const pressStop = () => served("STOP")?.click();
+  stop.addEventListener("click", pressStop);
+  addEventListener("keydown", (event) => event.key === "Escape" && !event.repeat && pressStop(), { capture: true });
+
+  // A narrow window
+  const narrow = add("section", { id: "fh-narrow", "aria-label": "Robot" });
+  const line = (name, kind) => add("div", { "data-narrow": name, class: kind }, narrow);
+  const mode = line("mode", "fh-narrow-mode"), age = line("age", "fh-narrow-age");
+  const alarm = line("alarm", "fh-narrow-alarm"), advice = line("advice", "fh-narrow-advice");
+  const actions = line("actions", "fh-narrow-actions");
+  for (const label of NARROW_BUTTONS) {
+    const button = add("button", { class: "fh-own", type: "button", "data-label": label }, actions);
+    button.textContent = label;
+    button.addEventListener("click", () => served(label)?.click());
+  }
+  show(line("note", "fh-narrow-note"), "This window is too narrow for more: it watches, stops, pauses and aborts. From 700 px on it does all.");
+  const drawNarrow = () => {
+    show(mode, [said("mode") || "UNKNOWN", said("phase")].filter(Boolean).join(" "));
+    show(age, `data ${said("age") || "unknown"} old, link ${said("link") || "unknown"}`);
+    show(alarm, said("stop"));
+    show(advice, said("role") || said("advice"));
+    for (const button of actions.children) {
+      const own = served(button.dataset.label);
+      button.hidden = !own || own.disabled || said("session") === "watching";
+    }
+  };
+
+  // A silent server
+  const banner = add("div", { id: "fh-stale", "data-tp": "stale", role: "alert" });
+  const listen = () => {
     const beat = document.querySelector("[data-tp=beat]")?.textContent;
     farhand.looks += 1;
     if (beat !== undefined && beat !== farhand.beat) {
@@ -17,10 +60,28 @@ if (!window.farhand) {
     const silent = farhand.looks > SILENT_AFTER_LOOKS;
     const silent_s = Math.floor((performance.now() - farhand.heard) / 1000);
     banner.style.opacity = silent ? "1" : "0";
-    banner.textContent = silent
-      ? `NO NEWS from the local site for ${silent_s} s: what you see is old, and buttons do nothing`
-      : "";
-  }, LOOK_MS);
+    show(banner, silent
+      ? `NO NEWS from the local site for ${silent_s} s: what you see is old, and STOP cannot be sent from here. ` +
+        "Stop the robot at its own site, or start farhand local again."
+      : "");
+  };
+
+  let dock = "";
+  const fit = () => {
+    const canvas = document.querySelector("canvas[data-engine]");
+    const left = canvas && `${Math.round(canvas.getBoundingClientRect().left)}px`;
+    if (left && left !== dock) document.documentElement.style.setProperty("--fh-dock", (dock = left));
+  };
+
+  const look = () => {
+    fit();
+    listen();
+    drawNarrow();
+  };
+  look();
+  setInterval(look, LOOK_MS);
+
+  // Times in the zone of who looks
   const clock = new Intl.DateTimeFormat([], { hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23" });
   new MutationObserver(() => {
     for (const time of document.querySelectorAll("time[datetime]:not([title])")) {
@@ -28,13 +89,4 @@ if (!window.farhand) {
       time.textContent = clock.format(new Date(time.dateTime));
     }
   }).observe(document.body, { childList: true, subtree: true });
-  addEventListener(
-    "keydown",
-    (event) => {
-      if (event.key !== "Escape" || event.repeat) return;
-      const stop = [...document.querySelectorAll("button")].find((button) => button.textContent.trim() === "STOP");
-      stop?.click();
-    },
-    { capture: true },
-  );
 }

@@ -19,10 +19,9 @@ from viser import _messages
 
 from farhand.common.wire.messages import Stop
 from farhand.local_site.view.door import Door
-from farhand.local_site.view.page import Page
+from tests.browser.desk_page import page_of
 from tests.browser.operator_page import CHROMIUM, WAIT_MS, launch
 from tests.browser.raw_client import CAMERA, SUBPROTOCOL, RawClient, raw_connection
-from tests.local_site.robot_end import TASK, Desk, desk
 
 OUTSIDE = "evil.example", "console.example"
 
@@ -56,18 +55,6 @@ def browser() -> Iterator[Browser]:
         browser = launch(playwright, f"--host-resolver-rules={rules}")
         yield browser
         browser.close()
-
-
-@contextmanager
-def page_of(data_dir: Path, door: Door, port: int = 0) -> Iterator[tuple[Desk, int]]:
-    """A page on a console, and its port; what reaches the robot's end of the link is kept."""
-    with desk(data_dir) as it:
-        page = Page(it.console, TASK, None, door, port)
-        page.start()
-        try:
-            yield it.connected(), page.port
-        finally:
-            page.close()
 
 
 @contextmanager
@@ -108,7 +95,7 @@ def attack_on(port: int) -> str:
 
 
 def test_a_page_of_another_origin_presses_nothing(browser: Browser, tmp_path: Path) -> None:
-    with page_of(tmp_path, Door()) as (it, port), web_site(attack_on(port)) as other_port:
+    with page_of(tmp_path) as (it, page), web_site(attack_on(page.port)) as other_port:
         for host in ("evil.example", "127.0.0.1", "localhost"):
             tab = browser.new_page()
             tab.goto(f"http://{host}:{other_port}/")
@@ -124,7 +111,8 @@ def test_a_page_of_another_origin_presses_nothing(browser: Browser, tmp_path: Pa
 
 
 def test_a_rebound_name_shows_why_it_is_refused_and_nothing_else(browser: Browser, tmp_path: Path) -> None:
-    with page_of(tmp_path, Door()) as (it, port):
+    with page_of(tmp_path) as (it, page):
+        port = page.port
         tab = browser.new_page()
         answer = tab.goto(f"http://evil.example:{port}/")
         assert answer is not None and answer.status == 403
