@@ -12,6 +12,10 @@ from farhand.common.wire.messages import Stamp, Telemetry
 
 _LATE_S = 0.5
 _LOST_S = 2.0
+_OLD_S, _TOO_OLD_S = 1.0, 5.0
+"""How much older than the quickest of the last reports the newest one may be: late from here, lost from there [s]."""
+_AGED_S, _TOO_AGED_S = 5.0, 15.0
+"""However old reports usually are, from here they count as late, and from there as lost: the robot refuses them [s]."""
 _HEARTBEATS_KEPT = 2048
 _HISTORY = 600
 
@@ -30,7 +34,7 @@ class LinkView:
     """The link at one moment.
 
     Args:
-        health: Whether reports arrive.
+        health: Whether reports arrive, and are not much older than they usually are.
         silent_s: Time since the newest report arrived [s].
         round_trip_s: Newest measured round trip [s], None before the first.
         age_s: Estimated age of the newest report: its silence plus half the round trip [s].
@@ -92,11 +96,23 @@ class LinkMonitor:
         if self._arrived_s is None:
             return LinkView(LinkHealth.NEVER, float("inf"), newest, None, 0, 0)
         silent_s = now_s - self._arrived_s
-        health = LinkHealth.OK if silent_s < _LATE_S else LinkHealth.LATE
-        if silent_s >= _LOST_S:
-            health = LinkHealth.LOST
         age_s = silent_s + 0.5 * newest if newest is not None else None
+        excess_s = silent_s + self._ways_s[-1] - min(self._ways_s)
+        limits = [
+            (silent_s, _LATE_S, _LOST_S),
+            (excess_s, _OLD_S, _TOO_OLD_S),
+            (age_s or 0.0, _AGED_S, _TOO_AGED_S),
+        ]
+        health = LinkHealth.OK
+        if any(value >= late for value, late, _ in limits):
+            health = LinkHealth.LATE
+        if any(value >= lost for value, _, lost in limits):
+            health = LinkHealth.LOST
         return LinkView(health, silent_s, newest, age_s, self._n_received, self._n_missed)
+
+    def is_silent(self, now_s: float) -> bool:
+        """Decide whether nothing has arrived for so long that something may have been missed."""
+        return self._arrived_s is None or now_s - self._arrived_s >= _LOST_S
 
     def late_s(self, stamp: Stamp, now_s: float) -> float:
         """How much longer than the quickest of the last reports something that arrives now was on its way [s].

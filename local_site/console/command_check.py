@@ -38,6 +38,8 @@ def check(intent: intents.CommandRobot, picture: Picture) -> Telemetry:
         raise NotNow(f"{action} is not allowed in {robot.mode.name}, only in {modes_allowing(action)}")
     if action in (Action.PREVIEW, Action.EXECUTE) and not picture.confirmed_sha256:
         raise NotNow("the robot has confirmed no model: send it first")
+    if action in (Action.PREVIEW, Action.EXECUTE) and picture.standing.differs:
+        raise NotNow("the robot has another model than the one shown here: press Send model first")
     if action is Action.EXECUTE and picture.task.require_preview and not picture.plan_id:
         raise NotNow("the robot executes only what was previewed: press Preview first")
     if action is Action.COUPLE and picture.recording:

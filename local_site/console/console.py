@@ -172,6 +172,7 @@ class Console:
         now_s = self._now_s()
         if (suspended_s := self._suspend.suspended_s()) > 0.0:
             self._forget_what_was_asked(f"this computer was suspended for {suspended_s:.0f} s")
+        self._reports.expire_plan(now_s, self._models.confirmed_sha256(self._library.task.name))
         self._inquiries.tick(now_s)
         self._stop.tick()  # in virtual time nobody else does
         self._commanding.tick(self._reports.robot, now_s)

@@ -51,8 +51,14 @@ class Teaching:
                 learned = self._task.end()
                 self._tell("end", f"learned: {learned.model.n_components} components")
             case intents.Undo():
+                recording = self._task.recording
                 self._task.undo()
-                self._tell("undo", "the last demonstration was undone")
+                done = (
+                    "the recording under way was discarded"
+                    if recording
+                    else "the last demonstration was undone"
+                )
+                self._tell("undo", done)
             case intents.LoadSamples():
                 self._load_samples()
             case intents.Recover():

@@ -29,7 +29,7 @@ _GRIP_M = 0.93 * SIZE_M
 DEEP = re.compile("(7[5-9]|8[0-9]|9[0-5]) mm deep")
 _SEATED_OR_ENDED = """() => document.querySelector('[data-tp=phase]')?.textContent === 'SEATED'
   || document.querySelector('[data-tp=mode]')?.textContent !== 'AUTONOMOUS'"""
-_EXECUTE = (("Preview", "plan", re.compile("^plan [0-9]+ s old")), ("Execute", "mode", "AUTONOMOUS"))
+_EXECUTE = (("Preview", "plan", re.compile("^preview: [0-9]+ s left")), ("Execute", "mode", "AUTONOMOUS"))
 _TOWARDS_SEATED = {
     "DISARMED": (("Arm", "mode", "HOLD"), *_EXECUTE),
     "HOLD": _EXECUTE,

@@ -39,7 +39,7 @@ def play(tab: ArmPage, shoot: Callable[[str], None]) -> None:
     tab.slide("Speed [%]", SLOWLY_PERCENT)
     tab.says("pace", f"at {SLOWLY_PERCENT:.0f}%")
     tab.press("Preview")  # a picture may take longer than a preview counts
-    tab.says("plan", re.compile("^plan [0-9] s old$"))
+    tab.says("plan", re.compile("^preview: 5[0-9] s left$"))
     tab.command("Execute", "AUTONOMOUS")
     expect(tab.page.locator(".fh-remote")).to_contain_text("to go", timeout=WAIT_MS)
     shoot("page")

@@ -158,7 +158,7 @@ def test_the_other_task_takes_the_plug_out_again(tab: ArmPage) -> None:
     tab.says("demos", "5")
     tab.press("Send library")
     tab.tells("hot-stab: the robot has it already; hot-unstab: confirmed after")
-    tab.insist("Preview", "plan", re.compile("^plan [0-9]+ s old"))
+    tab.insist("Preview", "plan", re.compile("^preview: [0-9]+ s left"))
     tab.insist("Execute", "mode", "AUTONOMOUS")
     tab.says("phase", "ARRIVED")
     tab.says("depth", re.compile("^1[0-9][0-9] mm away"))

@@ -86,7 +86,7 @@ class Operator:
     def previewed(self) -> bool:
         """Ask for a preview; whether the page has it."""
         self.tab.press("Preview")
-        return self.tab.shows("plan [0-9] s old", timeout_s=20.0)
+        return self.tab.shows("preview: 5[0-9] s left", timeout_s=20.0)
 
     def drag(self) -> Iterator[None]:
         """A drag of the gizmo, away from the receptacle, in steps of a twentieth of a second; let go on the way."""

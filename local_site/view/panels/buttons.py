@@ -46,6 +46,10 @@ def _command(action: Action, label: str, colour: Colour = "blue") -> ButtonSpec:
     )
 
 
+def _robot_has_what_is_shown(picture: Picture) -> bool:
+    return bool(picture.confirmed_sha256) and not picture.standing.differs
+
+
 def _command_enabled(action: Action, picture: Picture) -> bool:
     """What the console would refuse is not offered; the console judges again when it is pressed."""
     if action is Action.STOP:
@@ -57,11 +61,10 @@ def _command_enabled(action: Action, picture: Picture) -> bool:
         return False
     match action:
         case Action.PREVIEW:
-            return bool(picture.confirmed_sha256)
+            return _robot_has_what_is_shown(picture)
         case Action.EXECUTE:
-            return bool(picture.confirmed_sha256) and bool(
-                picture.plan_id or not picture.task.require_preview
-            )
+            previewed = bool(picture.plan_id) or not picture.task.require_preview
+            return previewed and _robot_has_what_is_shown(picture)
         case Action.COUPLE:
             return not picture.recording
         case Action.RETRACT:

@@ -4,12 +4,25 @@ from __future__ import annotations
 
 import viser
 
-from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.model.ways import OUTSIDE, chosen_way, distance_from_taught
 from farhand.common.wire.path_points import points_of
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words import Words, words_of
+
+_REFUSAL_S = 12.0
+_ASKED = frozenset(map(str, Action)) | {
+    "record",
+    "end",
+    "undo",
+    "loadsamples",
+    "sendmodel",
+    "goto",
+    "align",
+    "renew",
+}
+"""What the operator asks for, by the names that notices have for it."""
 
 
 class Guidance:
@@ -24,9 +37,24 @@ class Guidance:
 
     def draw(self, picture: Picture) -> None:
         """Show it."""
+        refused = refusal(picture)
+        told = element("refusal", refused, "fh-not-done", tag="div") if refused else ""
+        hidden = {"hidden": ""} if refused else {}
         self._html.show(
-            f'<div class="fh-advice"><i>next</i>{element("advice", advice(picture), tag="div")}</div>'
+            f'<div class="fh-advice"><i>{"not done" if refused else "next"}</i>{told}'
+            f"{element('advice', advice(picture), tag='div', **hidden)}</div>"
         )
+
+
+def refusal(picture: Picture) -> str:
+    """Return why what the operator asked for last was not done, as long as it is news; empty otherwise."""
+    for notice in reversed(picture.notices):
+        if picture.now_s - notice.time_s > _REFUSAL_S:
+            return ""
+        if notice.what in _ASKED and not notice.who:
+            again = " Press it again." if "too late" in notice.text or "NOT DELIVERED" in notice.text else ""
+            return "" if notice.good else f"{str(notice.what).capitalize()}: {notice.text}.{again}"
+    return ""
 
 
 def advice(picture: Picture) -> str:

@@ -14,6 +14,7 @@ from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console.picture import Picture
+from farhand.local_site.exchange.reports import PLAN_GOOD_S
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.html import Html, element, text
 from farhand.local_site.view.panels.local_words import local_words
@@ -46,7 +47,8 @@ class StatusStrip:
     def draw(self, picture: Picture, ghost: Ghost | None, now_s: float) -> None:
         """Show the newest state."""
         age, words = self._age(picture, now_s), words_of(picture.task)
-        self._strip.show(f'<div class="fh-strip">{_cells(picture, age, now_s)}</div>')
+        old = " fh-strip-old" if picture.link.health is not LinkHealth.OK else ""
+        self._strip.show(f'<div class="fh-strip{old}">{_cells(picture, age, now_s)}</div>')
         self._alarm.show(_alarm(picture, ghost, now_s))
         self._titles.show(
             '<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> '
@@ -70,7 +72,8 @@ def _cells(picture: Picture, age: str, now_s: float) -> str:
     link = _LINK_WORDS[picture.link.health]
     holder = _HOLDERS.get(mode, "NOBODY") if mode is not None else "NOBODY"
     pending = ", ".join(_pending_words(picture, now_s))
-    plan = f"plan {math.floor(now_s - picture.plan_received_s)} s old" if picture.plan_id else ""
+    left_s = math.ceil(picture.plan_received_s + PLAN_GOOD_S - now_s)
+    plan = f"preview: {max(left_s, 0)} s left" if picture.plan_id else ""
     learned = picture.learned
     model = picture.forming or (learned.model if learned else None)
     n_components = model.n_components if model else 0
@@ -112,9 +115,22 @@ def _stop_words(stop: StopStatus, picture: Picture, ghost: Ghost | None, now_s: 
         return f"STOP RECEIVED, the robot stood; it has not reported since ({waited_s} s)"
     if stop.received:
         return f"STOP RECEIVED, the robot is braking ({waited_s} s)"
-    end = "" if ghost is None or ghost.done else f", expected done in {math.ceil(ghost.left_s)} s"
-    continues = f", robot continues ({picture.mode.name}{end})" if picture.mode is not None else ""
-    return f"STOP NOT DELIVERED {waited_s} s{continues}"
+    return f"STOP NOT DELIVERED {waited_s} s{_last_known(picture, ghost, now_s)}"
+
+
+def _last_known(picture: Picture, ghost: Ghost | None, now_s: float) -> str:
+    """What the robot did when it was last heard: what it does by now is not known."""
+    if picture.mode is None or picture.link.age_s is None:
+        return ""
+    heard_s = math.floor(picture.link.age_s + now_s - picture.now_s)
+    end = (
+        ""
+        if ghost is None
+        else ", by its plan done"
+        if ghost.done
+        else f", by its plan done in {math.ceil(ghost.left_s)} s"
+    )
+    return f": the robot was {picture.mode.name} when last heard {heard_s} s ago{end}"
 
 
 def _pace(picture: Picture) -> str:

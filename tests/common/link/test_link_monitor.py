@@ -105,3 +105,39 @@ def test_what_an_outage_held_up_is_late_by_the_time_it_waited():
     assert monitor.late_s(stamp(4.5), arrives_s(4.5, 24.0)) == pytest.approx(24.0)
     assert monitor.late_s(stamp(30.0), arrives_s(30.0)) == pytest.approx(0.0, abs=1e-9)
     assert monitor.late_s(Stamp("next boot", 0), 5.0) == 0.0
+
+
+def aged(seq: int, age_s: float, now_s: float) -> Telemetry:
+    return Telemetry(
+        seq=seq, stamp=Stamp("boot", round((now_s - age_s) * 1e9)), mode=ControlMode.HOLD, position_m=(0.0, 0.0),
+        frame_origin_m=(0.0, 0.0),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("age_s", "health"),
+    [
+        (0.3, LinkHealth.OK),
+        (1.2, LinkHealth.OK),
+        (1.4, LinkHealth.LATE),
+        (5.2, LinkHealth.LATE),
+        (18.8, LinkHealth.LOST),
+    ],
+)
+def test_reports_that_keep_coming_but_grow_old_are_not_ok(age_s: float, health: LinkHealth) -> None:
+    """A.1: 18.8 s old, and the page said LINK OK."""
+    monitor = LinkMonitor()
+    for seq in range(1, 200):
+        now_s = 100.0 + 0.04 * seq
+        monitor.received(aged(seq, 0.3 + (age_s - 0.3) * seq / 199, now_s), now_s)
+    monitor.received(aged(200, age_s, 108.0), 108.0)
+    assert monitor.view(108.0).health is health
+    assert not monitor.is_silent(108.0)  # nothing was missed
+
+
+def test_reports_that_are_old_from_the_first_are_not_ok_either() -> None:
+    for round_trip_s, health in ((2.0, LinkHealth.OK), (11.0, LinkHealth.LATE), (40.0, LinkHealth.LOST)):
+        monitor = LinkMonitor()
+        monitor.heartbeat_sent(7, 1.0)
+        monitor.received(report(1, echo=7), 1.0 + round_trip_s)
+        assert monitor.view(1.0 + round_trip_s).health is health

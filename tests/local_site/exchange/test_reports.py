@@ -116,3 +116,21 @@ def test_a_report_that_is_older_than_the_preview_does_not_end_it():
     desk.reports.on_path(preview, 0.1)
     desk.report(9, 0.2, mode=ControlMode.DIRECT)
     assert desk.reports.plan_id == 7
+
+
+def test_a_preview_that_no_longer_counts_is_not_shown() -> None:
+    """A.4: not after a minute, and not of a model that the robot has no more."""
+    for now_s, sha256, counts in (
+        (60.0, "", True),
+        (60.1, "", False),
+        (1.0, "a" * 64, True),
+        (1.0, "b" * 64, False),
+    ):
+        reports = Desk().reports
+        preview = PlannedPath(
+            path_id=1, plan_id=3, stamp=Stamp("one", 1), model_sha256="a" * 64, n_coordinates=2, step_s=0.1, points=b"",
+            reaches_end=True,
+        )  # fmt: skip
+        reports.on_path(preview, 0.0)
+        reports.expire_plan(now_s, sha256)
+        assert (reports.plan_id == 3, reports.path is preview) == (counts, counts)
