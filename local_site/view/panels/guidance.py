@@ -13,15 +13,9 @@ from farhand.local_site.view.panels.words import Words, words_of
 
 _REFUSAL_S = 12.0
 _ASKED = frozenset(map(str, Action)) | {
-    "record",
-    "end",
-    "undo",
-    "loadsamples",
-    "sendmodel",
-    "goto",
-    "align",
-    "renew",
-}
+    "record", "end", "undo", "load samples", "samples", "recover", "go to", "start anew", "delete", "send model",
+    "send library", "new place", "align",
+}  # fmt: skip
 """What the operator asks for, by the names that notices have for it."""
 
 

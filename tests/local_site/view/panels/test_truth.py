@@ -1,0 +1,101 @@
+"""What the page says is what is known: old is said to be old, and a refusal is told where one looks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.link.link_monitor import LinkHealth, LinkView
+from farhand.common.wire.messages import Stamp, Telemetry
+from farhand.local_site.console import intents
+from farhand.local_site.console.command_check import check
+from farhand.local_site.console.picture import Picture
+from farhand.local_site.exchange.notices import Notice
+from farhand.local_site.exchange.stop_sender import StopStatus
+from farhand.local_site.teaching.lesson import NotNow
+from farhand.local_site.view.panels.buttons import ROBOT
+from farhand.local_site.view.panels.guidance import refusal
+from farhand.local_site.view.panels.status_strip import _alarm, _cells
+from tests.local_site.robot_end import desk
+
+ROBOT_IN = Telemetry(
+    seq=1,
+    stamp=Stamp("boot", 1),
+    mode=ControlMode.AUTONOMOUS,
+    position_m=(0.5, 0.5),
+    frame_origin_m=(0.7, 0.3),
+)
+LOST = LinkView(LinkHealth.LOST, 9.7, 0.6, 10.0, 100, 0)
+
+
+def seen(base: Picture, **changes: object) -> Picture:
+    return replace(base, now_s=100.0, robot=ROBOT_IN, link=LOST, **changes)  # pyright: ignore[reportArgumentType]
+
+
+def test_a6_a_stop_that_was_not_delivered_claims_nothing_about_now(nothing_yet: Picture) -> None:
+    stop = StopStatus(pressed_s=98.0, received=False, standing=False)
+    words = _alarm(seen(nothing_yet, stop=stop), None, 100.0)
+    assert "STOP NOT DELIVERED 2 s: the robot was AUTONOMOUS when last heard 10 s ago" in words
+    assert "continues" not in words
+    assert "STOP NOT DELIVERED 2 s<" in _alarm(replace(nothing_yet, now_s=100.0, stop=stop), None, 100.0)
+
+
+def test_a4_a_preview_says_how_long_it_counts(nothing_yet: Picture) -> None:
+    picture = seen(nothing_yet, plan_id=3, plan_received_s=92.0)
+    assert "preview: 52 s left" in _cells(picture, "10 s", 100.0)
+    assert "preview" not in _cells(replace(picture, plan_id=0), "10 s", 100.0)
+
+
+def notice(what: str, text: str, at_s: float, good: bool = False, who: str = "") -> Notice:
+    return Notice(at_s, what, text, good=good, who=who)
+
+
+@pytest.mark.parametrize(
+    ("notices", "told"),
+    [
+        ([notice("execute", "refused: too late", 95.0)], "Execute: refused: too late. Press it again."),
+        ([notice("abort", "NOT DELIVERED: the robot did not answer", 99.0)], "Press it again."),
+        ([notice("load samples", "refused: not now", 99.0)], "Load samples: refused: not now."),
+        ([notice("execute", "refused: too late", 80.0)], ""),
+        ([notice("execute", "refused: x", 95.0), notice("execute", "done", 97.0, good=True)], ""),
+        ([notice("execute", "refused: x", 95.0, who="bob")], ""),
+        ([notice("guard", "the force limit", 99.0)], ""),
+        ([], ""),
+    ],
+)
+def test_a10_a_refusal_is_told_where_the_next_step_is(
+    nothing_yet: Picture, notices: list[Notice], told: str
+) -> None:
+    words = refusal(seen(nothing_yet, notices=tuple(notices)))
+    assert told in words and bool(words) is bool(told)
+
+
+@pytest.mark.parametrize("action", [Action.PREVIEW, Action.EXECUTE])
+def test_a3_what_is_previewed_and_executed_is_the_model_that_is_shown(
+    nothing_yet: Picture, action: Action
+) -> None:
+    one, other = "a" * 64, "b" * 64
+    for learned, has in ((one, True), (other, False)):
+        task = replace(nothing_yet.tasks[0], learned_sha256=learned, confirmed_sha256=one, robot_does=True)
+        picture = replace(
+            nothing_yet, robot=structs.replace(ROBOT_IN, mode=ControlMode.HOLD), tasks=(task,), confirmed_sha256=one,
+            in_control=True, plan_id=3,
+        )  # fmt: skip
+        button = next(spec for spec in ROBOT if spec.label.lower() == action)
+        assert button.enabled(picture) is has
+        if has:
+            check(intents.CommandRobot(action), picture)
+        else:
+            with pytest.raises(NotNow, match="Send model"):
+                check(intents.CommandRobot(action), picture)
+
+
+def test_a14_a_recording_that_is_thrown_away_is_not_called_a_demonstration(tmp_path: Path) -> None:
+    with desk(tmp_path) as it:
+        it.console.submit(intents.Record())
+        it.console.submit(intents.Undo())
+        it.told("undo: the recording under way was discarded")
