@@ -96,6 +96,6 @@ def test_a3_what_is_previewed_and_executed_is_the_model_that_is_shown(
 
 def test_a14_a_recording_that_is_thrown_away_is_not_called_a_demonstration(tmp_path: Path) -> None:
     with desk(tmp_path) as it:
-        it.console.submit(intents.Record())
+        it.console.submit(intents.RecordDemonstration())
         it.console.submit(intents.Undo())
         it.told("undo: the recording under way was discarded")
