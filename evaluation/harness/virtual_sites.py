@@ -15,7 +15,7 @@ from farhand.common.link.link import Link
 from farhand.common.repertoire import TaskSet
 from farhand.local_site.console.console import PERIOD_S, Console
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.workcell.workcell import make_workcell
+from farhand.local_site.workcell.workcell import SampleFiles, make_workcell, no_files
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.planner import PlanRequest, answer
@@ -115,6 +115,7 @@ class VirtualSites:
         settings: Of the link at first.
         config: Of the robot.
         hooks: For who watches the robot.
+        sample_files: The demonstrations that come with each task.
     """
 
     def __init__(
@@ -123,8 +124,9 @@ class VirtualSites:
         settings: LinkSettings,
         config: RemoteConfig | None = None,
         hooks: Hooks | None = None,
+        sample_files: SampleFiles = no_files,
     ):
-        self.task, self.library = library.task, library
+        self.task, self.library, self._sample_files = library.task, library, sample_files
         self.config, self.hooks = config or RemoteConfig(), hooks or Hooks()
         self.time = VirtualTime(start_s=1.0)
         self.link = VirtualLink(self.time, settings)
@@ -189,7 +191,7 @@ class VirtualSites:
         self.console_end = self.link.local_end()
         self.console = Console(
             self.library, self.console_end, "operator", now_s=self.time.now_s,
-            rate_bps=self.config.link.rate_bps, place=make_workcell(self.task, stepped=True),
+            rate_bps=self.config.link.rate_bps, place=make_workcell(self.task, self._sample_files, stepped=True),
         )  # fmt: skip
         self.console.listen()
         self._console_tick(life)

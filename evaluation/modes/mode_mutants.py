@@ -13,7 +13,7 @@ from farhand.common.control_mode import TABLE, Action, Cause, ControlMode, Guard
 from farhand.common.wire.messages import CommandReply
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.motion.plans import Plans
-from farhand.remote_site.supervision.command_log import CommandLog
+from farhand.remote_site.supervision.admission import CommandLog
 from farhand.remote_site.supervision.freshness import Freshness, Verdict
 from farhand.remote_site.supervision.guards import ForceGuard, SightGuard
 from farhand.remote_site.supervision.recordings import Recordings

@@ -42,8 +42,15 @@ _LIMITS: dict[str, tuple[float, str]] = {
     "duration_mean_s": (MOST_S, "s"),
     "elapsed_mean_s": (MOST_S, "s"),
     "duration_variance_s2": (MOST_S**2, "s^2"),
-    "start_gains": (_MOST_GAIN, ""),
-    "elapsed_gains": (_MOST_GAIN, "s/m"),
+}
+# The same for the fields of a way.
+_WAY_LIMITS: dict[str, tuple[float, str]] = {
+    "points": (MOST_M, "m"),
+    "duration_s": (MOST_S, "s"),
+    "gains": (_MOST_GAIN, ""),
+    "time_gains": (_MOST_GAIN, "1/m"),
+    "duration_gains": (_MOST_GAIN, "1/m"),
+    "deviations": (MOST_M, "m"),
 }
 
 
@@ -151,24 +158,35 @@ def _check_numbers(model: TPHSMM) -> None:
     Raises:
         InvalidModel: Naming the field.
     """
-    for name, (most, unit) in _LIMITS.items():
-        largest = float(np.abs(getattr(model, name)).max())
-        if largest > most:
-            raise InvalidModel("model", name, f"at most {most:g} {unit}".rstrip() + f", got {largest:.3g}")
+    _check_sizes(model, _LIMITS)
+    for way in model.ways:
+        _check_sizes(way, _WAY_LIMITS, "ways.")
+        _check_variances("ways.covariances", way.covariances)
     if model.max_distance_m > MOST_M:
         raise InvalidModel("model", "max_distance_m", f"at most {MOST_M:g} m, got {model.max_distance_m:.3g}")
     for name in ("covariances", "residual_covariances", "start_covariances"):
-        variances = np.linalg.eigvalsh(getattr(model, name))
-        least, most = float(variances.min()), float(variances.max())
-        if least < LEAST_VARIANCE or most > MOST_VARIANCE:
+        _check_variances(name, getattr(model, name))
+
+
+def _check_sizes(owner: object, limits: dict[str, tuple[float, str]], prefix: str = "") -> None:
+    for name, (most, unit) in limits.items():
+        largest = float(np.abs(getattr(owner, name)).max())
+        if largest > most:
             raise InvalidModel(
-                "model", name, f"variances from {LEAST_VARIANCE:g} to {MOST_VARIANCE:g}, got {least:.3g} to {most:.3g}"
-            )  # fmt: skip
-        condition = float((variances[..., -1] / variances[..., 0]).max())
-        if condition > MOST_CONDITION:
-            raise InvalidModel(
-                "model", name, f"a condition of {MOST_CONDITION:g} at most, got {condition:.3g}"
+                "model", prefix + name, f"at most {most:g} {unit}".rstrip() + f", got {largest:.3g}"
             )
+
+
+def _check_variances(name: str, covariances: Array) -> None:
+    variances = np.linalg.eigvalsh(covariances)
+    least, most = float(variances.min()), float(variances.max())
+    if least < LEAST_VARIANCE or most > MOST_VARIANCE:
+        raise InvalidModel(
+            "model", name, f"variances from {LEAST_VARIANCE:g} to {MOST_VARIANCE:g}, got {least:.3g} to {most:.3g}"
+        )  # fmt: skip
+    condition = float((variances[..., -1] / variances[..., 0]).max())
+    if condition > MOST_CONDITION:
+        raise InvalidModel("model", name, f"a condition of {MOST_CONDITION:g} at most, got {condition:.3g}")
 
 
 def _try_out(model: TPHSMM) -> None:

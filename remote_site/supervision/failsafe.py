@@ -8,8 +8,8 @@ from farhand.common.control_mode import ControlMode, Guard
 from farhand.common.log import loop_logger
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.supervision.black_box import BlackBox
+from farhand.remote_site.supervision.guards import Trip
 from farhand.remote_site.supervision.mode_machine import ModeMachine
-from farhand.remote_site.supervision.watch import Trip
 
 _log = loop_logger(__name__)
 

@@ -20,9 +20,9 @@ from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.motion.previews import Previews
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.supervision.events import Announce, Events
+from farhand.remote_site.supervision.guards import Trip
 from farhand.remote_site.supervision.recordings import Recordings
 from farhand.remote_site.supervision.stops import Stops
-from farhand.remote_site.supervision.watch import Trip
 
 # What the robot calls what a guard did.
 _KINDS = {

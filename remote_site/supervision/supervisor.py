@@ -33,16 +33,15 @@ from farhand.remote_site.motion.motion import Motion, Outcome
 from farhand.remote_site.motion.planner import PlanRequest
 from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.supervision.admission import Admission, CommandLog
 from farhand.remote_site.supervision.black_box import BlackBox
-from farhand.remote_site.supervision.command_judge import Admission
-from farhand.remote_site.supervision.command_log import CommandLog
 from farhand.remote_site.supervision.events import Announce, Events, Write
 from farhand.remote_site.supervision.failsafe import Failsafe
+from farhand.remote_site.supervision.guards import Guards, Trip
 from farhand.remote_site.supervision.mode_machine import ModeMachine
 from farhand.remote_site.supervision.model_reception import ModelReception
 from farhand.remote_site.supervision.recordings import Recordings
 from farhand.remote_site.supervision.session import OperatorSession
-from farhand.remote_site.supervision.watch import Guards, Trip
 
 
 class Supervisor:

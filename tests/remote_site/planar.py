@@ -65,8 +65,7 @@ def cyclic(n: int) -> TPHSMM:
     arrays = {
         name: np.array(np.take(getattr(base, name), pick, axis=0 if getattr(base, name).ndim == 1 else 1))
         for name in ("initial", "means", "covariances", "duration_mean_s", "duration_variance_s2", "counts", "phase",
-                     "elapsed_mean_s", "slopes", "residual_covariances", "start_means", "start_covariances",
-                     "start_gains", "elapsed_gains")
+                     "elapsed_mean_s", "slopes", "residual_covariances", "start_means", "start_covariances")
     }  # fmt: skip
     initial = np.zeros(n)
     initial[0] = 1.0
@@ -74,5 +73,11 @@ def cyclic(n: int) -> TPHSMM:
     leaves[-1] = 1.0
     arrays |= {"initial": initial, "phase": rng.permutation(np.linspace(0.0, 1.0, n))}
     return replace(
-        base, transition=transition, time_share=transition / 2.0, exit=leaves, terminal=terminal, **arrays
+        base,
+        transition=transition,
+        time_share=transition / 2.0,
+        exit=leaves,
+        terminal=terminal,
+        ways=(),
+        **arrays,
     )

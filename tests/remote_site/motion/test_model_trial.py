@@ -44,20 +44,17 @@ def with_one(name: str, value: Any, component: int = 2) -> TPHSMM:
 EYE = np.eye(2)
 WILD: dict[str, tuple[str, Any]] = {
     "starts that are denormal": ("start_covariances", 6e-8**2 * EYE),
-    "a wide start beside a denormal one": ("start_covariances", np.diag([6e4**2, 6e-8**2])),
-    "starts as wide as the sea": ("start_covariances", 6e4**2 * EYE),
+    "a wide start beside a denormal one": ("start_covariances", np.diag([6e2**2, 6e-8**2])),
+    "starts as wide as the sea": ("start_covariances", 6e2**2 * EYE),
     "a denormal covariance": ("covariances", 1e-30 * EYE),
-    "a vast covariance": ("covariances", 1e20 * EYE),
+    "a vast covariance": ("covariances", 1e5 * EYE),
     "a flat covariance": ("covariances", np.diag([1e3, 1e-11])),
     "a denormal residual": ("residual_covariances", 1e-20 * EYE),
-    "centuries": ("duration_mean_s", 1e9),
-    "an elapsed century": ("elapsed_mean_s", 1e9),
-    "a duration known to a century": ("duration_variance_s2", 1e18),
-    "a mean on the moon": ("means", 3.8e8),
-    "a start on the moon": ("start_means", 3.8e8),
-    "a slope like light": ("slopes", 3e8),
-    "a gain beyond measure": ("start_gains", 6e4),
-    "an elapsed gain beyond measure": ("elapsed_gains", 6e4),
+    "centuries": ("duration_mean_s", 1e5),
+    "an elapsed century": ("elapsed_mean_s", 1e5),
+    "a mean on the moon": ("means", 3.8e5),
+    "a start on the moon": ("start_means", 3.8e5),
+    "a slope like light": ("slopes", 3e5),
 }
 
 
@@ -70,6 +67,19 @@ def test_what_nobody_demonstrates_is_refused_with_its_field(case: str):
     reply = bench.send_model(transfer(with_one(field, value)))
     assert not reply.accepted and field in reply.reason
     assert not bench.command(Action.EXECUTE, model_sha256=reply.sha256).accepted
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("points", 3.8e8), ("gains", 6e4), ("time_gains", 6e4), ("duration_gains", 6e4)],
+)
+def test_a_way_that_nobody_demonstrates_is_refused_with_its_field(field: str, value: float):
+    model = planar_model()
+    wild = np.full_like(getattr(model.ways[0], field), value)
+    outcome = trial_of(
+        replace(model, ways=(replace(model.ways[0], **{field: wild}), *model.ways[1:]))
+    ).outcome()
+    assert isinstance(outcome, InvalidModel) and outcome.field == f"ways.{field}"
 
 
 def test_what_the_samples_teach_is_confirmed():
@@ -99,7 +109,7 @@ def test_more_components_than_are_executed_in_time_are_refused():
 @settings(max_examples=60, deadline=None)
 @given(
     field=st.sampled_from(["means", "start_means", "slopes", "duration_mean_s", "duration_variance_s2",
-                           "elapsed_mean_s", "start_gains", "elapsed_gains", "phase", "covariances",
+                           "elapsed_mean_s", "phase", "covariances",
                            "residual_covariances", "start_covariances"]),
     exponent=st.floats(-45.0, 38.0),
     component=st.integers(0, 7),
@@ -108,8 +118,8 @@ def test_of_any_size_a_number_is_refused_with_its_field_or_the_model_can_be_exec
     field: str, exponent: float, component: int
 ):
     value = 10.0**exponent
-    model = with_one(field, value * EYE if "covariances" in field else value, component)
     try:
+        model = with_one(field, value * EYE if "covariances" in field else value, component)
         _check_numbers(model)
     except InvalidModel as error:
         assert error.field == field

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from farhand.common.control_mode import ControlMode
 from farhand.common.wire.messages import CommandReply, Stamp
-from farhand.remote_site.supervision.command_log import CommandLog
+from farhand.remote_site.supervision.admission import CommandLog
 
 
 def reply(command_id: str, accepted: bool = True) -> CommandReply:

@@ -6,7 +6,7 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode, Guard, Phase, mode_after
 from farhand.common.wire.messages import Event, Stop
-from farhand.remote_site.supervision.watch import Trip
+from farhand.remote_site.supervision.guards import Trip
 from tests.remote_site.bench import DT_S, Bench, FeelingPlant, in_mode
 
 BY_TRIP = [g for g in Guard if g not in (Guard.MANOEUVRE_ENDED, Guard.FORCE)]

@@ -7,7 +7,7 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode, Guard, Phase
 from farhand.remote_site.interface.embodiment import Guidance
-from farhand.remote_site.supervision.watch import Guards
+from farhand.remote_site.supervision.guards import Guards
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant
 
 DEADLINE_S = 0.5

@@ -1,12 +1,14 @@
-"""May a command run now? By lease, age, the table of modes, the model and the plan that it names."""
+"""Admission of commands: checks lease, age, mode, model and plan; runs a command at most once in a boot."""
 
 from __future__ import annotations
+
+from collections import OrderedDict
 
 import numpy as np
 
 from farhand.common.control_mode import Action, ControlMode, Phase, mode_after, modes_allowing
 from farhand.common.repertoire import TaskSet
-from farhand.common.wire.messages import Command, Stamp
+from farhand.common.wire.messages import Command, CommandReply, Stamp
 from farhand.remote_site.interface.embodiment import Skill
 from farhand.remote_site.motion.execution import start_refusal
 from farhand.remote_site.motion.model_store import ModelStore
@@ -85,3 +87,23 @@ class Admission:
             situation = self._plans.situation(command.model_sha256, now)
             return self._plans.refusal(command.plan_id, situation, self._contact.usual_age_s)
         return "", None
+
+
+_KEPT = 4096
+
+
+class CommandLog:
+    """The answers that were given, by command id."""
+
+    def __init__(self) -> None:
+        self._replies: OrderedDict[str, CommandReply] = OrderedDict()
+
+    def reply_to(self, command_id: str) -> CommandReply | None:
+        """The answer that this command got before, or None for a new one."""
+        return self._replies.get(command_id)
+
+    def remember(self, reply: CommandReply) -> None:
+        """Keep an answer."""
+        self._replies[reply.command_id] = reply
+        if len(self._replies) > _KEPT:
+            self._replies.popitem(last=False)
