@@ -52,7 +52,7 @@ _PUBLIC = {
     "roll_out": "farhand.remote_site.reproduction.rollout",
     "EffectorState": "farhand.remote_site.interface.plant",
     "Plant": "farhand.remote_site.interface.plant",
-    "Perception": "farhand.remote_site.perception.perception",
+    "Perception": "farhand.remote_site.interface.perception",
     "Embodiment": "farhand.remote_site.interface.embodiment",
     "FarhandError": "farhand.common.errors",
     "InvalidInput": "farhand.common.errors",

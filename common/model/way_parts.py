@@ -33,7 +33,12 @@ def bytes_of(way: Way) -> bytes:
             np.round(np.concatenate([places, turns], axis=-1)).astype("<i2").tobytes(),
             np.round(way.time_shares * _WHOLE).astype("<u2").tobytes(),
             *(_half(way.gains[:, 1:-1, part, part]) for part in space.parts),
-            *(_half(_triangles(np.linalg.cholesky(way.covariances[..., p, p]))) for p in space.parts),
+            *(
+                _half(
+                    _triangles(np.asarray(np.linalg.cholesky(way.covariances[..., p, p]), dtype=np.float64))
+                )
+                for p in space.parts
+            ),
             *((_triangles(way.start_covariance[p, p]) + 0.0).astype("<f4").tobytes() for p in space.parts),
             _half(way.time_gains),
             _half(way.duration_gains),

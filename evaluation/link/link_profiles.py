@@ -156,7 +156,6 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 Array = NDArray[np.float64]
-Case = dict[str, Any]
 Measure = Callable[[TPHSMM], dict[str, float]]
 
 KINDS = ("planar", "poses")

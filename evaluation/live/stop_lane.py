@@ -21,7 +21,6 @@ import random
 import tempfile
 import threading
 import time
-from functools import partial
 from importlib.metadata import version
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -148,14 +147,18 @@ class _Site:
             case "writes":
                 return [intents.Undo()]
             case "waits for the arm":
-                self._place._jobs.put(partial(threading.Event().wait, _BLOCKED_S))
+                self._place._jobs.put(self._pause)
                 return [intents.ResetArm()]
             case "is dead-locked":
-                console.owner.put(partial(threading.Event().wait, _BLOCKED_S))
+                console.owner.put(self._pause)
                 return []
             case _:
-                self._place._jobs.put(partial(threading.Event().wait, _BLOCKED_S))
+                self._place._jobs.put(self._pause)
                 return [intents.Undo(), intents.ResetArm(), intents.Undo()]
+
+    @staticmethod
+    def _pause() -> None:
+        threading.Event().wait(_BLOCKED_S)
 
     def _slow_fsync(self, _descriptor: int) -> None:
         time.sleep(self._slow_s)

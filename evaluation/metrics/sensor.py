@@ -64,7 +64,7 @@ class Sensor:
     def _jumps_m(self, random: np.random.Generator, time_s: Array, n_dims: int) -> Array:
         """How far the lost marker is reported from where it is [m]. Shape (T, D)."""
         away = np.zeros((time_s.size, n_dims))
-        for begin_s in random.uniform(*time_s[[0, -1]], random.poisson(self.jumps_hz * np.ptp(time_s))):
+        for begin_s in random.uniform(time_s[0], time_s[-1], random.poisson(self.jumps_hz * np.ptp(time_s))):
             lost = (time_s >= begin_s) & (time_s < begin_s + random.uniform(*_LOST_S))
             away[lost] = random.uniform(-0.5, 0.5, n_dims)
         return away
@@ -73,7 +73,7 @@ class Sensor:
         """Which samples are not missing. Shape (T,)."""
         present = np.ones(time_s.size, np.bool_)
         for begin_s in random.uniform(
-            *time_s[[0, -1]], random.poisson(self.missing * np.ptp(time_s) / _GAP_S)
+            time_s[0], time_s[-1], random.poisson(self.missing * np.ptp(time_s) / _GAP_S)
         ):
             present[(time_s >= begin_s) & (time_s < begin_s + random.exponential(_GAP_S))] = False
         present[[0, -1]] = True

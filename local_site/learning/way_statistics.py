@@ -105,7 +105,7 @@ class WayStatistics:
             S=ours.S + theirs.S + r * np.einsum("pt,pu->ptu", s, s),
             C=ours.C + theirs.C + r * np.einsum("pkt,pu->pktu", x, s),
             V=ours.V + theirs.V + r * np.einsum("pkt,pku->pktu", x, x),
-            c=ours.c + theirs.c + r * np.outer(tau[COARSE], s[-1]),
+            c=ours.c + theirs.c + r * tau[COARSE][:, None] * s[-1],
             d=ours.d + theirs.d + r * longer * s[-1],
         )
 
