@@ -73,17 +73,19 @@ class RawClient:
 
     def shows(self, words: str, timeout_s: float) -> bool:
         """Wait until an element is sent that has these words, a regular expression. False when none was in time."""
-        end_s = time.monotonic() + timeout_s
-        while (left_s := end_s - time.monotonic()) > 0.0:
+        return not self.misses({words}, timeout_s)
+
+    def misses(self, words: set[str], timeout_s: float) -> set[str]:
+        """Wait until each of these regular expressions was found in an element; return those that were not in time."""
+        end_s, missing = time.monotonic() + timeout_s, set(words)
+        while missing and (left_s := end_s - time.monotonic()) > 0.0:
             try:
                 messages = self.receive(left_s)
             except TimeoutError:
-                return False
-            if any(
-                re.search(words, str(message.get("updates", message.get("props")))) for message in messages
-            ):
-                return True
-        return False
+                break
+            sent = [str(message.get("updates", message.get("props"))) for message in messages]
+            missing = {each for each in missing if not any(re.search(each, text) for text in sent)}
+        return missing
 
     def shows_pose(self, name: str, position_m: NDArray[np.float64], timeout_s: float) -> bool:
         """Wait until a node is sent to be at a place. False when it was not in time."""
