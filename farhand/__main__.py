@@ -1,6 +1,8 @@
 """`python -m farhand`: the same as the command `farhand`."""
 
-from farhand.deploy.cli import main
+import sys
+
+from farhand.deploy.entry import run
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run())

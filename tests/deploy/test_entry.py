@@ -61,3 +61,11 @@ def test_a_command_that_is_installed_runs_its_own_code():
 def test_a_process_is_run_from_the_folder_of_this_code():
     assert Path(own_command("up")[2]).is_relative_to(Path(__file__).resolve().parents[2])
     assert Path(ROOT, "farhand", "deploy", "cli.py").is_file()
+
+
+def test_python_m_farhand_is_the_command_with_its_exit_status():
+    done = subprocess.run(
+        [sys.executable, "-m", "farhand", "link", "--profile=none"],
+        capture_output=True, text=True, timeout=PATIENCE_S, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2 and done.stderr.startswith("farhand: ")
