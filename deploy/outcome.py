@@ -57,8 +57,13 @@ def status_of(command: Command) -> int:
         )
 
 
+def _on_one_line(text: str) -> str:
+    """Escape the line feeds and other control characters of a name that an error quotes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def _failed(why: str, status: int) -> int:
-    sys.stderr.write(f"farhand: {why}\n")
+    sys.stderr.write(f"farhand: {_on_one_line(why)}\n")
     return status
 
 

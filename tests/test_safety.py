@@ -30,6 +30,7 @@ COMPLETE = {
         "_TRIED_STARTS",
         "_MOST_WAITING",
         "_LIMITS",
+        "_WAY_LIMITS",
     },
 }
 

@@ -37,14 +37,15 @@ class BlackBox:
                 sensed.effector.velocity_m_s,
                 sensed.frames[0].b,
                 execution.component if execution else -1,
+                execution.executor.way if execution else -1,
             )
         )
 
     def dump(self) -> None:
         """Write all of it down, and begin anew."""
-        for t_s, mode, position, velocity, origin, component in self._rows:
+        for t_s, mode, position, velocity, origin, component, way in self._rows:
             self._write(
                 kind="black box", t_s=t_s, mode=mode, position_m=position.tolist(),
-                velocity_m_s=velocity.tolist(), frame_origin_m=origin.tolist(), component=component,
+                velocity_m_s=velocity.tolist(), frame_origin_m=origin.tolist(), component=component, way=way,
             )  # fmt: skip
         self._rows.clear()

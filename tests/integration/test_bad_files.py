@@ -93,7 +93,7 @@ def drop_a_component(content: dict) -> None:
 BAD_MODELS = {
     "nan": (rewritten(put_a_nan), "means: finite numbers only"),
     "shape": (rewritten(drop_a_component), ""),
-    "schema": (rewritten(lambda content: content.update(schema=1)), "schema: version 2, got 1"),
+    "schema": (rewritten(lambda content: content.update(schema=1)), "schema: version 3, got 1"),
     "unknown": (rewritten(lambda content: content.update(colour="red")), "colour: no such field"),
     "truncated": (truncated, "a whole model file; this one is truncated"),
     "foreign": (foreign, ""),

@@ -14,8 +14,7 @@ from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.repertoire import TaskSet
 from farhand.common.wire import keys
-from farhand.common.wire.codec import decode
-from farhand.common.wire.messages import CommandReply, Event, MoveTarget, Telemetry
+from farhand.common.wire.messages import CommandReply, EventsReply, EventsRequest, MoveTarget, Telemetry
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.site import RemoteSite
 from tests.ports import free_port
@@ -67,15 +66,6 @@ def test_a_suspended_robot_begins_again_disarmed_and_refuses_what_was_asked_befo
 ):
     computer = Computer(monkeypatch)
     with running(tmp_path) as operator:
-        told: list[Event] = []
-        heard = threading.Event()
-
-        def hear(data: bytes) -> None:
-            told.append(decode(data, Event))
-            if told[-1].kind == "restarted":
-                heard.set()
-
-        operator.link.subscribe(keys.EVENT, hear)
         before = operator.bring_to_hold()
         stale = operator.new_command(Action.COUPLE)
         computer.suspend()
@@ -84,8 +74,9 @@ def test_a_suspended_robot_begins_again_disarmed_and_refuses_what_was_asked_befo
         assert after.position_m == pytest.approx(before.position_m)
         reply = operator.ask(keys.COMMAND, stale, CommandReply)
         assert not reply.accepted and operator.report().mode is ControlMode.DISARMED
-        assert heard.wait(60.0)
-        (event,) = [event for event in told if event.kind == "restarted"]
+        # Its events are kept for who was not connected when they were announced.
+        answer = operator.ask(keys.EVENTS, EventsRequest(), EventsReply)
+        (event,) = [event for event in answer.events if event.kind == "restarted"]
         assert "suspended for 60.0 s" in event.text and not event.succeeded
 
 

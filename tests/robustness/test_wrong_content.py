@@ -39,7 +39,7 @@ def of_another_shape(content: dict[str, Any]) -> None:
 BAD_CONTENTS = {
     "nan": (rewritten(with_a_nan), "means: finite numbers"),
     "shape": (rewritten(of_another_shape), "priors: "),
-    "schema": (rewritten(lambda content: content.update(schema=1)), "schema: version 2, got 1"),
+    "schema": (rewritten(lambda content: content.update(schema=1)), "schema: version 3, got 1"),
     "unknown": (rewritten(lambda content: content.update(colour="red")), "colour: no such field"),
     "missing": (rewritten(lambda content: content["parts"].pop("means")), "means: a field that is missing"),
     "truncated": (encode_model(short_strokes())[:-7], "truncated"),

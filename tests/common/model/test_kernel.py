@@ -15,7 +15,7 @@ import numpy as np
 from numba.core import event
 from farhand.common.model.small_matrix import invert
 with event.install_recorder("numba:compile") as compiled:
-    invert(np.eye(2))
+    invert(np.eye(2), np.empty((2, 2)), np.empty((2, 2)))
 print("compiled" if compiled.buffer else "kept")
 """
 PATIENCE_S = 120.0
