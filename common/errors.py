@@ -18,6 +18,10 @@ from __future__ import annotations
 
 import re
 
+NAME_RULE = "a name of letters, digits, '.', '_' and '-' that begins with a letter or a digit"
+NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*\Z"
+"""`NAME_RULE` as a regular expression, see `farhand.common.names`; `$` would let a line feed pass at the end."""
+
 
 class FarhandError(Exception):
     """Base of all errors that Farhand raises on purpose; its text is fit for the operator, and one line.
@@ -78,4 +82,5 @@ class ProcessFailed(FarhandError):
 def field_of(error: Exception) -> tuple[str, str]:
     """Return the field at fault and the text of a validation error of msgspec."""
     text, _, path = str(error).partition(" - at ")
+    text = text.replace(f"`str` matching regex {NAME_PATTERN!r}", NAME_RULE)
     return re.sub(r"^\$\.?", "", path.strip("`")), text

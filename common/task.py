@@ -12,6 +12,7 @@ from msgspec import Meta, Struct
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.manifold import POSE, Manifold
+from farhand.common.names import Name
 from farhand.common.whole_file import fault_of, read_toml
 from farhand.common.wire.codec import leaves
 
@@ -69,8 +70,8 @@ class Sample(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="robot"):
     """The fields common to all tasks; `PointTask` and `ArmTask` add theirs."""
 
-    name: Annotated[str, Meta(pattern="^[a-z0-9][a-z0-9-]{0,31}$")]
-    frame_names: Annotated[tuple[str, ...], Meta(min_length=1, max_length=8)]
+    name: Name
+    frame_names: Annotated[tuple[Name, ...], Meta(min_length=1, max_length=8)]
     require_preview: bool = False
     """Refuse an execution that was not previewed."""
     lost_link: Literal["continue", "hold", "retract"] = "continue"

@@ -95,7 +95,8 @@ class Local:
     published_at: str | None = None
     """In a container: where the page's port is published on its machine, such as 127.0.0.1:8080."""
     site_name: str | None = None
-    """What the robot and other operators call this place; a second one of the same name takes over from the first."""
+    """What the robot and other operators call this place, at most 16 letters, digits, '.', '_' and '-'; made from the user,
+    the host and the data folder when not said. A second site of the same name takes over from the first."""
     watch: bool = False
     """Only watch: never take the control of the robot by itself."""
     data_dir: str | None = None

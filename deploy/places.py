@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from pathlib import Path
 
 from farhand.common.errors import InvalidConfiguration
+from farhand.common.names import PATTERN
 from farhand.common.repertoire import TaskSet
 from farhand.common.task import AnyTask, PointTask, load_task
 
@@ -24,7 +26,7 @@ def find_task(name_or_file: str) -> AnyTask:
     path = Path(name_or_file)
     if path.suffix != ".toml":
         path = _TASKS / f"{name_or_file}.toml"
-        if not path.is_file():
+        if not re.match(PATTERN, name_or_file) or not path.is_file():
             known = ", ".join(sorted(file.stem for file in _TASKS.glob("*.toml")))
             raise InvalidConfiguration("task", "", f"{known}, or a .toml file; got {name_or_file!r}")
     return load_task(path)

@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, TypeVar
 
 import msgspec
 
+from farhand.common.address import parse_address
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.impairment.link_control import RelayControl
+from farhand.common.names import default_site_name
 from farhand.common.process_status import LinkFacts
 from farhand.common.wire.codec import field_of
 from farhand.deploy.child import follow_parent, say_ready
@@ -119,9 +121,10 @@ def _local_site(config: LocalConfig) -> tuple[LocalSite, Identity]:
     from farhand.deploy.places import data_folder, find_tasks, sample_files
     from farhand.local_site.site import LocalSite
 
-    tasks = find_tasks(config.task)
-    site = LocalSite(config, tasks, data_folder(config.data_dir), sample_files)
-    return site, Identity("operator", config.site_name, config.link.connect, tasks.names)
+    tasks, folder = find_tasks(config.task), data_folder(config.data_dir)
+    name = config.site_name or default_site_name(folder, data_folder(""))
+    site = LocalSite(config, name, tasks, folder, sample_files)
+    return site, Identity("operator", name, config.link.connect, tasks.names)
 
 
 def run_link_process(listen: str, target: str, control: str, profile: str, seed: int) -> int:
@@ -130,7 +133,7 @@ def run_link_process(listen: str, target: str, control: str, profile: str, seed:
 
     follow_parent()
     where, to, control_at = (
-        parse_address(field, text)
+        parse_address(text, field)
         for field, text in (("listen", listen), ("target", target), ("control", control))
     )
     controls: list[RelayControl] = []
@@ -146,18 +149,6 @@ def run_link_process(listen: str, target: str, control: str, profile: str, seed:
     with status_door(Identity("link", listen, listen), facts):
         asyncio.run(run_link(where, to, control_at, profile=profile, seed=seed, ready=ready))
     return 0
-
-
-def parse_address(field: str, text: str) -> tuple[str, int]:
-    """Host and port of host:port.
-
-    Raises:
-        InvalidConfiguration: When it is not of that form.
-    """
-    host, colon, port = text.rpartition(":")
-    if not colon or not host or not port.isdigit() or int(port) > 65535:
-        raise InvalidConfiguration("command line", field, f"host:port, got {text!r}")
-    return host, int(port)
 
 
 def parse_outage(text: str):

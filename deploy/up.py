@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+from farhand.common.address import bind
 from farhand.common.errors import InvalidConfiguration, ProcessFailed
 from farhand.common.impairment.link_profile import find_profile, load_profiles
 from farhand.deploy.child import Child, say_ready
 from farhand.deploy.link.link_process import PROFILES_FILE
-from farhand.deploy.link.listener import bind
 from farhand.deploy.places import check_writable, data_folder, find_tasks
 from farhand.deploy.summary import summary
 

@@ -146,7 +146,7 @@ ERRORS = (
      "remote_site/supervision/lease.py"),
     ("`op/lease`", "this renewal came too late", "older than the limit; the lease is not renewed",
      "granted = false", "remote_site/supervision/session.py"),
-    ("`op/lease`", "was started again: this one only watches", "a newer process has reclaimed it",
+    ("`op/lease`", "has taken over", "a newer process with the same site name has the lease",
      "granted = false", "remote_site/supervision/lease.py"),
     ("`op/lease`", "handed over to", "the answer to GIVE", "granted = false", "remote_site/supervision/lease.py"),
     ("`op/lease`", "watching", "the answer to WATCH", "granted = false", "remote_site/supervision/lease.py"),

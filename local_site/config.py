@@ -6,8 +6,10 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from farhand.common.address import parse_address
 from farhand.common.clock import LONGEST_WAIT_S
 from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.names import SiteName
 
 
 class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -18,8 +20,8 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     """Control socket of the link process, host:port; empty: none, the link is a real one."""
     task: str = "planar"
     """Name of a task that comes with Farhand, or a task file; several, of one robot, with commas between them."""
-    site_name: Annotated[str, Meta(min_length=1, max_length=16)] = "operator"
-    """What the robot and other operators call this place."""
+    site_name: SiteName | None = None
+    """What the robot and other operators call this place; none: made from the user, the host and the data folder."""
     watch: bool = False
     """Only watch: never take the control of the robot by itself. Stop works all the same."""
     data_dir: str = ""
@@ -38,3 +40,11 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     """How long to wait for the first report of the robot [s]; 0: for ever."""
     seed: Annotated[int, Meta(ge=0)] = 0
     """Of the scripted operator's hand."""
+
+    def __post_init__(self) -> None:
+        if not self.link.connect:
+            raise ValueError(
+                "link.connect: the endpoint of the robot or of the link, such as tcp/127.0.0.1:7447, got ''"
+            )
+        if self.link_control:
+            parse_address(self.link_control, "link_control", "configuration")

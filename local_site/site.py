@@ -8,7 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from farhand.common.errors import InvalidConfiguration, LinkError
+from farhand.common.address import parse_address
+from farhand.common.errors import LinkError
 from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.link import ZenohLink
@@ -39,19 +40,26 @@ class LocalSite:
     """One operator's place.
 
     Args:
-        config: Endpoints, names, timeouts.
+        config: Endpoints, timeouts.
+        name: What the robot and other operators call this place.
         tasks: What is taught and done.
         data_dir: Where demonstrations and models are kept.
         sample_files: The demonstrations that come with each task, where they are not in its own file.
     """
 
     def __init__(
-        self, config: LocalConfig, tasks: TaskSet, data_dir: Path, sample_files: SampleFiles = no_files
+        self,
+        config: LocalConfig,
+        name: str,
+        tasks: TaskSet,
+        data_dir: Path,
+        sample_files: SampleFiles = no_files,
     ):
+        self._name = name
         self._config, self._tasks, self._sample_files = config, tasks, sample_files
         self._claim = Claim(data_dir / "operator", "what was taught")
         self._library = Library(tasks, data_dir)
-        self._event_log = data_dir / "operator" / config.site_name / "events.jsonl"
+        self._event_log = data_dir / "operator" / name / "events.jsonl"
         self._scenes = data_dir / "scenes"
         self._data_dir, self._stop = data_dir, threading.Event()
         self._opened_now: _Opened | None = None
@@ -120,7 +128,7 @@ class LocalSite:
         place = make_workcell(first, self._sample_files, self._config.seed, stepped)
         known = self._known_scenes() if page_port else None
         opened = _Opened(
-            self._config, self._library, place, log, self._stop, page_port, known, self._data_dir
+            self._config, self._name, self._library, place, log, self._stop, page_port, known, self._data_dir
         )
         self._opened_now = opened
         return opened
@@ -142,6 +150,7 @@ class _Opened:
     def __init__(
         self,
         config: LocalConfig,
+        name: str,
         library: Library,
         place: Workcell,
         log: EventLog,
@@ -155,7 +164,7 @@ class _Opened:
         self._link = ZenohLink(config.link)
         wish = Wish.WATCH if config.watch else Wish.CONTROL
         self.console = Console(
-            library, self._link, config.site_name, log, wish, rate_bps=config.link.rate_bps, place=place,
+            library, self._link, name, log, wish, rate_bps=config.link.rate_bps, place=place,
             known=known,
         )  # fmt: skip
         self.page: Page | None = None
@@ -208,14 +217,11 @@ class _Opened:
 
 
 def relay_control(address: str, timeout_s: float = 5.0) -> RelayControl | None:
-    """The link process's control at host:port, or None for an empty address.
+    """Return the link process's control at HOST:PORT, or None for an empty address.
 
     Raises:
         InvalidConfiguration: When the address is not of that form.
     """
     if not address:
         return None
-    host, _, port = address.rpartition(":")
-    if not host or not port.isdecimal():
-        raise InvalidConfiguration("configuration", "link_control", f"host:port, got {address!r}")
-    return RelayControl(host, int(port), timeout_s)
+    return RelayControl(*parse_address(address, "link_control", "configuration"), timeout_s)

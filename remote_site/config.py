@@ -29,3 +29,7 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Where the events and the state of the simulated robot are kept; empty: the user's data folder."""
     lease_s: Wait = 3.0
     """Silence after which the control of the robot is free again [s]."""
+
+    def __post_init__(self) -> None:
+        if not self.link.listen:
+            raise ValueError("link.listen: an endpoint of this machine, such as tcp/127.0.0.1:7447, got ''")

@@ -149,6 +149,13 @@ class Robot:
     def _tell_state(self) -> None:
         self._announce(keys.TELEMETRY, self._reporter.report(self.overruns))
 
+    def tell_dropped(self, words: str) -> None:
+        """The link dropped a listener; from any thread."""
+        _log.warning(words)
+        self._first.put(
+            partial(self.supervisor.machine.tell, "dropped", words, succeeded=False, who="a listener")
+        )
+
     def _announce(self, channel: Channel, message: Message) -> None:
         self._link.send(channel, encode(message))
 

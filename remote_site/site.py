@@ -102,7 +102,11 @@ class RemoteSite:
 
     def _boot(self, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None], why: str) -> str:
         """One life of the robot, until it is stopped, or for a reason that is returned: nothing of it may go on."""
-        link = ZenohLink(self._config.link)
+
+        def tell_dropped(words: str) -> None:
+            robot.tell_dropped(words)  # which needs the link first
+
+        link = ZenohLink(self._config.link, tell_dropped)
 
         def take_path(request: PlanRequest, path: PlannedPath | None, words: str) -> None:
             robot.take_path(request, path, words)  # which needs the planner first

@@ -10,6 +10,7 @@ import numpy as np
 from hypothesis import strategies as st
 from msgspec import inspect
 
+from farhand.common import names
 from farhand.common.wire.messages import SCHEMA, Message
 
 
@@ -60,7 +61,15 @@ def _values(described: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901 (a
                              allow_nan=False, allow_infinity=False)  # fmt: skip
         case inspect.StrType(pattern=None, max_length=longest):
             return st.text(st.characters(exclude_categories=["Cs"]), max_size=min(longest or 40, 40))
-        case inspect.StrType(pattern="^([0-9a-f]{64})?$"):
+        case inspect.StrType(pattern=names.PRINTABLE, max_length=longest):
+            return st.text(
+                st.characters(exclude_categories=["Cs", "Cc", "Zl", "Zp"]), max_size=min(longest or 40, 40)
+            )
+        case inspect.StrType(pattern=names.PATTERN, max_length=longest):
+            return st.from_regex(names.PATTERN, fullmatch=True).filter(
+                lambda name: len(name) <= (longest or 40)
+            )
+        case inspect.StrType(pattern=r"^([0-9a-f]{64})?\Z"):
             return st.sampled_from(["", "0" * 64, "0123456789abcdef" * 4])
         case inspect.BytesType():
             return st.binary(max_size=64)

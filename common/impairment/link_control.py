@@ -19,6 +19,7 @@ from typing import Any
 
 import msgspec
 
+from farhand.common.address import show_address
 from farhand.common.errors import InvalidConfiguration, InvalidInput, InvalidMessage, LinkError
 from farhand.common.impairment.impairment import Outage
 from farhand.common.wire.codec import field_of
@@ -77,18 +78,35 @@ class Answer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     error: Refusal | None = None
 
 
-def decode_request(line: bytes) -> Request:
-    """Decode a request from a line.
+class ForeignLine(InvalidMessage):
+    """A line of another protocol: whoever sent it did not mean this one."""
+
+
+def decode_request(line: bytes | None) -> Request:
+    """Return the request in a line; None is one that is too long.
 
     Raises:
-        InvalidMessage: It is no JSON, or not a request; names the field.
+        ForeignLine: When it is no JSON object.
+        InvalidMessage: When it is not a request; names the field.
     """
     try:
-        return msgspec.json.decode(line, type=Request)
+        return msgspec.json.decode(_object(line), type=Request)
     except msgspec.ValidationError as error:
         raise InvalidMessage("link request", *field_of(error)) from error
-    except msgspec.DecodeError as error:
-        raise InvalidMessage("link request", "", f"expected one line of JSON: {error}") from error
+
+
+def _object(line: bytes | None) -> msgspec.Raw:
+    """Return the line, known to be a JSON object in UTF-8."""
+    if line is None:
+        raise ForeignLine("link request", "", f"expected a line of at most {MAX_LINE_BYTES} bytes")
+    try:
+        line.decode()
+        if isinstance(msgspec.json.decode(line), dict):
+            return msgspec.Raw(line)
+        reason = "not an object"
+    except (UnicodeDecodeError, msgspec.DecodeError, RecursionError) as error:
+        reason = str(error)
+    raise ForeignLine("link request", "", f"expected one line of JSON, an object: {reason}"[:300])
 
 
 def refuse(error: InvalidInput) -> Answer:
@@ -135,7 +153,7 @@ class RelayControl:
         return self._ask(ClearRequest())
 
     def _ask(self, request: Request) -> dict[str, Any]:
-        where = f"{self._host} port {self._port}"
+        where = show_address((self._host, self._port))
         try:
             answer = msgspec.json.decode(self._exchange(msgspec.json.encode(request) + b"\n"), type=Answer)
         except OSError as error:
@@ -143,7 +161,7 @@ class RelayControl:
             raise LinkError(
                 f"the link process does not answer at {where} ({reason}): is it running?"
             ) from error
-        except msgspec.DecodeError as error:
+        except (UnicodeDecodeError, msgspec.DecodeError, RecursionError) as error:
             raise LinkError(f"what answers at {where} is not a link process: {error}") from error
         if answer.error:
             raise InvalidConfiguration(answer.error.source, answer.error.field, answer.error.expected)

@@ -1,4 +1,4 @@
-"""Where a site listens and connects, and how the transport is set up for a slow link."""
+"""Where a site listens and connects, and how the transport is set up: for a slow link, and for bad neighbours."""
 
 from __future__ import annotations
 
@@ -6,17 +6,28 @@ from typing import Annotated, Any
 
 import msgspec
 
+from farhand.common.address import endpoint_fault
 from farhand.common.clock import Wait
+from farhand.common.names import Name
+from farhand.common.wire.codec import MAX_BYTES
 
 LEAST_BPS = 80.0
 """The slowest modems carry so much [bit/s]."""
 
 
+_MOST_SESSIONS = 32
+"""Sites that may be connected to a robot at a time."""
+_PATIENCE_US = 100_000
+"""How long a robot waits for a listener whose queue is full, once, before it drops the listener [us]."""
+_ENVELOPE_BYTES = 1024
+"""Room for the key and the transport's own fields beside the largest message [B]."""
+
+
 class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Where the transport listens and connects. The remote site listens, the local site connects."""
 
-    vehicle: str = "rov1"
-    """Name of the vehicle: the namespace of all keys."""
+    vehicle: Name = "rov1"
+    """Name of the vehicle: the namespace of all keys, and the folder of its files."""
     listen: str = ""
     """Endpoint to listen on, such as tcp/127.0.0.1:7447."""
     connect: str = ""
@@ -29,17 +40,23 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """Longest time for a connection to open [s]; a handshake takes four one-way delays."""
 
     def __post_init__(self) -> None:
-        """Refuse a rate at which no message would ever be whole."""
+        """Refuse a rate at which no message would ever be whole, and what is no endpoint."""
         if 0.0 < self.rate_bps < LEAST_BPS:
             raise ValueError(
                 f"expected rate_bps of 0 (no limit) or at least {LEAST_BPS:g} bit/s, got {self.rate_bps:g}"
             )
+        for field in ("listen", "connect"):
+            if (endpoint := getattr(self, field)) and (fault := endpoint_fault(endpoint)):
+                raise ValueError(f"{field}: {fault}")
 
 
 def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
-    """The transport's configuration: one explicit connection and nothing found by itself."""
+    """Return the transport's configuration: one explicit connection and nothing found by itself.
+
+    Who listens also guards: see `_guarded`.
+    """
     handshake_ms = round(settings.handshake_timeout_s * 1000)
-    return {
+    configuration = {
         "mode": "peer",
         "namespace": settings.vehicle,
         "listen": {"endpoints": [settings.listen] if settings.listen else []},
@@ -54,20 +71,68 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
         "timestamping": {"enabled": True},
         "queries_default_timeout": handshake_ms,
         "transport": {
-            "unicast": {"open_timeout": handshake_ms, "accept_timeout": handshake_ms},
+            "unicast": {
+                "open_timeout": handshake_ms,
+                "accept_timeout": handshake_ms,
+                # Of the idle connections that a stranger opens; each costs a descriptor.
+                "accept_pending": 1000,
+                "max_sessions": _MOST_SESSIONS,
+            },
             "shared_memory": {"enabled": False},
             "link": {
+                # By default a stranger's gigabyte would be put together in memory before anybody looks at it.
+                "rx": {"max_message_size": MAX_BYTES + _ENVELOPE_BYTES},
                 "tx": {
                     "lease": round(settings.lease_s * 1000),
                     "keep_alive": 4,
                     "queue": {
-                        "size": {"real_time": 16, "interactive_high": 16, "data_high": 16},
+                        # The largest message needs five batches; none may wait for room on a live link.
+                        "size": dict.fromkeys(
+                            ("real_time", "interactive_high", "data_high", "data", "data_low"), 16
+                        ),
                         "congestion_control": {
                             "drop": {"wait_before_drop": 20_000},
                             "block": {"wait_before_close": 120_000_000},
                         },
                     },
-                }
+                },
             },
         },
     }
+    return _guarded(configuration, settings.vehicle) if settings.listen else configuration
+
+
+def _guarded(configuration: dict[str, Any], vehicle: str) -> dict[str, Any]:
+    """Return the configuration of a robot, to which anybody may connect.
+
+    Who connects may send on `op/*` and hear `rov/*`, nothing else: no stranger reads what operators send, takes
+    their questions, or speaks for the robot. Who reads nothing holds up nobody else for longer than `_PATIENCE_US`
+    in all: whatever must arrive waits that long for room in the listener's own queue, and then the listener is
+    dropped. A live site's queue has room: what it has not taken yet waits in the sockets' buffers first.
+    """
+    operators, robot = [f"{vehicle}/op/**"], [f"{vehicle}/rov/**"]
+    queue = configuration["transport"]["link"]["tx"]["queue"]
+    queue["congestion_control"] = {
+        "drop": {"wait_before_drop": 1_000},
+        "block": {"wait_before_close": _PATIENCE_US},
+    }
+    rules = [
+        _rule("operators speak", "ingress", ["put", "query"], operators),
+        _rule("operators hear", "ingress", ["declare_subscriber"], robot),
+        _rule("the robot speaks", "egress", ["put"], robot),
+        _rule("the robot answers", "egress", ["reply", "declare_subscriber", "declare_queryable"], operators),
+    ]
+    names = [rule["id"] for rule in rules]
+    return configuration | {
+        "access_control": {
+            "enabled": True,
+            "default_permission": "deny",
+            "rules": rules,
+            "subjects": [{"id": "anybody"}],
+            "policies": [{"rules": names, "subjects": ["anybody"]}],
+        },
+    }
+
+
+def _rule(name: str, flow: str, messages: list[str], keys: list[str]) -> dict[str, Any]:
+    return {"id": name, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys}

@@ -7,7 +7,6 @@ nothing is trusted to have arrived until the other site's application says so.
 
 from __future__ import annotations
 
-import errno
 import json
 import queue
 import threading
@@ -16,7 +15,9 @@ from typing import Any, Protocol
 
 import zenoh
 
+from farhand.common.address import listening_fault
 from farhand.common.errors import LinkError, PortTaken
+from farhand.common.link.deaf_listeners import DeafListeners
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
 from farhand.common.link.outbox import Outbox
 from farhand.common.log import loop_logger
@@ -117,20 +118,25 @@ class ZenohLink:
 
     Args:
         settings: The endpoints.
+        dropped: Called with a description of each listener that was dropped because it read nothing; from a
+            thread of the link's own.
 
     Raises:
         LinkError: When the endpoint cannot be listened on or is not understood.
     """
 
-    def __init__(self, settings: EndpointSettings):
+    def __init__(self, settings: EndpointSettings, dropped: Callable[[str], None] = _log.warning):
         try:
             configuration = zenoh.Config.from_json5(json.dumps(zenoh_configuration(settings)))
             self._session = zenoh.open(configuration)
         except zenoh.ZError as error:
             where = settings.listen or settings.connect
-            kind = PortTaken if f"os error {errno.EADDRINUSE}" in str(error) else LinkError
-            raise kind(f"{where}: cannot be opened; is the port in use? ({_first_line(error)})") from error
-        self._outboxes = {urgency: Outbox(urgency.name.lower(), _log) for urgency in Urgency}
+            why = listening_fault(settings.listen) if settings.listen else ""
+            kind = PortTaken if "is in use" in why else LinkError
+            raise kind(f"{where}: {why or f'cannot be opened ({_first_line(error)})'}") from error
+        self._deaf = DeafListeners(self._others, settings.listen, dropped) if settings.listen else None
+        held_up = self._deaf.look if self._deaf is not None else _not_told
+        self._outboxes = {urgency: Outbox(urgency.name.lower(), _log, held_up) for urgency in Urgency}
         self._publishers: dict[Channel, zenoh.Publisher] = {}
         self._threads: list[threading.Thread] = []
         self._lock = threading.Lock()
@@ -187,11 +193,17 @@ class ZenohLink:
             if self._closed:
                 return
             self._closed = True
+        if self._deaf is not None:
+            self._deaf.close()
         for outbox in self._outboxes.values():
             outbox.close()
         self._session.close()
         for thread in self._threads:
             thread.join(timeout=5.0)
+
+    def _others(self) -> list[str]:
+        """Return the locators of the other ends that are connected."""
+        return [link.dst for link in self._session.info.links()]
 
     def _publisher(self, channel: Channel) -> zenoh.Publisher:
         """Called by the thread of the channel's urgency alone: to declare one may wait for the network."""
@@ -223,6 +235,10 @@ class ZenohLink:
         thread = threading.Thread(target=run, name=f"receive {channel.key}", daemon=True)
         thread.start()
         self._threads.append(thread)
+
+
+def _not_told() -> None:
+    """Say nothing: a site that only connects has one other end, and its outages are told elsewhere."""
 
 
 def _priority(channel: Channel) -> zenoh.Priority:

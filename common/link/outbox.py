@@ -11,6 +11,9 @@ from farhand.common.link.send_queue import SendQueue
 
 Send = Callable[[], None]
 
+HELD_UP_S = 0.08
+"""A send that takes longer has waited for somebody [s]."""
+
 
 class Outbox:
     """Sends what it is given from its own thread, in the order and within the budgets of `SendQueue`.
@@ -18,9 +21,11 @@ class Outbox:
     Args:
         name: For the thread's name.
         log: Where a failed send is reported.
+        held_up: Called after a send that took long.
     """
 
-    def __init__(self, name: str, log: logging.Logger):
+    def __init__(self, name: str, log: logging.Logger, held_up: Callable[[], None] = lambda: None):
+        self._held_up = held_up
         self._queue: SendQueue[Send] = SendQueue()
         self._changed = threading.Condition()
         self._closed = False
@@ -50,8 +55,11 @@ class Outbox:
 
     def _run(self) -> None:
         while (send := self._next()) is not None:
+            began_s = time.monotonic()
             try:
                 send()
+                if time.monotonic() - began_s >= HELD_UP_S:
+                    self._held_up()
             except Exception as error:  # a closing session raises here; the sender must outlive it
                 self._log.warning("a message was not sent: %s", error)
 

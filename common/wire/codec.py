@@ -11,12 +11,10 @@ import msgpack
 import msgspec
 
 from farhand.common.errors import InvalidMessage, field_of
-from farhand.common.wire.messages import SCHEMA, Message, Telemetry
+from farhand.common.wire.messages import MAX_BYTES, SCHEMA, Message, Telemetry
 
 M = TypeVar("M", bound=Message)
 
-MAX_BYTES = 2_100_000
-"""Nothing larger is even unpacked: a little more than the largest model."""
 _MOST_SINGLE = (2.0 - 2.0**-23) * 2.0**127
 
 

@@ -12,6 +12,7 @@ from typing import Annotated
 from msgspec import UNSET, Meta, Struct, UnsetType
 
 from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.names import MOST_SITE_NAME, PRINTABLE, SiteName
 
 SCHEMA = 1
 """Version of all messages together; a site refuses another one by name."""
@@ -19,10 +20,15 @@ MAX_TELEMETRY_BYTES = 264
 """No report is longer [B]."""
 MAX_MODEL_BYTES = 2_000_000
 """No model is longer [B]: twice as much as the most components make with every transition and four frames."""
+
+MOST_CONTENT_BYTES = 65_536
+"""Bulk travels in parts of at most this size [B]."""
+MAX_BYTES = 4 * MOST_CONTENT_BYTES
+"""No message is longer [B]: the longest is a full `EventsReply`. The transport takes little more, the decoder no more."""
 MOST_TASKS = 8
 """No robot says that it does more."""
 
-Id = Annotated[str, Meta(max_length=64)]
+Id = Annotated[str, Meta(pattern=PRINTABLE, max_length=64)]
 Text = Annotated[str, Meta(max_length=500)]
 Count = Annotated[int, Meta(ge=0)]
 Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
@@ -30,7 +36,7 @@ Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Vector = Annotated[tuple[Coordinate, ...], Meta(min_length=2, max_length=3)]
 Rotation = Annotated[tuple[Annotated[float, Meta(ge=-10.0, le=10.0)], ...], Meta(max_length=3)]
 """Nothing for none, one angle in the plane, a rotation vector in space [rad]."""
-Sha256 = Annotated[str, Meta(pattern="^([0-9a-f]{64})?$")]
+Sha256 = Annotated[str, Meta(pattern=r"^([0-9a-f]{64})?\Z")]
 SLOWEST_PACE = 0.1
 Pace = Annotated[float, Meta(ge=SLOWEST_PACE, le=1.0)]
 """How fast an execution goes, as a share of how it was demonstrated."""
@@ -95,7 +101,7 @@ class Telemetry(
     model: Annotated[str, Meta(max_length=8)] = ""
     """First digits of the newest verified model's hash."""
     coupling_id: Count = 0
-    holder: Annotated[str, Meta(max_length=16)] = ""
+    holder: Annotated[str, Meta(max_length=MOST_SITE_NAME)] = ""
     """Who holds the lease, cut to 16 bytes."""
     lease: Annotated[str, Meta(max_length=4)] = ""
     """First digits of the lease, so that its holder knows whether it still counts."""
@@ -162,7 +168,7 @@ class LeaseRequest(Message, frozen=True, kw_only=True):
     """Asks for, renews or hands over the control of the robot. Moves nothing."""
 
     session: Id
-    site_name: Id
+    site_name: SiteName
     wish: Wish = Wish.CONTROL
     echo: Stamp | None = None
 
@@ -263,7 +269,7 @@ class ModelTransfer(Message, frozen=True, kw_only=True):
     """Of the whole model [B]; 0: this is all of it."""
     offset: Count = 0
     """Where this part begins in it [B]."""
-    content: Annotated[bytes, Meta(max_length=MAX_MODEL_BYTES)]
+    content: Annotated[bytes, Meta(max_length=MOST_CONTENT_BYTES)]
 
 
 class ModelReply(Message, frozen=True, kw_only=True):
@@ -316,7 +322,7 @@ class BlobRequest(Message, frozen=True, kw_only=True):
     """Of the whole content."""
     offset: Count = 0
     """Where the part begins [B]."""
-    n_bytes: Annotated[int, Meta(ge=1, le=65_536)]
+    n_bytes: Annotated[int, Meta(ge=1, le=MOST_CONTENT_BYTES)]
     """How long it may be [B]."""
 
 
@@ -329,7 +335,7 @@ class BlobReply(Message, frozen=True, kw_only=True):
     """Of the whole content [B]; 0: the robot does not have it."""
     offset: Count = 0
     """Where the part begins [B]."""
-    content: Annotated[bytes, Meta(max_length=65_536)] = b""
+    content: Annotated[bytes, Meta(max_length=MOST_CONTENT_BYTES)] = b""
     """The part."""
     stamp: Stamp
 
@@ -355,7 +361,7 @@ class Stop(Message, frozen=True, kw_only=True):
     """Stop the robot: anybody may, whatever their lease; resent until both acknowledgements came."""
 
     stop_id: Id
-    site_name: Id
+    site_name: SiteName
 
 
 class StopAck(Message, frozen=True, kw_only=True):

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from farhand.common.errors import InvalidMessage
 from farhand.common.model.manifold import POSE
 from farhand.common.model.task_frame import TaskFrame
+from farhand.common.names import Name
 from farhand.common.whole_file import fault_of
 
 Array: TypeAlias = NDArray[np.float64]
@@ -61,7 +62,7 @@ class Mesh(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
 class ArmLink(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
     """One rigid part of the arm."""
 
-    name: str
+    name: Name
     parent: int
     """Index of the link that carries it; -1 for the base, which stands at the origin."""
     pose: Pose

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from farhand.common.address import Address
 from farhand.common.impairment.link_control import CONTROL_PORT
 from farhand.common.impairment.link_profile import find_profile, load_profiles
-from farhand.deploy.link.listener import Address
 from farhand.deploy.link.relay import Relay
 from farhand.deploy.link.relay_control import ControlServer
 

@@ -11,15 +11,15 @@ import asyncio
 import logging
 import math
 import socket
-from functools import partial
 from typing import Any
 
 import msgspec
 
-from farhand.common.errors import InvalidConfiguration, LinkError
+from farhand.common.address import Address, bind, show_address
+from farhand.common.errors import InvalidConfiguration
 from farhand.common.impairment.impairment import LinkSettings, Outage
 from farhand.common.impairment.timeline import Timeline
-from farhand.deploy.link.listener import Address, bind
+from farhand.deploy.link.listener import Door, DoorLimits, Visitor, is_exhaustion
 from farhand.deploy.link.relay_connection import SOCKET_BUFFER_BYTES, Connection, Dialler, close
 from farhand.deploy.link.relay_pipe import Meter
 from farhand.deploy.link.timeline_player import TimelinePlayer
@@ -27,6 +27,8 @@ from farhand.deploy.link.timeline_player import TimelinePlayer
 log = logging.getLogger(__name__)
 
 MAX_OUTAGE_S = 86_400.0
+_LIMITS = DoorLimits(most=64, first_word_s=10.0, silence_s=180.0)
+"""The sites speak at once, and every 30 s at least: the transport's own sign of life."""
 
 
 class Relay:
@@ -60,7 +62,7 @@ class Relay:
         self._player = TimelinePlayer(self._apply)
         self._meters = (Meter(), Meter())
         self._connections: set[Connection] = set()
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._door = Door("link", self._serve, _LIMITS)
         self._listener: socket.socket | None = None
         self._accepting: asyncio.Task[None] | None = None
         self._accepted = 0
@@ -89,7 +91,7 @@ class Relay:
         host, port, *_ = self._listener.getsockname()
         self._listen = (host, port)
         self.change(self._timeline, self._profile)
-        self._accepting = asyncio.create_task(self._accept(self._listener), name="relay accept")
+        self._accepting = asyncio.create_task(self._door.run(self._listener), name="relay accept")
 
     async def wait(self) -> None:
         """Return when the relay was stopped; raise what ended it if it ended by itself."""
@@ -104,11 +106,9 @@ class Relay:
         self._player.stop()
         if self._accepting and self._listener:
             self._accepting.cancel()
-            await asyncio.wait([self._accepting])  # from here on no task is added
+            await asyncio.wait([self._accepting])  # from here on nobody is let in
             self._listener.close()
-        self._cut()
-        if self._tasks:
-            await asyncio.wait(self._tasks)
+        await self._door.close()
 
     def change(self, settings: LinkSettings | Timeline, profile: str = "custom") -> None:
         """Replace the settings for what is sent from now on; a timeline begins now.
@@ -145,7 +145,7 @@ class Relay:
         loop = asyncio.get_running_loop()
         self._outage, self._outage_end = kind, loop.call_later(duration_s, self.clear)
         if kind == "reset":
-            self._cut()
+            self._door.empty()  # a connection that does not end in order ends with a reset
         for connection in self._connections:
             self._interrupt(connection)
         log.info("outage: %s for %g s", kind, duration_s)
@@ -157,7 +157,7 @@ class Relay:
         self._outage_end.cancel()
         kind, self._outage, self._outage_end = self._outage, "none", None
         if kind == "blackhole":
-            self._cut()
+            self._door.empty()
         elif kind == "stall":
             for connection in self._connections:
                 connection.stall(until_s=-math.inf)
@@ -169,8 +169,8 @@ class Relay:
         if self._outage_end:
             remaining_s = max(0.0, self._outage_end.when() - asyncio.get_running_loop().time())
         return {
-            "listen": "{}:{}".format(*self._listen),
-            "target": "{}:{}".format(*self._target),
+            "listen": show_address(self._listen),
+            "target": show_address(self._target),
             "profile": self._profile,
             "settings": msgspec.to_builtins(self._settings),
             "outage": {"kind": self._outage, "remaining_s": remaining_s},
@@ -186,30 +186,18 @@ class Relay:
         queued_bytes = sum(connection.pipes[direction].queued_bytes for connection in self._connections)
         return {"queued_bytes": queued_bytes, **self._meters[direction].report()}
 
-    async def _accept(self, listener: socket.socket) -> None:
-        while True:
-            try:
-                near, _ = await asyncio.get_running_loop().sock_accept(listener)
-            except ConnectionAbortedError:  # it has gone before it was taken
-                continue
-            except OSError as error:
-                raise LinkError(f"the link can take no more connections: {error.strerror}") from error
-            if self._outage == "reset":
-                self._refused += 1
-                close(near, reset=True)
-                continue
-            self._accepted += 1
-            task = asyncio.create_task(self._serve(near, self._accepted), name=f"relay {self._accepted}")
-            self._tasks.add(task)
-            task.add_done_callback(partial(self._forget, near))
-
-    async def _serve(self, near: socket.socket, number: int) -> None:
-        sockets, in_order = [near], False
+    async def _serve(self, visitor: Visitor) -> None:
+        if self._outage == "reset":
+            self._refused += 1
+            close(visitor.sock, reset=True)
+            return
+        self._accepted += 1
+        number, sockets, in_order = self._accepted, [visitor.sock], False
         connection: Connection | None = None
         try:
-            far = await self._dialler.dial()
+            far = await self._dial()
             sockets.append(far)
-            connection = Connection(near, far, self._settings, f"{self._seed}/{number}", self._meters)
+            connection = Connection(visitor, far, self._settings, f"{self._seed}/{number}", self._meters)
             self._connections.add(connection)
             self._interrupt(connection)
             in_order = await connection.run()
@@ -222,6 +210,15 @@ class Relay:
             for sock in sockets:
                 close(sock, reset=not in_order)
 
+    async def _dial(self) -> socket.socket:
+        while True:
+            try:
+                return await self._dialler.dial()
+            except OSError as error:
+                if not is_exhaustion(error):
+                    raise
+                await self._door.wait_for_room(error)
+
     def _apply(self, settings: LinkSettings) -> None:
         self._settings = settings
         for connection in self._connections:
@@ -232,13 +229,3 @@ class Relay:
             connection.stall(self._outage_end.when())
         elif self._outage == "blackhole":
             connection.swallow()
-
-    def _cut(self) -> None:
-        for task in self._tasks:
-            task.cancel()  # a connection that does not end in order ends with a reset
-
-    def _forget(self, near: socket.socket, task: asyncio.Task[None]) -> None:
-        self._tasks.discard(task)
-        near.close()  # again, for a task that was cancelled before it began
-        if not task.cancelled() and (error := task.exception()):
-            log.error("%s failed", task.get_name(), exc_info=error)

@@ -7,9 +7,10 @@ import logging
 import socket
 import struct
 
+from farhand.common.address import Address, show_address
 from farhand.common.impairment.delay_line import DelayLine
 from farhand.common.impairment.impairment import LinkSettings
-from farhand.deploy.link.listener import Address
+from farhand.deploy.link.listener import Visitor, is_exhaustion
 from farhand.deploy.link.relay_pipe import Meter, Pipe
 
 log = logging.getLogger(__name__)
@@ -23,7 +24,7 @@ class Connection:
     """Carries bytes both ways until both ends have closed, or one has broken off.
 
     Args:
-        near: Socket to the local site.
+        near: The local site.
         far: Socket to the remote site.
         settings: How the link is.
         stream: Name of the connection, which with the settings' seeds fixes its jitter.
@@ -32,17 +33,17 @@ class Connection:
 
     def __init__(
         self,
-        near: socket.socket,
+        near: Visitor,
         far: socket.socket,
         settings: LinkSettings,
         stream: str,
         meters: tuple[Meter, Meter],
     ):
-        for sock in (near, far):
+        for sock in (near.sock, far):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SOCKET_BUFFER_BYTES)
-        uplink = Pipe(near, far, DelayLine(settings.uplink, f"{stream}/uplink"), meters[0])
-        downlink = Pipe(far, near, DelayLine(settings.downlink, f"{stream}/downlink"), meters[1])
+        uplink = Pipe(near.sock, far, DelayLine(settings.uplink, f"{stream}/uplink"), meters[0], near)
+        downlink = Pipe(far, near.sock, DelayLine(settings.downlink, f"{stream}/downlink"), meters[1])
         uplink.opposite, downlink.opposite = downlink, uplink
         self.pipes = (uplink, downlink)
         """Uplink, downlink."""
@@ -101,11 +102,13 @@ class Dialler:
         try:
             connected = await _connect(self._target)
         except OSError as error:
+            if is_exhaustion(error):
+                raise  # nobody was asked
             self.problem = error.strerror or "time-out"
             if self._answers:  # the local site tries again and again: say it once
                 # Before the robot's site is up that is nothing to worry about.
                 level, yet = (logging.WARNING, "") if self._ever else (logging.INFO, " yet")
-                where, why = "{} port {}".format(*self._target), self.problem
+                where, why = show_address(self._target), self.problem
                 log.log(level, "nobody answers%s at %s (%s): it is tried again", yet, where, why)
             self._answers = False
             raise

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import socket
 from collections.abc import Mapping
 
 import msgspec
 
-from farhand.common.errors import InvalidInput, InvalidMessage
+from farhand.common.address import Address, bind
+from farhand.common.errors import InvalidInput
 from farhand.common.impairment.link_control import (
     MAX_LINE_BYTES,
     Answer,
+    ForeignLine,
     OutageRequest,
     ProfileRequest,
     Request,
@@ -22,12 +25,12 @@ from farhand.common.impairment.link_control import (
 )
 from farhand.common.impairment.link_profile import LinkProfile, find_profile
 from farhand.common.impairment.timeline import update_settings
-from farhand.deploy.link.listener import Address, bind
+from farhand.deploy.link.listener import Door, DoorLimits, Visitor
 from farhand.deploy.link.relay import Relay
 
 log = logging.getLogger(__name__)
 
-_TOO_LONG = refuse(InvalidMessage("link request", "", f"expected a line of at most {MAX_LINE_BYTES} bytes"))
+_LIMITS = DoorLimits(most=16, first_word_s=10.0, silence_s=60.0)
 
 
 class ControlServer:
@@ -42,8 +45,9 @@ class ControlServer:
 
     def __init__(self, relay: Relay, profiles: Mapping[str, LinkProfile], listen: Address):
         self._relay, self._profiles, self._listen = relay, profiles, listen
-        self._server: asyncio.Server | None = None
-        self._clients: dict[asyncio.StreamWriter, asyncio.Task[None] | None] = {}
+        self._door = Door("link's control", self._serve, _LIMITS)
+        self._listener: socket.socket | None = None
+        self._accepting: asyncio.Task[None] | None = None
 
     @property
     def address(self) -> Address:
@@ -56,26 +60,29 @@ class ControlServer:
         Raises:
             LinkError: The port is in use, or the address is not of this machine.
         """
-        listener = bind(self._listen)
-        host, port, *_ = listener.getsockname()
+        self._listener = bind(self._listen)
+        host, port, *_ = self._listener.getsockname()
         self._listen = (host, port)
-        self._server = await asyncio.start_server(self._serve, sock=listener, limit=MAX_LINE_BYTES)
+        self._accepting = asyncio.create_task(self._door.run(self._listener), name="control accept")
 
     async def stop(self) -> None:
         """Give the port back and close what is open."""
-        if self._server:
-            self._server.close()
-            await self._server.wait_closed()
-        serving = [task for task in self._clients.values() if task]
-        for client in self._clients:
-            client.transport.abort()  # its reader sees the end and leaves
-        if serving:
-            await asyncio.wait(serving)
+        if self._accepting and self._listener:
+            self._accepting.cancel()
+            await asyncio.wait([self._accepting])  # from here on nobody is let in
+            self._listener.close()
+        await self._door.close()
 
-    def answer(self, line: bytes) -> Answer:
-        """Do what a line asks for, wholly or not at all."""
+    def answer(self, line: bytes | None) -> Answer:
+        """Do what a line asks for, wholly or not at all; None is a line that is too long.
+
+        Raises:
+            ForeignLine: When it is not of this protocol at all.
+        """
         try:
             self._do(decode_request(line))
+        except ForeignLine:
+            raise
         except InvalidInput as error:
             return refuse(error)
         return Answer(status=self._relay.status())
@@ -94,21 +101,40 @@ class ControlServer:
             case _:
                 relay.clear()
 
-    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        self._clients[writer] = asyncio.current_task()
+    async def _serve(self, visitor: Visitor) -> None:
+        reader, writer = await asyncio.open_connection(sock=visitor.sock, limit=MAX_LINE_BYTES)
         try:
-            while answer := await self._answer_next(reader):
+            while (line := await _next_line(reader)) != b"":
+                visitor.heard()
+                try:
+                    answer = self.answer(line)
+                except ForeignLine as error:
+                    await _see_out(reader, writer, error)
+                    return
                 writer.write(msgspec.json.encode(answer) + b"\n")
                 await writer.drain()
         except ConnectionError as error:
             log.debug("a control client has gone: %s", error)
         finally:
-            del self._clients[writer]
             writer.close()
 
-    async def _answer_next(self, reader: asyncio.StreamReader) -> Answer | None:
-        try:
-            line = await reader.readline()
-        except ValueError:  # how asyncio says that the line is too long
-            return _TOO_LONG
-        return self.answer(line) if line else None
+
+async def _next_line(reader: asyncio.StreamReader) -> bytes | None:
+    """Return the next line, empty at the end; None for one that is too long."""
+    try:
+        return await reader.readline()
+    except ValueError:  # how asyncio says that the line is too long
+        return None
+
+
+async def _see_out(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, error: ForeignLine) -> None:
+    """Refuse a client who speaks another protocol.
+
+    A web page's form may carry a line of ours further down, so nothing that follows is understood; it is
+    read, since closing on unread bytes would lose the answer.
+    """
+    writer.write(msgspec.json.encode(refuse(error)) + b"\n")
+    await writer.drain()
+    writer.write_eof()
+    while await reader.read(MAX_LINE_BYTES):
+        pass

@@ -8,6 +8,7 @@ from collections import deque
 
 from farhand.common.impairment.delay_line import DelayLine
 from farhand.common.impairment.impairment import DirectionSettings
+from farhand.deploy.link.listener import Visitor
 
 CHUNK_BYTES = 65536
 CHUNK_S = 0.01
@@ -63,9 +64,18 @@ class Pipe:
         sink: Where they go.
         line: Says when.
         meter: Counts them.
+        visitor: Whose bytes they are, where somebody watches over its silence.
     """
 
-    def __init__(self, source: socket.socket, sink: socket.socket, line: DelayLine, meter: Meter):
+    def __init__(
+        self,
+        source: socket.socket,
+        sink: socket.socket,
+        line: DelayLine,
+        meter: Meter,
+        visitor: Visitor | None = None,
+    ):
+        self._visitor = visitor
         self.opposite = self
         """The pipe of the same connection that runs the other way."""
         self._source, self._sink, self._line, self._meter = source, sink, line, meter
@@ -105,13 +115,14 @@ class Pipe:
         """Take bytes while the queue has room; a full queue leaves them in the source, which so must wait."""
         chunk: Chunk = b"any"
         while chunk:
-            while not self._line.free_bytes:
-                self._room.clear()
-                await self._room.wait()
+            if not self._line.free_bytes:
+                await self._wait_for_room()
             try:
                 chunk = await self._loop.sock_recv(self._source, self._chunk_limit())
             except OSError:
                 chunk = RESET
+            if chunk and self._visitor is not None:
+                self._visitor.heard()
             self._put(chunk)
             await asyncio.sleep(0)  # a source that never pauses must not keep the others waiting
 
@@ -132,6 +143,15 @@ class Pipe:
             self._line.pop()
             self._room.set()
             await self._write(self._chunks.popleft())
+
+    async def _wait_for_room(self) -> None:
+        if self._visitor is not None:
+            self._visitor.not_listening()
+        while not self._line.free_bytes:
+            self._room.clear()
+            await self._room.wait()
+        if self._visitor is not None:
+            self._visitor.heard()
 
     def _chunk_limit(self) -> int:
         rate_bps = self._line.settings.rate_bps

@@ -191,12 +191,6 @@ class Commanding:
             self._notify(Notice(asked_s, action, text, good=False))
         elif not reply.accepted:
             del self.pending[action]
-            self._notify(Notice(asked_s + took_s, action, self._refusal(reply.reason), False, reply.measured))
+            self._notify(Notice(asked_s + took_s, action, f"refused: {reply.reason}", False, reply.measured))
         else:
             self.pending[action] = Pending(command_id, pending.since_s, reply.stamp.t_ns, reply.mode)
-
-    def _refusal(self, reason: str) -> str:
-        """The robot names who is in control: perhaps this site, which has lost the control meanwhile and has it back."""
-        if reason == f"{self._site_name} is in control":
-            reason = "the control of the robot had been lost on the way; it is back: press again"
-        return f"refused: {reason}"

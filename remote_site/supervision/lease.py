@@ -11,6 +11,14 @@ from farhand.common.wire.messages import Wish
 _REMEMBERED = 64
 
 
+def taken_over(site_name: str) -> str:
+    """Return the words for a site whose control another process of its name has."""
+    return (
+        f"another site named {site_name} has taken over: this one started again, or somebody's with the same name "
+        "(--site-name tells them apart)"
+    )
+
+
 class Lease:
     """The control of the robot. First request wins; silence frees it; the holder may hand it over.
 
@@ -29,6 +37,7 @@ class Lease:
         self._hears = False
         """Whether the holder has shown that it hears the robot."""
         self._lost_s: OrderedDict[str, float] = OrderedDict()  # by session, when it had it last
+        self._replaced: deque[tuple[str, str]] = deque(maxlen=_REMEMBERED)  # session and site name
         self._sessions: deque[str] = deque(maxlen=_REMEMBERED)  # in the order in which they were heard of
         self.holder = ""
         """Name of the site that holds it, empty when free."""
@@ -69,7 +78,7 @@ class Lease:
         if session not in self._sessions:
             self._sessions.append(session)
         if self._is_earlier(session, site_name):
-            return f"{site_name} was started again: this one only watches"
+            return f"{taken_over(site_name)}; this one only watches"
         holds = bool(self.lease_id) and self.session == session
         if wish is Wish.WATCH:
             if holds:
@@ -99,6 +108,8 @@ class Lease:
                 self._asking, self.asked_by = (session, site_name, now_s), site_name
             return f"held by {self.holder} for {now_s - self.since_s:.0f} s"
         if self.lease_id:
+            if self.holder == site_name:
+                self._replaced.append((self.session, site_name))
             self._lose(now_s)
         self._grant(session, site_name, now_s, heard)
         return ""
@@ -116,6 +127,10 @@ class Lease:
     def is_held_by(self, session: str, lease_id: str) -> bool:
         """Whether a message comes from the holder."""
         return bool(lease_id) and lease_id == self.lease_id and session == self.session
+
+    def was_replaced(self, session: str) -> bool:
+        """Return whether the holder is another process of this one's site name, which took the control from it."""
+        return (session, self.holder) in self._replaced
 
     def _is_earlier(self, session: str, site_name: str) -> bool:
         """Whether the holder is a later process of the same site: then this is an echo of the past."""

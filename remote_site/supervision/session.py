@@ -16,7 +16,7 @@ from farhand.common.wire.messages import (
 )
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.supervision.freshness import Freshness
-from farhand.remote_site.supervision.lease import Lease
+from farhand.remote_site.supervision.lease import Lease, taken_over
 
 _INPUT_TTL_MAX_S = 1.0
 _DELAY_CHANGED = "link delay changed"
@@ -100,14 +100,21 @@ class OperatorSession:
     def command_refusal(self, command: Command) -> tuple[str, float | None]:
         """Why a command may not count, with the measured value; an empty reason when it may."""
         if not self.lease.is_held_by(command.session, command.lease_id):
-            holder = self.lease.holder
-            return (f"{holder} is in control" if holder else "you are not in control: the lease ended"), None
+            return self._not_held_by(command.session), None
         verdict = self._freshness.judge(command.echo)
         if verdict.reason:
             self.stale_refused += 1
             return f"this command came too late: {verdict.reason}", verdict.age_s
         self._heard(command.echo)
         return "", verdict.age_s
+
+    def _not_held_by(self, session: str) -> str:
+        holder = self.lease.holder
+        if not holder:
+            return "you are not in control: the lease ended"
+        if self.lease.session == session:
+            return "the control of the robot had been lost on the way; it is back: press again"
+        return taken_over(holder) if self.lease.was_replaced(session) else f"{holder} is in control"
 
     def is_fresh(self, echo: Stamp) -> bool:
         """Whether an input of the operator's hand, by its echo, is fresh enough to move something."""

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.deploy.processes import configured, parse_address, parse_outage
+from farhand.deploy.processes import configured, parse_outage
 from farhand.local_site.config import LocalConfig
 from farhand.local_site.script.operators_place import PlannedOutage
 from farhand.remote_site.config import RemoteConfig
@@ -49,15 +49,20 @@ def test_a_wrong_field_of_the_file_is_named_with_the_file(tmp_path: Path):
         configured(LocalConfig, file)
 
 
-def test_an_address_is_host_and_port():
-    assert parse_address("listen", "127.0.0.1:7447") == ("127.0.0.1", 7447)
-    assert parse_address("listen", "::1:80") == ("::1", 80)
+@pytest.mark.parametrize("arguments", [("",), ("--config=remote.toml",)])
+def test_a_robot_without_an_endpoint_is_refused_with_the_field_and_an_example(
+    arguments, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "remote.toml").write_text('[link]\nlisten = "tcp/127.0.0.1:7447"\n')
+    with pytest.raises(
+        InvalidConfiguration, match=r"link\.listen: an endpoint of this machine, such as tcp/127"
+    ):
+        configured(RemoteConfig, Path(arguments[0][9:]) if arguments[0] else None, link_listen="")
 
 
-@pytest.mark.parametrize("text", ["", "host", ":80", "host:", "host:port", "host:70000", "host:-1"])
-def test_what_is_no_address_is_refused_with_its_field(text: str):
-    with pytest.raises(InvalidConfiguration, match="target"):
-        parse_address("target", text)
+def test_an_ipv6_endpoint_is_taken():
+    assert configured(RemoteConfig, None, link_listen="tcp/[::1]:7447").link.listen == "tcp/[::1]:7447"
 
 
 def test_an_outage_is_a_kind_and_seconds_or_none():

@@ -78,7 +78,7 @@ def assert_refused(operator: RawOperator, transfer: ModelTransfer, reason: str) 
 @pytest.mark.parametrize(
     ("action", "fields", "reason"),
     [
-        (Action.DISARM, {"lease_id": "stolen"}, "tester is in control"),
+        (Action.DISARM, {"lease_id": "stolen"}, "it is back: press again"),
         (Action.DISARM, {"session": "another"}, "tester is in control"),
         (Action.DISARM, {"echo": None}, "echoes no report"),
         (Action.DISARM, {"echo": Stamp("another boot", 1)}, "another boot"),

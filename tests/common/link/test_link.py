@@ -13,6 +13,7 @@ from farhand.common.errors import LinkError
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import Request, ZenohLink
 from farhand.common.wire import keys
+from farhand.common.wire.messages import MAX_BYTES
 from tests.ports import free_port
 
 PATIENCE_S = 30.0
@@ -179,14 +180,14 @@ def test_a_handler_that_fails_does_not_end_its_channel(ends, caplog):
     assert "could not be handled" in caplog.text
 
 
-def test_a_model_of_the_largest_size_crosses_whole(ends):
+def test_a_message_of_the_largest_size_crosses_whole(ends):
     remote, local = ends
     remote.serve(keys.MODEL, lambda request: request.answer(request.data))
-    model = bytes(range(256)) * 16_000
+    largest = bytes(range(256)) * (MAX_BYTES // 256)
     answer = None
     while answer is None:
-        answer = local.ask_and_wait(keys.MODEL, model, PATIENCE_S)
-    assert answer == model
+        answer = local.ask_and_wait(keys.MODEL, largest, PATIENCE_S)
+    assert answer == largest
 
 
 def test_a_port_in_use_is_one_line_that_names_it():
@@ -199,11 +200,24 @@ def test_a_port_in_use_is_one_line_that_names_it():
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("endpoint", ["nonsense", "tcp/", "tcp/127.0.0.1:port", "pigeon/127.0.0.1:1"])
-def test_an_endpoint_that_is_not_understood_is_one_line(endpoint):
-    with pytest.raises(LinkError) as caught:
+@pytest.mark.parametrize("field", ["listen", "connect"])
+@pytest.mark.parametrize(
+    "endpoint", ["nonsense", "tcp/", "tcp/127.0.0.1:port", "pigeon/127.0.0.1:1", "tcp/::1:7447"]
+)
+def test_an_endpoint_that_is_not_understood_is_refused_with_its_field_and_an_example(field, endpoint):
+    with pytest.raises(
+        ValueError, match=rf"^{field}: tcp/, .*such as tcp/127.0.0.1:7447 .*got '{endpoint}'$"
+    ):
+        EndpointSettings(**{field: endpoint})
+
+
+@pytest.mark.parametrize(
+    "endpoint", ["tcp/203.0.113.1:7447", "udp/203.0.113.1:7447", "tcp/no.such.host.invalid:7447"]
+)
+def test_an_endpoint_of_another_machine_is_not_said_to_be_in_use(endpoint):
+    with pytest.raises(LinkError, match=f"{endpoint}: .*choose an address of this machine") as caught:
         ZenohLink(EndpointSettings(listen=endpoint))
-    assert endpoint in str(caught.value) and "\n" not in str(caught.value)
+    assert "in use" not in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_the_end_takes_all_threads_along():
@@ -220,6 +234,7 @@ def test_the_end_takes_all_threads_along():
 PROGRAM = """
 import sys
 from farhand.common.wire import keys
+from farhand.common.wire.messages import MAX_BYTES
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 remote = ZenohLink(EndpointSettings(listen=sys.argv[1]))

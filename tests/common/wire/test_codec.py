@@ -8,7 +8,9 @@ import msgpack
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import inspect
 
+from farhand.common import names
 from farhand.common.errors import InvalidMessage
 from farhand.common.wire.codec import MAX_BYTES, decode, encode
 from farhand.common.wire.messages import (
@@ -143,14 +145,40 @@ def test_text_that_is_not_utf8_is_refused():
     fault(packed({"schema": 1, "stop_id": "x", "site_name": "y"}).replace(b"\xa1y", b"\xa1\xff"), Stop)
 
 
-def test_more_bytes_than_the_largest_model_are_not_even_unpacked():
+def test_more_bytes_than_any_message_has_are_not_even_unpacked():
     assert "at most" in fault(b"\x00" * (MAX_BYTES + 1), ModelTransfer).expected
 
 
-def test_the_largest_model_still_fits():
-    transfer = ModelTransfer(task="planar", sha256="0" * 64, content=b"\x01" * 2_000_000)
-    assert len(encode(transfer)) <= MAX_BYTES
-    assert decode(encode(transfer), ModelTransfer) == transfer
+def longest(described: inspect.Type) -> Any:  # noqa: C901 (a case per type of field)
+    """The longest value of a field: text of four bytes a character, lists and bytes as long as they may be."""
+    match described:
+        case inspect.StrType(pattern=names.PATTERN, max_length=most):
+            return "x" * (most or 0)
+        case inspect.StrType(pattern=pattern, max_length=most):
+            return "0" * 64 if "a-f" in (pattern or "") else "\U0001d11e" * (most or 0)
+        case inspect.BytesType(max_length=most):
+            return b"\x01" * (most or 0)
+        case inspect.IntType(le=most):
+            return 2**63 - 1 if most is None else most
+        case inspect.FloatType(le=most):
+            return 3e38 if most is None else most
+        case inspect.VarTupleType(item_type=item, max_length=most):
+            assert most is not None, "a list without bound"
+            return tuple(longest(item) for _ in range(most))
+        case inspect.TupleType(item_types=items):
+            return tuple(map(longest, items))
+        case inspect.EnumType(cls=kind):
+            return max(kind, key=lambda member: len(str(member.value)))
+        case inspect.UnionType(types=types):
+            return longest(next(each for each in types if not isinstance(each, inspect.NoneType)))
+        case inspect.StructType(cls=kind, fields=fields):
+            return kind(**{f.name: longest(f.type) for f in fields if f.name != "schema"})
+    return True
+
+
+@pytest.mark.parametrize("kind", all_kinds(), ids=lambda kind: kind.__name__)
+def test_the_longest_message_of_every_class_still_fits(kind):
+    assert len(encode(longest(inspect.type_info(kind)))) <= MAX_BYTES
 
 
 @pytest.mark.parametrize("position", [[0.1], [0.1, 0.2, 0.3, 0.4], [], [[0.1, 0.2]], 0.1, ["a", "b"]])

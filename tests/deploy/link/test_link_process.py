@@ -11,10 +11,10 @@ import sys
 
 import pytest
 
+from farhand.common.address import Address
 from farhand.common.errors import InvalidConfiguration, LinkError
 from farhand.common.impairment.link_control import RelayControl
 from farhand.deploy.link.link_process import run_link
-from farhand.deploy.link.listener import Address
 
 HOST = "127.0.0.1"
 ANY = (HOST, 0)

@@ -134,19 +134,15 @@ def test_an_outage_begins_and_is_cleared():
 @pytest.mark.parametrize(
     ("line", "field", "says"),
     [
-        (b"status\n", "", "expected one line of JSON"),
-        (b"\xff\xfe\n", "", "JSON"),
-        (b"[]\n", "", "Expected `object`"),
         (b"{}\n", "", "request"),
         (b'{"request": "explode"}\n', "request", "explode"),
         (b'{"request": "status", "please": 1}\n', "", "please"),
         (b'{"request": "set", "sideways": {}}\n', "", "sideways"),
         (b'{"request": "set", "uplink": 3}\n', "uplink", "Expected `object`"),
         (b'{"request": "outage", "kind": "nap", "duration_s": 1}\n', "kind", "nap"),
-        (b'{"request": "outage", "kind": "stall", "duration_s": NaN}\n', "", "JSON"),
     ],
 )
-def test_a_malformed_line_is_refused_by_field_and_the_next_one_answered(line, field, says):
+def test_a_malformed_request_is_refused_by_field_and_the_next_one_answered(line, field, says):
     def use(control: RelayControl) -> None:
         refused, answered = say(control, line, b'{"request": "status"}\n')
         assert refused["error"]["field"] == field
@@ -156,10 +152,38 @@ def test_a_malformed_line_is_refused_by_field_and_the_next_one_answered(line, fi
     controlled(use)
 
 
-def test_a_line_without_end_is_refused():
+OBEYED = b'{"request": "outage", "kind": "blackhole", "duration_s": 3600}\n'
+FORM = b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\n\r\n"
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        (FORM + OBEYED, "JSON"),
+        (b"GET /?" + OBEYED, "JSON"),
+        (b"\r\n" + OBEYED, "JSON"),
+        (b"status\n" + OBEYED, "JSON"),
+        (b"\xff\xfe\n" + OBEYED, "JSON"),
+        (b'{"request": "\xff"}\n' + OBEYED, "JSON"),
+        (b"[]\n" + OBEYED, "object"),
+        (b"5\n" + OBEYED, "object"),
+        (b"[" * 60_000 + b"\n" + OBEYED, "JSON"),
+        (b'{"request": "outage", "kind": "stall", "duration_s": NaN}\n' + OBEYED, "JSON"),
+        (b"x" * 200_000 + b"\n" + OBEYED, "at most 65536 bytes"),
+        (b"x" * 200_000, "at most 65536 bytes"),
+    ],
+)
+def test_after_a_line_of_another_protocol_nothing_is_obeyed(lines, says):
+    """What a foreign web page can have a browser send is such a line first, whatever follows."""
+
     def use(control: RelayControl) -> None:
-        (refused,) = say(control, b"x" * 200_000)
-        assert "at most 65536 bytes" in refused["error"]["expected"]
+        with socket.create_connection((control._host, control._port), 10) as sock:
+            sock.sendall(lines)
+            with sock.makefile("rb") as answers:
+                refused, *more = answers.read().splitlines()
+        assert says in msgspec.json.decode(refused)["error"]["expected"]
+        assert not more
+        assert control.status()["outage"]["kind"] == "none"
 
     controlled(use)
 
@@ -180,7 +204,7 @@ def test_nobody_there_is_one_clear_error():
     with socket.socket() as taken:
         taken.bind((HOST, 0))  # bound, not listening: a connection is refused
         port = taken.getsockname()[1]
-        with pytest.raises(LinkError, match=rf"does not answer at 127.0.0.1 port {port} .*is it running"):
+        with pytest.raises(LinkError, match=rf"does not answer at 127.0.0.1:{port} .*is it running"):
             RelayControl(HOST, port).status()
 
 

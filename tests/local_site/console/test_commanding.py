@@ -135,15 +135,6 @@ def test_a_report_of_the_mode_that_it_leads_to_settles_a_command_whose_event_was
     assert not commanding.pending
 
 
-def test_who_is_refused_in_favour_of_itself_is_told_to_press_again(desk: Desk):
-    commanding = desk.in_control()
-    desk.robot.refusal = "ann is in control"
-    commanding.command(Action.ARM, desk.report(), 101.0)
-    desk.settle()
-    (notice,) = desk.notices
-    assert "press again" in notice.text and "ann" not in notice.text
-
-
 def test_an_event_that_waited_out_an_outage_before_any_newer_report_came_is_late_all_the_same(desk: Desk):
     for n in range(50):
         desk.monitor.received(

@@ -97,7 +97,7 @@ def test_a_restarted_site_reclaims_its_lease_and_its_earlier_process_only_watche
     before = lease.lease_id
     assert lease.request("new", "ann", 1.0) == ""
     assert lease.lease_id != before
-    assert "started again" in lease.request("old", "ann", 1.1)
+    assert "has taken over" in lease.request("old", "ann", 1.1)
     assert lease.is_held_by("new", lease.lease_id)
 
 
@@ -113,7 +113,7 @@ def test_an_old_request_of_an_earlier_process_cannot_take_it_from_the_present_on
     lease.request("old", "ann", 0.0)
     assert lease.expire(10.0)
     assert lease.request("new", "ann", 10.1) == ""
-    assert "started again" in lease.request("old", "ann", 10.2)
+    assert "has taken over" in lease.request("old", "ann", 10.2)
     assert lease.session == "new"
     assert lease.request("new", "ann", 10.3) == ""
 

@@ -111,6 +111,26 @@ def test_a_command_counts_from_the_holder_and_fresh_only():
     assert operators.contact.stale_refused == 1
 
 
+def test_a_site_that_lost_the_control_on_the_way_and_has_it_back_is_told_to_press_again():
+    operators = Operators()
+    earlier = operators.ask("ann").lease_id
+    operators.time.advance(3.1)
+    assert operators.ask("ann").granted
+    assert "it is back: press again" in operators.command("ann", earlier)[0]
+
+
+def test_a_site_that_another_of_its_name_took_over_from_is_told_so_and_not_to_press_again():
+    """Two operators who gave their sites one name."""
+    operators = Operators()
+    first = operators.ask("ann").lease_id
+    request = LeaseRequest(session="another process", site_name="ann", echo=operators.echo(0.1))
+    second = operators.contact.answer(request, TaskSet([TASK]), Stamp("boot", operators.time.ns))
+    assert second.granted
+    for said in (operators.command("ann", first)[0], operators.ask("ann").reason):
+        assert "another site named ann has taken over" in said and "--site-name" in said
+        assert "press again" not in said
+
+
 def test_a_lease_request_of_a_former_holder_does_not_keep_the_watchdog_quiet():
     operators = Operators()
     lease_id = operators.ask("ann").lease_id

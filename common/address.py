@@ -1,0 +1,138 @@
+"""Network addresses as people write them: host:port, with an IPv6 host in brackets. The only parser of them."""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+
+from farhand.common.errors import InvalidConfiguration, LinkError, PortTaken
+
+Address = tuple[str, int]
+"""Host and port."""
+
+EXAMPLE = "HOST:PORT, such as 127.0.0.1:7448 or [::1]:7448"
+
+_KINDS = {
+    "tcp": socket.SOCK_STREAM,
+    "tls": socket.SOCK_STREAM,
+    "ws": socket.SOCK_STREAM,
+    "quic": socket.SOCK_DGRAM,
+    "udp": socket.SOCK_DGRAM,
+}
+"""Schemes of the transport's endpoints, and the sockets that they need."""
+
+
+def parse_address(text: str, field: str, source: str = "command line") -> Address:
+    """Return host and port of an address.
+
+    Args:
+        text: HOST:PORT; an IPv6 host is in brackets.
+        field: Name of the field that has it, for the error.
+        source: Origin of the field, for the error.
+
+    Raises:
+        InvalidConfiguration: When it has another form; names the field.
+    """
+    host, colon, port = text.rpartition(":")
+    bracketed = host.startswith("[") and host.endswith("]")
+    if bracketed:
+        host = host[1:-1]
+    well_formed = colon and host and port.isascii() and port.isdigit() and len(port) <= 5
+    if not well_formed or int(port) > 65535 or bracketed is not (":" in host) or not _is_plain(host):
+        raise InvalidConfiguration(source, field, f"{EXAMPLE}, with a port up to 65535, got {text!r}")
+    return host, int(port)
+
+
+def show_address(address: Address) -> str:
+    """Return an address as `parse_address` reads it."""
+    host, port = address
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def endpoint_fault(endpoint: str) -> str:
+    """Return the reason why a text is no endpoint of the transport; an empty string when it is one.
+
+    Args:
+        endpoint: SCHEME/HOST:PORT, perhaps with the transport's own options after `?` or `#`.
+    """
+    scheme, slash, rest = endpoint.partition("/")
+    expected = f"{'/, '.join(_KINDS)}/ and HOST:PORT, such as tcp/127.0.0.1:7447 or tcp/[::1]:7447"
+    if not slash or scheme not in _KINDS:
+        return f"{expected}, got {endpoint!r}"
+    try:
+        parse_address(_without_options(rest), "")
+    except InvalidConfiguration:
+        return f"{expected}, with a port up to 65535, got {endpoint!r}"
+    return ""
+
+
+def endpoint_address(endpoint: str) -> Address:
+    """Return host and port of a well-formed endpoint of the transport."""
+    return parse_address(_without_options(endpoint.partition("/")[2]), "listen")
+
+
+def bind(address: Address, receive_buffer_bytes: int = 0, kind: int = socket.SOCK_STREAM) -> socket.socket:
+    """Return a non-blocking socket that is bound, and listens if it is one of a stream.
+
+    Args:
+        address: Host and port; port 0 takes a free one.
+        receive_buffer_bytes: Size of the kernel's buffer of each connection; 0 leaves it to the kernel.
+        kind: `SOCK_STREAM` or `SOCK_DGRAM`.
+
+    Raises:
+        LinkError: When the port is in use, not allowed or out of range, or the address is not of this machine;
+            says which, and the remedy.
+    """
+    host, port = address
+    if not 0 <= port <= 65535:
+        raise LinkError(f"cannot listen on {host} port {port}: choose a port up to 65535")
+    sock: socket.socket | None = None
+    try:
+        family, kind, _, _, resolved = socket.getaddrinfo(host, port, type=kind)[0]
+        sock = socket.socket(family, kind)
+        if os.name == "posix" and kind == socket.SOCK_STREAM:  # else two processes could share the port
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if receive_buffer_bytes:
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer_bytes)
+        sock.bind(resolved)
+        if kind == socket.SOCK_STREAM:
+            sock.listen()
+        sock.setblocking(False)
+    except (OSError, UnicodeError) as error:  # a host name of odd characters fails in its encoding
+        if sock:
+            sock.close()
+        taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
+        raise (PortTaken if taken else LinkError)(_explain(host, port, error)) from error
+    return sock
+
+
+def listening_fault(endpoint: str) -> str:
+    """Return the reason why an endpoint cannot be listened on now; an empty string when it can.
+
+    Args:
+        endpoint: A well-formed endpoint of the transport.
+    """
+    try:
+        bind(endpoint_address(endpoint), kind=_KINDS[endpoint.partition("/")[0]]).close()
+    except LinkError as error:
+        return str(error)
+    return ""
+
+
+def _explain(host: str, port: int, error: OSError | UnicodeError) -> str:
+    number, words = (error.errno, error.strerror) if isinstance(error, OSError) else (None, str(error))
+    if number == errno.EADDRINUSE:
+        return f"port {port} on {host} is in use: end the process that holds it, or choose another port"
+    remedy = "choose an address of this machine and a free port"
+    if number == errno.EACCES:
+        remedy = "choose a port above 1023"
+    return f"cannot listen on {host} port {port}: {words}; {remedy}"
+
+
+def _without_options(rest: str) -> str:
+    return rest.partition("#")[0].partition("?")[0]
+
+
+def _is_plain(host: str) -> bool:
+    return host.isprintable() and not any(character.isspace() or character in "[]/@?#" for character in host)
