@@ -9,6 +9,7 @@ import msgpack
 import numpy as np
 import pytest
 
+from farhand.common.model.model_file import SCHEMA_VERSION
 from farhand.local_site.teaching.demonstration import Demonstration
 from tests.farhand_process import refusal
 from tests.integration.files import demonstrations, unchanged
@@ -59,7 +60,7 @@ BAD_DEMONSTRATIONS = {
     "truncated": (truncated, "a whole .npz file"),
     "foreign": (foreign, "a whole .npz file"),
     "pickled": (pickled, "a whole .npz file"),
-    "missing": (lambda good, bad: None, "a readable .npz file"),
+    "missing": (lambda good, bad: None, "a readable file"),
 }
 
 
@@ -93,11 +94,14 @@ def drop_a_component(content: dict) -> None:
 BAD_MODELS = {
     "nan": (rewritten(put_a_nan), "means: finite numbers only"),
     "shape": (rewritten(drop_a_component), ""),
-    "schema": (rewritten(lambda content: content.update(schema=1)), "schema: version 3, got 1"),
+    "schema": (
+        rewritten(lambda content: content.update(schema=1)),
+        f"schema: version {SCHEMA_VERSION}, got 1",
+    ),
     "unknown": (rewritten(lambda content: content.update(colour="red")), "colour: no such field"),
     "truncated": (truncated, "a whole model file; this one is truncated"),
     "foreign": (foreign, ""),
-    "missing": (lambda good, bad: None, "a readable model file"),
+    "missing": (lambda good, bad: None, "a readable file"),
 }
 
 
