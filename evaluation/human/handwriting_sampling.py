@@ -102,9 +102,10 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
 
 
 def _branching_by_time_alone(model: TPHSMM) -> TPHSMM:
-    """Return the same model with starts so uncertain that all are equally likely, to the last bit."""
-    vague = np.broadcast_to(1e100 * np.eye(model.n_dims), model.start_covariances.shape)
-    return replace(model, start_covariances=vague, ways=())
+    """Return the same model with one start, and an uncertain one, for all components: all are equally likely."""
+    start = np.broadcast_to(model.start_means[:, :1], model.start_means.shape)
+    vague = np.broadcast_to(1e6 * np.eye(model.n_dims), model.start_covariances.shape)
+    return replace(model, start_means=start, start_covariances=vague, ways=())
 
 
 def _sampled(demonstration: Demonstration, kind: str, n: int) -> Demonstration:
