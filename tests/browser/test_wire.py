@@ -40,9 +40,11 @@ def test_a_raw_client_cannot_do_what_the_table_of_modes_forbids(
 
 
 def test_what_lies_outside_a_slider_is_clamped(raw: RawClient, watching: OperatorPage) -> None:
-    for value, clamped in ((-5.0, "0"), (1e9, "3000"), (float("nan"), "3000"), (1e12, "3000")):
+    # At 0 in the end: the next test is not one of a link that takes six seconds there and back.
+    for value, clamped in ((1e9, "3000"), (float("nan"), "3000"), (1e12, "3000"), (-5.0, "0")):
         raw.set("One-way delay [ms]", value=value)
         expect(watching.slider("One-way delay [ms]")).to_have_value(clamped, timeout=WAIT_MS)
+    watching.says("link", "OK")
     watching.says("mode", "DISARMED")
 
 
