@@ -14,11 +14,16 @@ from tests.browser.tabs import tabs_of
 
 NewTab = Callable[[], OperatorPage]
 
+PATIENCE_S = 400
+"""A browser that draws in software on a busy machine is slow; each of its waits has a deadline of its own [s]."""
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if "/tests/browser/" in item.path.as_posix():
             item.add_marker(pytest.mark.browser)
+            if item.get_closest_marker("timeout") is None:
+                item.add_marker(pytest.mark.timeout(PATIENCE_S))
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from tests.browser.operator_page import OperatorPage
 
 SIZES = [(1280, 720), (1920, 1080)]
@@ -71,7 +69,6 @@ def test_the_overlap_is_found() -> None:
     assert overlapping([box, over]) == [("a", "c")]
 
 
-@pytest.mark.timeout(170)
 def test_every_state_is_legible(tab: OperatorPage) -> None:
     assert_legible(tab)
     tab.taught()

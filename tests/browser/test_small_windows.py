@@ -64,10 +64,10 @@ def test_stop_and_mode_are_in_sight_and_stop_whatever_was_tapped(
     stop.tap()
     n = await_new_stop(it, n)
     width, height = size
+    box = stop.bounding_box()
+    assert box is not None
     for down in range(12, height, 60):
         for across in (width // 8, width // 2, width - 12):
-            box = stop.bounding_box()
-            assert box is not None
             if not (across < box["x"] + box["width"] + 8 and down < box["y"] + box["height"] + 8):
                 tab.touchscreen.tap(across, down)
     assert_in_sight(tab).click()
