@@ -32,7 +32,7 @@ def test_a_link_that_dies_and_comes_back_interrupts_neither_the_robot_nor_the_op
     tab.taught()
     tab.command("Arm", "HOLD")
     tab.command("Execute", "AUTONOMOUS")
-    tab.slide("Cut for [s]", 5)
+    tab.slide("Cut for [s]", 12)
     tab.press("Cut")
     popups = tab.page.locator("[role=dialog]:visible, .mantine-Notification-root:visible")
     tab.says("link", "LOST")
