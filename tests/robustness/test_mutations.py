@@ -25,7 +25,7 @@ def test_what_goes_wrong_is_found():
             pass
 
     def waste() -> bool:
-        return bool(np.ones(int(1.3e8 * mutations.MOST_MB / 1000.0 / 0.8)).size)
+        return bool(np.ones(int((mutations._peak_mb() + mutations.MOST_MB) * 1.3e6 / 8)).size)
 
     def refuse() -> bool:
         raise InvalidConfiguration("file\n", "field", "something else")
