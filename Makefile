@@ -19,7 +19,8 @@ run: $(READY) ## two arms with their page: both sites and the delayed link on th
 	@$(BIN)/farhand up $(ARGS)
 
 # Where processes run in real time one test at a time has the machine; of the others each core does some.
-ALONE := tests/browser tests/containers tests/evaluation tests/integration
+ALONE := tests/browser tests/containers tests/integration tests/evaluation/live tests/evaluation/test_surroundings.py \
+	tests/evaluation/link/test_link_delay.py tests/evaluation/link/test_link_recovery.py
 
 test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering forbids those to skip)
 ifeq ($(strip $(ARGS)),)
