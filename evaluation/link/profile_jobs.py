@@ -71,7 +71,7 @@ class _VirtualProfile:
         rate = rate_bps(profile)
         self._library = Library(TaskSet([task]), folder)
         self._library.chosen.learn(sample_strokes(task))
-        config = RemoteConfig(link=EndpointSettings(rate_bps=rate))
+        config = RemoteConfig(link=EndpointSettings(listen="tcp/127.0.0.1:0", rate_bps=rate))
         self._sites = VirtualSites(self._library, profile.settings, config)
         self._place = VirtualPlace(self._sites, profile.settings)
         self._sent_s: list[tuple[float, float]] = []  # of each report: arrival and sending

@@ -61,7 +61,9 @@ def test_a_stroke_driven_on_the_robots_board_is_executed_as_any_other(tmp_path: 
 
 
 def test_two_strokes_in_a_row_over_a_narrow_link_are_both_learned(tmp_path: Path):
-    narrow = RemoteConfig(seed=1, link=EndpointSettings(rate_bps=9600.0))  # parts of 480 B
+    narrow = RemoteConfig(
+        seed=1, link=EndpointSettings(listen="tcp/127.0.0.1:0", rate_bps=9600.0)
+    )  # parts of 480 B
     job = Job("planar", tmp_path, narrow)
     job.actions.command(Action.COUPLE, ControlMode.DIRECT)
     for number in (1, 2):
