@@ -26,14 +26,14 @@ def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
             expect(tab.button("Go to")).to_be_disabled(timeout=WAIT_MS)
             tab.press("Start anew")
             tab.says("demos", "0")
-            choose_revision(tab, "3: 3 demonstrations")
+            choose_revision(tab, "1: 3 demonstrations")
             tab.press("Go to")
             tab.says("demos", "3")
-            tab.tells("revision 3 counts now")
+            tab.tells("revision 1 counts now")
             assert stack.model_file.read_bytes() == three
-            choose_revision(tab, "1: 1 demonstration")
+            choose_revision(tab, "2: 0 demonstrations")
             tab.press("Delete")
-            tab.tells("revision 1 was deleted")
+            tab.tells("revision 2 was deleted")
             assert tab.problems == []
         with farhand_up(tmp_path / "data", task=tasks) as stack:
             tab.open(stack.address)
