@@ -81,6 +81,7 @@ def place_in(folder: Path, task: object = "planar") -> Iterator[Place]:
             running(
                 "local", f"--connect=tcp/127.0.0.1:{link_port}", f"--link-control=127.0.0.1:{control_port}",
                 f"--task={task}", f"--data-dir={folder / 'operator'}", f"--port={free_port()}",
+                "--site-name=operator",
             )
         )  # fmt: skip
         robot.until("the robot is ready")
