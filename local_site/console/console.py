@@ -212,9 +212,9 @@ class Console:
         if action is Action.STOP:
             return  # pressed already: it does not wait for its turn here
         robot = check(intent, self._parts.draw(now_s))
-        task, plan_id = self._library.task.name, self._reports.plan_id
-        sha256 = self._models.confirmed_sha256(task)
-        self._commanding.command(action, robot, now_s, task, sha256, plan_id, intent.pace)
+        self._stop.commanded(action)
+        task, sha256 = self._library.task.name, self._models.confirmed_sha256(self._library.task.name)
+        self._commanding.command(action, robot, now_s, task, sha256, self._reports.plan_id, intent.pace)
 
     def _hand(self, intent: intents.Hand) -> None:
         """The hand drives the robot while coupled, else it moves what is at the operator's own place."""

@@ -6,6 +6,7 @@ Whatever the console is busy with (learning, a slow disk, the operator's arm), a
 
 from __future__ import annotations
 
+import math
 import secrets
 import threading
 from collections.abc import Callable
@@ -13,7 +14,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from farhand.common.clock import elapsed_s
-from farhand.common.control_mode import ControlMode
+from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.link import Link
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
@@ -112,6 +113,12 @@ class StopLane:
                 return
             self._sent_s, stop_id = now_s, self._stop_id
         self._send(stop_id)
+
+    def commanded(self, action: Action) -> None:
+        """Take a command of this site's own operator: who resets after a settled stop is not warned of that reset."""
+        with self._lock:
+            if action is Action.RESET and self.status is not None and self.status.settled:
+                self._settled_s = -math.inf
 
     def acknowledged(self, ack: StopAck) -> None:
         """Take an acknowledgement; only those of the newest press count."""

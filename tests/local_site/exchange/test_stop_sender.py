@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Stamp, Stop, StopAck, Telemetry
@@ -159,6 +159,16 @@ def test_what_happens_after_a_stop_was_settled_is_no_alarm():
     assert bench.status.settled
     bench.lane.press()
     assert not bench.status.settled and bench.status.pressed_s == 14.0 and not bench.status.received
+
+
+def test_who_resets_and_executes_at_once_is_not_warned_of_the_own_reset():
+    bench = Bench()
+    bench.lane.press()
+    bench.ack(standing=True)
+    bench.report(ControlMode.STOPPED)
+    bench.lane.commanded(Action.RESET)
+    bench.report(ControlMode.AUTONOMOUS, t_ns=3000)
+    assert bench.status.settled and not bench.status.moves_again
 
 
 def test_only_a_restarted_robots_later_report_is_held_against_the_acknowledgement():
