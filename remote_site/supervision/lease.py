@@ -100,7 +100,7 @@ class Lease:
         """Take what somebody else holds, or nobody; see `request`."""
         heard = heard_s is not None and heard_s > self._lost_s.get(session, -math.inf)
         if not heard and session in self._lost_s:
-            return "waiting until this site hears the robot"
+            return "waiting to hear the robot"
         # Its own, after a restart; or from a site that hears nothing.
         may_replace = heard and fresh and (self.holder == site_name or not self._hears)
         if self.lease_id and not may_replace:
