@@ -1,5 +1,5 @@
-"""The insertion skill: touch, jams, retries, and the contact's correction of the receptacle's estimated frame.
+"""Insertion skill: estimates the receptacle by sight and touch, detects jams, retreats and retries.
 
-In: the sensed state and the wrench. Out: corrected task frames, and where to retreat to.
-Next: `farhand.remote_site.motion.motion` follows; nothing here knows a simulation.
+In: the sensed state and the wrench on the tool. Out: corrected task frames, and where to retreat to. Next:
+`farhand.remote_site.motion.motion` follows them. No simulation is imported here.
 """

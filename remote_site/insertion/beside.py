@@ -1,9 +1,10 @@
-"""The "beside" rule: the receptacle moved away from before the plug, which is no longer on its axis.
+"""Detection of a plug that missed the mouth because the receptacle moved away.
 
-A motion that is not told would go on inserting and push the receptacle from the side, or begin its approach once
-more from far away, which takes longer than all the rest. So a plug that is at or behind the mouth goes straight
-back, and one before it goes to the axis; there the motion goes on. An error of the estimate along the axis looks
-like a plug beside the mouth, so the rule waits until the receptacle was found elsewhere, or the axis was lost.
+An uninformed motion would go on inserting and push the receptacle from the side, or start its approach again
+from far away, which takes longer than all the rest. So a plug at or behind the mouth retreats straight back,
+a plug in front of the mouth moves onto the axis, and there the motion resumes. An error of the estimate along
+the axis looks like a plug beside the mouth; therefore the detector waits until the receptacle has jumped or
+the plug has lost the axis.
 """
 
 from __future__ import annotations
@@ -13,31 +14,32 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Nearer than this to the axis the plug is on it; farther than this it is no more, however noisy the sight.
+# Closer to the axis than the first: on the axis. Farther than the second: off it, however noisy the sight is.
 _ON_AXIS_M, _OFF_AXIS_M = 0.020, 0.030
 _BEHIND_M = -0.020
-# In the mouth, within its chamfer, the jump is over.
+# Inside the mouth, within its chamfer, the plug has caught up with the jump.
 _INSIDE_M = 0.005
 _STANDOFF_M = -0.090
-# Farther away the approach is still to come.
+# Farther away, the approach has not begun yet.
 _NEAR_M = -0.150
 
 
 class BesideRule:
-    """Watches a plug on its way in; armed when the axis is lost, until the plug is in the bore."""
+    """Detector of a plug beside the mouth; armed when the axis is lost, until the plug is in the bore."""
 
     def __init__(self) -> None:
         self._on_axis = self._armed = self._off_axis = False
 
     def jumped(self) -> None:
-        """The receptacle was found elsewhere."""
+        """Record that the receptacle was found elsewhere."""
         self._armed = self._off_axis = True
 
     def goal_m(self, tip_m: Array) -> Array | None:
-        """Return the next place on the way back to the axis, None where the motion may go on. Shape (3,) [m].
+        """Return the next point on the way back to the axis, or None if the motion may go on. Shape (3,) [m].
 
         Args:
-            tip_m: Of the plug, in the frame of the receptacle: z points into the bore. Shape (3,) [m].
+            tip_m: Position of the plug's tip in the frame of the receptacle, whose z axis points into the
+                bore. Shape (3,) [m].
         """
         x, y, z = tip_m.tolist()
         lateral_m = float(np.hypot(x, y))

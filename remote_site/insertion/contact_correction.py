@@ -1,9 +1,9 @@
-"""What contact says about where the receptacle really is: a correction of its estimated frame.
+"""Correction of the receptacle's estimated frame from contact forces and torques.
 
-A tracker's constant error can be felt but not seen. The force that pushes the plug aside, and the torque that
-tilts it, say on which side of the estimate the bore is; integrated, they move the estimated frame there, so
-that the controller and the compliance of the arm no longer work against each other. On a receptacle that
-moves they say how it moves instead: then the correction rests.
+Touch reveals a tracker's constant error, sight cannot. The force that pushes the plug aside and the torque
+that tilts it show on which side of the estimate the bore is. Integrated, they move the estimated frame there,
+so that the controller and the compliance of the arm no longer work against each other. On a moving receptacle
+the forces show its motion instead, so the correction rests.
 
 In the frame of the receptacle the mouth is the origin, and z points into the bore.
 """
@@ -20,45 +20,45 @@ from farhand.common.model.task_frame import TaskFrame
 
 Array = NDArray[np.float64]
 
-# Per newton beyond the first three, and per newton metre beyond the first 0.3.
+# Gains: per newton beyond the first three, and per newton metre beyond the first 0.3.
 _GAIN_M_S_N, _GAIN_RAD_S_NM = 0.005, 0.5
 _LEAST_N, _LEAST_NM = 3.0, 0.3
-# Not faster than the arm follows: deep in the bore, where contact is stiff, it would swing.
+# No faster than the arm follows, or it would oscillate deep in the bore, where contact is stiff.
 _FASTEST_M_S, _FASTEST_RAD_S = 0.02, 0.1
 _MOST_M, _MOST_RAD = 0.030, 0.12
-# How much of the way to a jammed plug the frame is moved.
+# Share of the distance to a jammed plug by which the frame moves.
 _BLEND = 0.7
 _SIDEWAYS = np.array([1.0, 1.0, 0.0])
 _NONE = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 class ContactCorrection:
-    """The correction, from none at first; never more than 30 mm and 0.12 rad."""
+    """Correction of the frame: zero at first, at most 30 mm and 0.12 rad."""
 
     def __init__(self) -> None:
         self.clear()
 
     @property
     def shift_m(self) -> Array:
-        """How far the frame is moved, in its own axes. Shape (3,) [m]."""
+        """Displacement of the frame, in its own axes. Shape (3,) [m]."""
         return self._offset[:3].copy()
 
     @property
     def turn_rad(self) -> Array:
-        """How far the frame is turned: rotation vector in its own axes. Shape (3,) [rad]."""
+        """Rotation of the frame: rotation vector in its own axes. Shape (3,) [rad]."""
         return self._offset[3:].copy()
 
     def clear(self) -> None:
-        """Forget what was felt: the receptacle is elsewhere."""
+        """Reset the correction: the receptacle is elsewhere."""
         self._offset = np.zeros(6)
-        self._pose = _NONE  # of the corrected frame in the one seen
+        self._pose = _NONE  # pose of the corrected frame in the seen one
 
     def feel(self, force_n: Array, torque_nm: Array, quiet: bool, dt_s: float) -> None:
-        """Take one control period in contact into account.
+        """Integrate the wrench of one control period in contact.
 
         Args:
-            force_n: On the plug, in the axes of the estimated frame. Shape (3,) [N].
-            torque_nm: On the plug about its tip, in the same axes. Shape (3,) [Nm].
+            force_n: Force on the plug, in the axes of the estimated frame. Shape (3,) [N].
+            torque_nm: Torque on the plug about its tip, in the same axes. Shape (3,) [Nm].
             quiet: Whether the receptacle stands still.
             dt_s: Control period [s].
         """
@@ -69,7 +69,7 @@ class ContactCorrection:
         self._add(dt_s * _shortened(shift_m_s, _FASTEST_M_S), dt_s * _shortened(turn_rad_s, _FASTEST_RAD_S))
 
     def anchor(self, plug: Array) -> None:
-        """Most of the way to where a plug is jammed: the bore's axis is near that of the plug.
+        """Move the frame most of the way to a jammed plug: the bore's axis is near the plug's.
 
         Args:
             plug: Pose of its tip in the corrected frame. Shape (7,).
@@ -82,15 +82,15 @@ class ContactCorrection:
         self._add(_BLEND * crossing, _BLEND * tilt)
 
     def push(self, by_m: float) -> None:
-        """Move the frame along its axis: the bottom of the bore was felt elsewhere than it was believed [m]."""
+        """Move the frame along its axis: the bottom of the bore was not where it was believed to be [m]."""
         self._add(np.array([0.0, 0.0, by_m]), np.zeros(3))
 
     def corrected(self, frame: TaskFrame) -> TaskFrame:
-        """Where the receptacle is, as seen and felt."""
+        """Return the frame of the receptacle by sight and touch together."""
         return frame if self._pose is _NONE else TaskFrame.at(frame.to_world(self._pose))
 
     def _add(self, shift_m: Array, turn_rad: Array) -> None:
-        """Move on, by a way in the axes of the corrected frame."""
+        """Add a displacement and a rotation, both in the axes of the corrected frame."""
         if not (shift_m.any() or turn_rad.any()):
             return
         way, moved, offset, pose = np.empty(6), np.empty(7), np.empty(6), np.empty(7)
@@ -103,7 +103,7 @@ class ContactCorrection:
 
 
 def _beyond(vector: Array, least: float) -> Array:
-    """What is left of a vector's length beyond a dead band."""
+    """Shorten a vector by a dead band."""
     length = math.sqrt(vector @ vector)
     return vector * (max(length - least, 0.0) / max(length, 1e-12))
 

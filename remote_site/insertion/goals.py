@@ -1,4 +1,4 @@
-"""Goals before a receptacle: back out of the bore along its axis, and nothing sideways in it.
+"""Goals of manoeuvres at a receptacle: out of the bore along its axis, with no sideways motion inside.
 
 In the frame of the receptacle the mouth is the origin, and z points into the bore.
 """
@@ -23,15 +23,15 @@ _BESIDE_M = 0.040
 
 
 class AlongAxis:
-    """The way to a pose that goes with the receptacle.
+    """Goal pose that moves with the receptacle.
 
     Args:
-        local: Where it ends, in the frame of the receptacle. Shape (7,).
-        sensing: Where the receptacle is.
-        arm: Whether the plug is near it.
-        speed_m_s: In free water [m/s].
-        distance_m: How long the way is [m].
-        time_limit_s: See `ManoeuvreGoal`; as long as its distance takes when not given.
+        local: Goal pose in the frame of the receptacle. Shape (7,).
+        sensing: Newest measurements; they hold the receptacle's frame.
+        arm: Arm; it knows whether the plug is near the receptacle.
+        speed_m_s: Speed in free water [m/s].
+        distance_m: Length of the path [m].
+        time_limit_s: See `ManoeuvreGoal`; derived from the distance when not given.
     """
 
     def __init__(
@@ -56,14 +56,14 @@ class AlongAxis:
 
 
 def shifted(sensing: Sensing, by_m: Array) -> Array:
-    """Where the tip is, moved by a way in the axes of the receptacle, all in its frame. Shapes (3,), (7,)."""
+    """Return the tip's pose in the receptacle's frame, displaced along its axes. Shapes (3,), (7,)."""
     local = sensing.frames[0].to_local(sensing.effector.controlled[0])
     local[:3] += by_m
     return local
 
 
 def in_bore(sensing: Sensing) -> bool:
-    """Whether the tip is behind the mouth, as far as that is known."""
+    """Decide whether the tip is behind the mouth, as far as that is known."""
     if not np.isfinite(sensing.unseen_s):
         return False
     x, y, z = sensing.frames[0].to_local(sensing.effector.point)[:3]
@@ -71,7 +71,7 @@ def in_bore(sensing: Sensing) -> bool:
 
 
 def confined(reference: Array, sensing: Sensing) -> Array:
-    """Where a plug may go of where the hand leads it: in the bore along its axis alone. Shapes (7,)."""
+    """Confine the operator's reference: inside the bore the plug moves along the axis only. Shapes (7,)."""
     if not in_bore(sensing):
         return reference
     axis, at = sensing.frames[0].A[:, 2], sensing.effector.controlled[0].copy()
@@ -81,5 +81,5 @@ def confined(reference: Array, sensing: Sensing) -> Array:
 
 
 def free_speed_m_s(fastest_m_s: float) -> float:
-    """How fast manoeuvres go in free water [m/s]."""
+    """Return the speed of manoeuvres in free water [m/s]."""
     return SPEED * fastest_m_s

@@ -1,7 +1,8 @@
-"""Whether a plug is stuck: it presses, is not where it should be, and gets no further.
+"""Detection of a jammed plug: it presses, is not seated, and makes no progress.
 
-Deep in the bore there are two reasons. A jammed plug is pressed aside or tilted; one that is pressed on
-straight has reached the bottom, and the receptacle is nearer than it was believed to be.
+Deep in the bore a plug stops for one of two reasons. A force or torque across the axis means that it jammed;
+a force along the axis alone means that it reached the bottom, and that the receptacle is nearer than
+believed.
 """
 
 from __future__ import annotations
@@ -12,16 +13,16 @@ from enum import Enum, auto
 import numpy as np
 from numpy.typing import NDArray
 
-# Less progress than this within so long a time, under more force than this, is none.
+# No progress: less than this distance within this time, under more than this force.
 _PROGRESS_M, _WITHIN_S, _FORCE_N = 0.0015, 1.0, 15.0
-# Where a plug that touches nothing, and one that is in, are believed to be at most; and the bottom at least.
+# Believed depths between which a plug can jam, and the least depth at which it can have reached the bottom.
 _FROM_M, _TO_M, _BOTTOM_M = -0.020, 0.070, 0.045
-# Pressed on straight: less force and torque across the axis than this.
+# Pressed straight: less force and torque across the axis than this.
 _STRAIGHT_N, _STRAIGHT_NM = 6.0, 0.6
 
 
 class Stuck(Enum):
-    """What keeps a plug from going on."""
+    """Cause that stops a plug."""
 
     NO = auto()
     JAMMED = auto()
@@ -29,7 +30,7 @@ class Stuck(Enum):
 
 
 class JamDetector:
-    """Watches depth, force and torque."""
+    """Detector of jams from depth, force and torque."""
 
     def __init__(self) -> None:
         self._depths_m: deque[tuple[float, float]] = deque()
@@ -37,13 +38,13 @@ class JamDetector:
     def stuck(
         self, depth_m: float, force_n: NDArray[np.float64], torque_nm: NDArray[np.float64], now_s: float
     ) -> Stuck:
-        """What has kept the plug from going on for a second; begins anew when something did.
+        """Return the cause that has stopped the plug for a second; restart the second when there is one.
 
         Args:
-            depth_m: Of the tip behind the mouth, as believed [m].
-            force_n: On the plug, in the axes of the receptacle. Shape (3,) [N].
-            torque_nm: On the plug about its tip, in the same axes. Shape (3,) [Nm].
-            now_s: Now [s].
+            depth_m: Believed depth of the tip behind the mouth [m].
+            force_n: Force on the plug, in the axes of the receptacle. Shape (3,) [N].
+            torque_nm: Torque on the plug about its tip, in the same axes. Shape (3,) [Nm].
+            now_s: Present time [s].
         """
         if not _FROM_M < depth_m < _TO_M or float(np.linalg.norm(force_n)) < _FORCE_N:
             self._depths_m.clear()

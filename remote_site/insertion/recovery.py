@@ -1,8 +1,8 @@
-"""When and where to an insertion goes back, to try again: jammed, or beside the mouth after a jump.
+"""Recovery of an insertion: when a jammed or misplaced plug retreats, and to where, before it retries.
 
-It goes on with the model by itself, from where it went back to. A plug that is to come out has nowhere to go
-back to; but it is in the bore, which therefore is where the plug is. In the frame of the receptacle the mouth is
-the origin, and z points into the bore.
+After the retreat the model goes on from there. A plug to be extracted cannot retreat, but it is in the bore,
+so its pose tells where the bore is. In the frame of the receptacle the mouth is the origin, and z points into
+the bore.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ Array = NDArray[np.float64]
 
 MAX_ATTEMPTS = 4
 _JAM_BACK_M = 0.030
-_IN_BORE_M = 0.030  # behind the mouth, and at most so far beside the axis: more than sight is wrong by
+_IN_BORE_M = 0.030  # depth behind the mouth, and largest distance from the axis: more than the error of sight
 _REACHED_M, _PATIENCE_S = 0.004, 4.0
-# The estimate of a receptacle that has just jumped is no better.
+# Right after a jump the estimate is no better than this.
 _ALIGNED_M = 0.015
 
 
 @dataclass(frozen=True, eq=False)
 class Felt:
-    """What is known of the plug in one control period.
+    """Pose and wrench of the plug in one control period.
 
     Args:
         plug: Pose of its tip in the world. Shape (7,).
-        force_n: On it, in the axes of the world. Shape (3,) [N].
-        torque_nm: On it about its tip, in the axes of the world. Shape (3,) [Nm].
+        force_n: Force on it, in the axes of the world. Shape (3,) [N].
+        torque_nm: Torque on it about its tip, in the axes of the world. Shape (3,) [Nm].
     """
 
     plug: Array
@@ -44,13 +44,13 @@ class Felt:
 
 
 class Recovery:
-    """Corrects the frame of the receptacle, and says when to go back and where to.
+    """Correction of the receptacle's frame, and decision when and where to retreat.
 
     Args:
         correcting: Whether contact corrects the frame.
-        attempts: How often it may go back from a jam; with none it presses on.
-        depth_m: Of the bore [m].
-        enters: Whether the plug is to go into the bore, and not to come out of it.
+        attempts: Number of retreats from jams; with none the plug presses on.
+        depth_m: Depth of the bore [m].
+        enters: True for a plug that enters the bore, False for one that is extracted.
     """
 
     def __init__(
@@ -62,23 +62,23 @@ class Recovery:
     ):
         self._correcting, self._attempts, self._depth_m = correcting, attempts, depth_m
         self.enters = enters
-        """Whether the plug is to go into the bore, and not to come out of it."""
+        """True for a plug that enters the bore, False for one that is extracted."""
         self.correction = ContactCorrection()
         self._jam, self._beside = JamDetector(), BesideRule()
-        self._goal: Array | None = None  # in the frame of the receptacle
+        self._goal: Array | None = None  # pose in the frame of the receptacle
         self._until_s, self._reached_m = 0.0, _REACHED_M
         self.jams = 0
-        """How often it was jammed."""
+        """Number of jams."""
         self.retreats = 0
-        """How often it was beside the mouth."""
+        """Number of retreats from beside the mouth."""
 
     @property
     def given_up(self) -> bool:
-        """Whether it was jammed once more than it may go back."""
+        """True once it jammed more often than it may retreat."""
         return 0 < self._attempts < self.jams
 
     def begin(self, plug: Array, seen: TaskFrame) -> None:
-        """The motion begins: where a plug is that is to come out, there the bore is.
+        """Begin the motion; a plug to be extracted tells where the bore is.
 
         Args:
             plug: Pose of its tip in the world. Shape (7,).
@@ -90,26 +90,26 @@ class Recovery:
             self.correction.anchor(local)
 
     def jumped(self) -> None:
-        """The receptacle was found elsewhere: what was felt does not hold there."""
+        """Forget what was felt: the receptacle was found elsewhere."""
         self.correction.clear()
         self._beside.jumped()
 
     def corrected(self, frames: Sequence[TaskFrame]) -> list[TaskFrame]:
-        """The task frames as seen and felt; the first is that of the receptacle."""
+        """Return the task frames by sight and touch; the first is the receptacle's."""
         return [self.correction.corrected(frames[0]), *frames[1:]]
 
     def update(self, felt: Felt, seen: TaskFrame, quiet: bool, now_s: float, dt_s: float) -> Array | None:
-        """One control period.
+        """Process one control period.
 
         Args:
-            felt: What is known of the plug.
-            seen: The frame of the receptacle, as seen.
+            felt: Pose and wrench of the plug.
+            seen: The receptacle's frame by sight.
             quiet: Whether the receptacle stands still.
-            now_s: Now [s].
+            now_s: Present time [s].
             dt_s: Control period [s].
 
         Returns:
-            The pose in the world to go back to; None when the motion may go on. Shape (7,).
+            The pose in the world to retreat to, or None if the motion may go on. Shape (7,).
         """
         frame = self.correction.corrected(seen)
         local = frame.to_local(felt.plug)
@@ -121,7 +121,7 @@ class Recovery:
             back = self._back(local, frame.A.T @ felt.force_n, frame.A.T @ felt.torque_nm, now_s)
             if back is not None:
                 back = frame.to_world(back)
-                frame = self.correction.corrected(seen)  # it may have been moved
+                frame = self.correction.corrected(seen)  # its bottom may have been moved
                 self._goal, self._until_s = frame.to_local(back), now_s + _PATIENCE_S
         if self._goal is not None:
             return frame.to_world(self._goal)
@@ -130,7 +130,7 @@ class Recovery:
         return None
 
     def _back(self, local: Array, force_n: Array, torque_nm: Array, now_s: float) -> Array | None:
-        """Where to go back to from a pose, if that begins now; in the frame of the receptacle until now."""
+        """Return where a retreat from this pose leads if one begins now, in the receptacle's frame so far."""
         beside_m = self._beside.goal_m(local[:3])
         if beside_m is not None:
             self.retreats += 1

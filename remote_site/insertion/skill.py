@@ -1,4 +1,4 @@
-"""InsertionSkill: puts a plug into a receptacle, or takes it out, by sight and touch; on any `InsertionArm`."""
+"""InsertionSkill: inserts or extracts a plug by sight and touch, on any `InsertionArm`."""
 
 from __future__ import annotations
 
@@ -30,16 +30,18 @@ _DEPTH_M, _LATERAL_M = (0.075, 0.095), 0.010
 
 
 class InsertionSkill:
-    """A `Skill`. The first task frame is that of the receptacle: its origin in the mouth, z into the bore.
+    """Skill of inserting and extracting.
+
+    The first task frame is the receptacle's: origin in the mouth, z into the bore.
 
     Args:
-        task: What the robot is at first.
-        arm: What moves the plug.
+        task: The first task.
+        arm: Arm that moves the plug.
         perception: Sight of the receptacle.
-        ready: Pose where Go to ready leads. Shape (7,).
-        max_speed_m_s: Of the tip, in every mode [m/s].
-        new_recovery: Makes the recovery of an execution, by whether the plug is to enter.
-        examine: Examines an insertion before it begins; None for nothing.
+        ready: Goal pose of Go to ready. Shape (7,).
+        max_speed_m_s: Speed limit of the tip, in every mode [m/s].
+        new_recovery: Makes the recovery of an execution; its argument is whether the plug enters.
+        examine: Examines an insertion before it begins; None for no examination.
     """
 
     def __init__(
@@ -79,7 +81,7 @@ class InsertionSkill:
             self._arm.see(guidance.receptacle, guidance.presses)
 
     def begin(self, task: AnyTask, now_s: float) -> None:
-        """See `Skill`: in free water what was felt is forgotten, and the wrist's sensor tared."""
+        """See `Skill`; in free water forget what was felt, and tare the wrist's sensor."""
         assert isinstance(task, ArmTask)
         self.task = task
         recovery = self._new_recovery(self.must_seat)
@@ -128,7 +130,7 @@ class InsertionSkill:
         return ""
 
     def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
-        """See `Skill`: of an insertion, the way in."""
+        """See `Skill`; an insertion has its path into the bore examined."""
         assert isinstance(task, ArmTask)
         if task.skill != "insert" or self._examine is None:
             return None

@@ -1,7 +1,7 @@
-"""Sight and touch of a receptacle, together: where it is believed to be, and where an execution must go back to.
+"""Estimate of a receptacle by sight and touch together, with the pose to retreat to.
 
-What it needs of an arm is more than a `Plant` has: the torque on the tool, and that it is told where the
-receptacle is. The first task frame is that of the receptacle: its origin in the mouth, z into the bore.
+It needs more of an arm than `Plant` offers: the torque on the tool, and a way to tell the arm where the
+receptacle is. The first task frame is the receptacle's: origin in the mouth, z into the bore.
 """
 
 from __future__ import annotations
@@ -27,44 +27,44 @@ BACK_M_S = 0.08
 
 
 class InsertionArm(Plant, Protocol):
-    """What the insertion needs of an arm: a plant whose points are poses of a plug's tip, and that knows its receptacle."""
+    """Interface of an arm that inserts: its points are poses of a plug's tip, and it knows its receptacle."""
 
     @property
     def near(self) -> bool:
-        """Whether the plug is in its receptacle or close before it."""
+        """True while the plug is in its receptacle or close in front of it."""
         ...
 
     @property
     def seated(self) -> bool:
-        """Whether the arm presses the plug to the bottom."""
+        """True while the arm presses the plug against the bottom."""
         ...
 
     def tare(self) -> None:
-        """Take what the wrist's sensor measures now for nothing."""
+        """Tare the wrist's force and torque sensor."""
         ...
 
     def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
-        """Where the receptacle is believed to be, and whether the plug is to be pressed into it: `Servo.see`."""
+        """Set where the receptacle is believed to be, and whether to press the plug into it: `Servo.see`."""
         ...
 
 
 class TrackedPerception(Perception, Protocol):
-    """Sight that knows how its target moves, and how well that is known."""
+    """Perception that also estimates how its target moves, and how certain that is."""
 
     @property
     def newest(self) -> Estimate | None:
-        """The estimate at the last look; None while unseen."""
+        """Estimate at the last look; None while the target is unseen."""
         ...
 
 
 class Touched(NamedTuple):
-    """What sight and touch say together.
+    """Joint result of sight and touch.
 
     Args:
         frames: The task frames.
-        back: The pose to go back to before the execution goes on; None when it may. Shape (7,).
-        receptacle: Where the arm is to believe its receptacle; None for nothing new.
-        presses: Whether the plug is to be pressed into it.
+        back: Pose to retreat to before the execution goes on; None if it may go on. Shape (7,).
+        receptacle: Where the arm shall believe its receptacle; None for no change.
+        presses: True if the plug is to be pressed into it.
     """
 
     frames: list[TaskFrame]
@@ -74,12 +74,13 @@ class Touched(NamedTuple):
 
 
 class Touch:
-    """Finds in every control period where the receptacle is; tells nobody.
+    """Estimator of the receptacle; it returns its result and tells nobody else.
 
     Args:
         perception: Sight of the receptacle.
-        recovery: Its way out of jams, with what was felt.
-        look_s: For so long from the first update on the arm is told nothing: the first estimates jump about [s].
+        recovery: Retreats from jams, with the frame's correction by contact.
+        look_s: Time after the first update in which the arm is told nothing, because the first estimates
+            jump about [s].
     """
 
     def __init__(self, perception: TrackedPerception, recovery: Recovery, look_s: float):
@@ -90,15 +91,15 @@ class Touch:
         self.renew(recovery)
 
     def renew(self, recovery: Recovery) -> None:
-        """Another execution begins."""
+        """Begin another execution."""
         self.recovery, self._begun = recovery, False
 
     def update(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> Touched:
-        """Take what was sensed just now into account.
+        """Process one control period's measurements.
 
         Args:
             sensing: The newest measurements.
-            executing: Whether a model moves the arm; else contact tells nothing new.
+            executing: Whether a model moves the arm; otherwise contact tells nothing new.
             now_s: Now [s].
             dt_s: Control period [s].
         """
@@ -113,7 +114,7 @@ class Touch:
         if self._tell_from_s is None:
             self._tell_from_s = now_s + self._look_s
         if math.isfinite(sensing.unseen_s) and now_s >= self._tell_from_s:
-            # An arm that holds still must not wander with the noise of a velocity that is none.
+            # The noise of an estimated velocity must not move an arm that holds still.
             moves = newest is not None and (executing or not quiet)
             velocity = newest.velocity if newest is not None and moves else np.zeros(6)
             receptacle = SeenReceptacle(pose_of(frames[0]), velocity)
@@ -128,7 +129,7 @@ class Touch:
 
 
 def pose_of(frame: TaskFrame) -> Array:
-    """A frame as a pose. Shape (7,)."""
+    """Return a frame as a pose. Shape (7,)."""
     return np.concatenate([frame.b, frame.quat_wxyz])
 
 

@@ -1,9 +1,9 @@
-"""A target that mostly stands still, sometimes moves, and may be put elsewhere: two filters side by side.
+"""Filter for a target that mostly stands still, sometimes moves, and may jump: two filters in parallel.
 
-The *quiet* filter expects a target that hardly moves: it averages the noise away, but lags behind one that
-does. The *agile* one follows. Which of them counts is decided by the quiet one's innovations: noise averages
-out of them, a lag does not. That the target jumped is decided by the agile one's innovations, since the
-quiet one's are large in any sway.
+The *quiet* filter expects a target that hardly moves: it averages the noise away, but lags behind a moving
+target. The *agile* one follows. The innovations of the quiet filter decide which of the two applies: noise
+averages out of them, a lag does not. The innovations of the agile filter decide whether the target jumped,
+since in any sway the quiet filter's are large.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ Array = NDArray[np.float64]
 QUIET = TargetMotion((1e-6, 1e-5), (0.02, 0.04))
 AGILE = TargetMotion((1e-3, 1e-2), (0.1, 0.2))
 
-# Part of a new innovation in their mean, the variance that noise leaves in that mean, and the length [standard
-# deviations] of a mean that means a lag.
+# Weight of a new innovation in the mean, the variance that noise leaves in that mean, and the length [standard
+# deviations] from which the mean shows a lag.
 _FORGET = 0.1
 _NOISE = _FORGET / (2.0 - _FORGET)
 _LAG = 1.2
 _AGILE_FOR_S = 4.0
-# A jump is as far from what was expected as this, in two measurements that agree with each other.
+# A jump: two successive measurements are this far from the expectation and agree with each other.
 _JUMP_STDS, _JUMP = 5.0, (0.010, math.radians(4.0))
 
 
 class AdaptiveFilter:
-    """A quiet and an agile filter, and the choice between them.
+    """Quiet and agile filter of one target, and the choice between them.
 
     Args:
-        measurement_std: Noise of one measurement per axis [m, rad].
-        space: Where the target lives.
+        measurement_std: Standard deviation of a measurement's noise per axis [m, rad].
+        space: Space of the target's points: positions or poses.
     """
 
     def __init__(self, measurement_std: tuple[float, ...], space: Manifold = POSE):
@@ -53,11 +53,11 @@ class AdaptiveFilter:
 
     @property
     def time_s(self) -> float | None:
-        """When the newest measurement that counted was taken [s]; None before the first."""
+        """Time of the newest accepted measurement [s]; None before the first."""
         return self._agile.time_s
 
     def update(self, measured: Array, taken_s: float) -> None:
-        """Take a measurement into account; one that cannot be waits for a second that agrees. Shape (C,)."""
+        """Process a measurement; an implausible one waits for a second that agrees with it. Shape (C,)."""
         if self._agile.time_s is None:
             self._quiet.update(measured, taken_s)
             self._agile.update(measured, taken_s)
@@ -79,10 +79,10 @@ class AdaptiveFilter:
         self._agile.update(measured, taken_s)
 
     def estimate(self, now_s: float) -> Estimate:
-        """Where the target is by now. `update` must have been called."""
+        """Return the target's estimate now; call `update` before."""
         if now_s < self._agile_until_s:
             return replace(self._agile.estimate(now_s), jumps=self._jumps)
-        # A lag that may be there is not known to the filter itself.
+        # The quiet filter's covariance does not include a possible lag.
         estimate = self._quiet.estimate(now_s)
         lag = np.maximum(self._lag**2 - _NOISE, 0.0) * self._std**2
         covariance = estimate.covariance + np.diag(lag)

@@ -1,4 +1,4 @@
-"""A simulated marker tracker: a camera's measurements of a target, late, noisy, with gaps and a constant error."""
+"""Simulated marker tracker: a camera's measurements, late, noisy, with gaps and a constant error."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class TrackerNoise:
-    """What is wrong with a tracker's measurements; standard deviations per axis.
+    """Errors of a tracker's measurements; standard deviations per axis.
 
     Args:
-        bias_m: Of the constant error of positions [m].
-        bias_rad: Of the constant error of orientations [rad].
-        jitter_m: Of the error of each measured position [m].
-        jitter_rad: Of the error of each measured orientation [rad].
-        dropout: Share of the measurements that are missing.
-        latency_s: From the moment a measurement is of to its arrival [s].
-        rate_hz: Measurements per second, and at most one at each look [Hz].
+        bias_m: Standard deviation of the constant position error [m].
+        bias_rad: Standard deviation of the constant orientation error [rad].
+        jitter_m: Standard deviation of each measured position's error [m].
+        jitter_rad: Standard deviation of each measured orientation's error [rad].
+        dropout: Share of missing measurements.
+        latency_s: Time from the instant that a measurement describes to its arrival [s].
+        rate_hz: Measurements per second; at most one per look [Hz].
 
     Raises:
         InvalidConfiguration: When a number is out of range.
@@ -54,11 +54,11 @@ PRESETS = {"clean": CLEAN, "typical": TYPICAL}
 
 
 class Measurement(NamedTuple):
-    """One measurement.
+    """One measurement of the target.
 
     Args:
         point: Position or pose in the world. Shape (C,).
-        taken_s: The moment it is of [s].
+        taken_s: Instant that it describes [s].
     """
 
     point: Array
@@ -66,12 +66,12 @@ class Measurement(NamedTuple):
 
 
 class MarkerTracker:
-    """Measures where a target is; the same seed gives the same errors.
+    """Simulated tracker; the same seed gives the same errors.
 
     Args:
-        space: Where the target lives.
-        noise: What is wrong with the measurements.
-        seed: Of the errors.
+        space: Space of the target's points: positions or poses.
+        noise: Errors of the measurements.
+        seed: Seed of the errors.
     """
 
     def __init__(self, space: Manifold, noise: TrackerNoise, seed: int):
@@ -85,21 +85,21 @@ class MarkerTracker:
 
     @property
     def usual_age_s(self) -> float:
-        """How old the newest measurement is that has arrived, at most, when none is missing [s]."""
+        """Largest age of the newest arrived measurement when none is missing [s]."""
         return self._noise.latency_s + 1.0 / self._noise.rate_hz
 
     def look(self, truth: Array | None, now_s: float) -> list[Measurement]:
-        """Let the tracker see the target now, and take what has arrived by now.
+        """Show the tracker the target now, and return the measurement that has arrived.
 
         Args:
-            truth: Where the target is now; None while it is out of sight. Shape (C,).
-            now_s: Now; never earlier than at the look before [s].
+            truth: True point of the target now; None while it is out of sight. Shape (C,).
+            now_s: Present time; never earlier than at the previous look [s].
         """
         if now_s >= self._due_s:
             period_s = 1.0 / self._noise.rate_hz
-            # The tracker's own grid, unless nobody looked for a while.
+            # Measurements lie on the tracker's own grid of times, unless nobody looked for a while.
             self._due_s = (self._due_s if self._due_s > now_s - period_s else now_s) + period_s
-            # Both are drawn in any case, so that runs with other noises have the same errors.
+            # Both are drawn in any case, so that runs with other noise levels share their random numbers.
             missing = self._random.random() < self._noise.dropout
             error = self.bias + self._random.normal(size=self.bias.size) * self._jitter
             if truth is not None and not missing:

@@ -1,4 +1,4 @@
-"""Simulated sight: a target that a simulated tracker measures, filtered."""
+"""Simulated sight: a simulated tracker's measurements of a target, filtered."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from farhand.remote_site.perception.target_filter import Estimate, TargetFilter,
 
 Array = NDArray[np.float64]
 
-# Of the planar task's target: it oscillates all the time.
+# Filter settings of the planar task's target, which oscillates all the time.
 _OSCILLATION = TargetMotion((2e-3,), (1.0,))
-# A target is unseen when its newest measurement is older than usual by this: four at 30 Hz are missing.
+# A target counts as unseen once its newest measurement is older than usual by this: four missing at 30 Hz.
 _MISSING_S = 0.13
 
 
@@ -29,7 +29,7 @@ class OscillatingTarget:
     Args:
         settings: Mean, amplitude and period.
         phase_rad: Phase at time zero [rad].
-        slide_m_s: Speed at which a moved mean travels [m/s].
+        slide_m_s: Speed of a mean on its way to another place [m/s].
     """
 
     def __init__(self, settings: Target, phase_rad: float = 0.0, slide_m_s: float = 0.3):
@@ -38,11 +38,11 @@ class OscillatingTarget:
         self._moved_s = 0.0
 
     def move_to(self, mean_m: Array, now_s: float) -> None:
-        """Have the mean slide to another place from now on. Shape (D,) [m]."""
+        """Slide the mean to another place, beginning now. Shape (D,) [m]."""
         self._mean, self._goal, self._moved_s = self._mean_m(now_s), np.array(mean_m), now_s
 
     def origin_m(self, now_s: float) -> Array:
-        """Its centre. Shape (D,) [m]."""
+        """Return the target's centre at a time. Shape (D,) [m]."""
         settings = self._settings
         angle = 2.0 * math.pi * now_s / settings.period_s + self._phase_rad
         return self._mean_m(now_s) + np.array(settings.amplitude_m) * math.sin(angle)
@@ -55,12 +55,12 @@ class OscillatingTarget:
 
 
 class SimulatedPerception:
-    """A target that a simulated tracker measures, filtered.
+    """Perception of one target by a simulated tracker and a filter.
 
     Args:
-        truth: Where the target really is at a time: position or pose in the world.
-        tracker: Measures it.
-        target_filter: Makes the best of the measurements.
+        truth: Returns the true point of the target at a time: position or pose in the world.
+        tracker: Simulated tracker.
+        target_filter: Filter of its measurements.
     """
 
     def __init__(
@@ -77,12 +77,12 @@ class SimulatedPerception:
 
     @classmethod
     def of_oscillating(cls, target: OscillatingTarget, noise_std_m: float, seed: int) -> SimulatedPerception:
-        """The planar task's: a noisy measurement at every look, at once.
+        """Return the planar task's perception: a noisy measurement at every look, without latency.
 
         Args:
             target: The target.
-            noise_std_m: Measurement noise per axis [m].
-            seed: Of the noise.
+            noise_std_m: Standard deviation of the noise per axis [m].
+            seed: Seed of the noise.
         """
         space = Manifold(target.origin_m(0.0).size)
         tracker = MarkerTracker(space, TrackerNoise(jitter_m=noise_std_m, rate_hz=math.inf), seed)

@@ -1,4 +1,4 @@
-"""What the robot senses each tick: its effector and its task frames, also for a moment unseen."""
+"""Measurements of one control period: effector and task frames, which are predicted while briefly unseen."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _VELOCITY_S = 0.2
 
 @dataclass(frozen=True)
 class SeenAgain:
-    """The task frames were seen again in this very tick.
+    """End of a gap: the task frames are seen again in this very tick.
 
     Args:
-        gap_s: How long they were not [s].
-        moved_m: How far the first one is from where it was predicted [m].
-        turned_rad: How far it is turned from that [rad].
+        gap_s: Duration of the gap [s].
+        moved_m: Distance of the first frame from its prediction [m].
+        turned_rad: Rotation of the first frame from its prediction [rad].
     """
 
     gap_s: float
@@ -38,14 +38,14 @@ class SeenAgain:
 
 
 class Sensing:
-    """The newest measurements.
+    """Newest measurements of a robot and its surroundings.
 
     Args:
-        plant: The machine.
-        perception: Its surroundings.
-        n_frames: How many task frames there are.
-        control_hz: How often `update` is called [Hz].
-        now_s: Now [s].
+        plant: The robot.
+        perception: Its sight.
+        n_frames: Number of task frames.
+        control_hz: Rate at which `update` is called [Hz].
+        now_s: Present time [s].
     """
 
     def __init__(self, plant: Plant, perception: Perception, n_frames: int, control_hz: float, now_s: float):
@@ -64,7 +64,7 @@ class Sensing:
         self.update(now_s)
 
     def update(self, now_s: float) -> None:
-        """Measure."""
+        """Measure the effector and the task frames."""
         self.effector = self._plant.read()
         observed = self._perception.observe(now_s)
         self.seen_again = None
@@ -82,14 +82,14 @@ class Sensing:
             self._recent.popleft()
 
     def mean_frame(self) -> TaskFrame:
-        """The first frame averaged over its movement."""
+        """Return the first frame averaged over its movement."""
         if not self._seen:
             return self.seen[0]
         U, _, Vt = np.linalg.svd(np.mean([frame.A for frame in self._seen], axis=0))
         return TaskFrame(U @ Vt, np.mean([frame.b for frame in self._seen], axis=0))
 
     def _predicted(self) -> list[TaskFrame]:
-        """The frames as they go on as they went, for a moment; after that they stand still."""
+        """Return the frames extrapolated for a moment; after that they stand still."""
         if not self._recent:
             return self.seen
         (before_s, before), (last_s, last) = self._recent[0], self._recent[-1]
@@ -98,8 +98,8 @@ class Sensing:
 
 
 def _gone_on(before: TaskFrame, last: TaskFrame, ratio: float) -> TaskFrame:
-    """A frame that moves and turns on from the last by a multiple of its way from before to the last."""
-    turn = np.eye(3)  # of the plane it is one of space about the third axis
+    """Return a frame extrapolated from the last one by a multiple of its motion since the one before."""
+    turn = np.eye(3)  # a rotation of the plane is one of space about the third axis
     turn[: last.n_dims, : last.n_dims] = before.A.T @ last.A
     further = Rotation.from_rotvec(ratio * Rotation.from_matrix(turn).as_rotvec()).as_matrix()
     A = last.A @ further[: last.n_dims, : last.n_dims]
@@ -107,8 +107,8 @@ def _gone_on(before: TaskFrame, last: TaskFrame, ratio: float) -> TaskFrame:
 
 
 def apart(one: TaskFrame, other: TaskFrame) -> tuple[float, float]:
-    """Distance of the origins [m], and the angle between the axes [rad]."""
+    """Return the distance of the origins [m], and the angle between the axes [rad]."""
     turn = one.A.T @ other.A
-    # The angle of a rotation from its distance to the identity, in the plane and in space.
+    # A rotation's distance to the identity gives its angle, in the plane and in space.
     angle = 2.0 * math.asin(min(1.0, float(np.linalg.norm(turn - np.eye(len(turn)))) / math.sqrt(8.0)))
     return float(np.linalg.norm(other.b - one.b)), angle

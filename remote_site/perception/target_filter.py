@@ -1,8 +1,9 @@
-"""Where a target is and how it moves, from measurements of its position or pose: a Kalman filter on a manifold.
+"""Kalman filter on a manifold: a target's point and velocity, from measurements of its position or pose.
 
-Model: constant velocity, disturbed by white acceleration, all axes of a part (positions, rotations) alike.
-The covariance of an axis with its velocity is then one 2 x 2 matrix for each part, whatever the dimension.
-The mean is a point of the manifold, the velocity a tangent: one code path for positions and poses.
+Model: constant velocity disturbed by white acceleration, with the same parameters for all axes of a part
+(positions, rotations). The covariance of an axis with its velocity is then one 2 x 2 matrix per part,
+whatever the dimension. The mean is a point of the manifold and the velocity a tangent, so positions and poses
+share one code path.
 """
 
 from __future__ import annotations
@@ -16,17 +17,17 @@ from farhand.common.model.manifold import Manifold, exp_at, log_at
 
 Array = NDArray[np.float64]
 
-# A target that was not measured for longer than this [s] is less and less expected to go on as it went.
+# After this time without a measurement [s], the predicted velocity decays.
 _STEADY_S, _DECAY_S = 0.15, 0.5
 
 
 @dataclass(frozen=True)
 class TargetMotion:
-    """How a target is expected to move; a number for positions, and one for rotations.
+    """Expected motion of a target; one number for positions, and one for rotations.
 
     Args:
         acceleration_density: Spectral density of the acceleration [m^2/s^3, rad^2/s^3].
-        speed_std: How fast it may move when it is seen for the first time [m/s, rad/s].
+        speed_std: Standard deviation of its speed when it is seen for the first time [m/s, rad/s].
     """
 
     acceleration_density: tuple[float, ...]
@@ -35,14 +36,14 @@ class TargetMotion:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Where the target is.
+    """Estimate of the target.
 
     Args:
         point: Position or pose in the world. Shape (C,).
-        velocity: Of the target [m/s, rad/s]. Shape (T,).
-        covariance: Of the point [m^2, rad^2]. Shape (T, T).
-        quiet: Whether it has been standing still, as far as that can be told.
-        jumps: How often it was found elsewhere.
+        velocity: Velocity of the target [m/s, rad/s]. Shape (T,).
+        covariance: Covariance of the point [m^2, rad^2]. Shape (T, T).
+        quiet: True if it has been standing still, as far as that can be told.
+        jumps: Number of times that it was found elsewhere.
     """
 
     point: Array
@@ -53,12 +54,13 @@ class Estimate:
 
 
 class TargetFilter:
-    """The filter; give it measurements in the order of their times.
+    """Kalman filter of one target; takes measurements in the order of their times.
 
     Args:
-        space: Where the target lives.
-        measurement_std: Noise of one measurement per axis [m, rad]. One number for each part.
-        motion: How the target is expected to move.
+        space: Space of the target's points: positions or poses.
+        measurement_std: Standard deviation of a measurement's noise per axis [m, rad]. One number for each
+            part.
+        motion: Expected motion of the target.
     """
 
     def __init__(self, space: Manifold, measurement_std: tuple[float, ...], motion: TargetMotion):
@@ -69,27 +71,30 @@ class TargetFilter:
         self._part = np.repeat(np.arange(len(space.parts)), space.n_tangent // len(space.parts))
         self._time_s: float | None = None
         self._point = self._velocity = np.empty(0)
-        self._covariance = np.empty((len(space.parts), 2, 2))  # of [point, velocity] of an axis of a part
+        self._covariance = np.empty((len(space.parts), 2, 2))  # of [point, velocity] of an axis, per part
 
     @property
     def time_s(self) -> float | None:
-        """When the newest measurement was taken [s]; None before the first."""
+        """Time of the newest measurement [s]; None before the first."""
         return self._time_s
 
     def reset(self, measured: Array, taken_s: float) -> None:
-        """Forget everything but this measurement. Shape (C,)."""
+        """Restart from this measurement alone. Shape (C,)."""
         self._point, self._velocity = np.array(measured), np.zeros(self._space.n_tangent)
         self._covariance[:] = 0.0
         self._covariance[:, 0, 0], self._covariance[:, 1, 1] = self._r, self._speed_variance
         self._time_s = taken_s
 
     def innovation(self, measured: Array, taken_s: float) -> tuple[Array, Array]:
-        """How far a measurement is from what was expected, and its standard deviation. Shapes (T,), (T,)."""
+        """Return a measurement's difference from the expectation, and its standard deviation.
+
+        Shapes (T,), (T,).
+        """
         point, covariance = self._predicted(taken_s)
         return self._difference(point, measured), np.sqrt(covariance[:, 0, 0] + self._r)[self._part]
 
     def update(self, measured: Array, taken_s: float) -> None:
-        """Take a measurement into account. Shape (C,)."""
+        """Process a measurement. Shape (C,)."""
         if self._time_s is None:
             self.reset(measured, taken_s)
             return
@@ -102,7 +107,7 @@ class TargetFilter:
         self._time_s = taken_s
 
     def estimate(self, now_s: float) -> Estimate:
-        """Where the target is by now: gone on as it went, for a moment. `update` must have been called."""
+        """Return the target's estimate now, extrapolated for a moment; call `update` before."""
         age_s = self._age_s(now_s)
         late_s = max(age_s - _STEADY_S, 0.0)
         decay = float(np.exp(-late_s / _DECAY_S))

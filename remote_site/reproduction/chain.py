@@ -1,4 +1,4 @@
-"""Which component follows which: the most probable chain to an end (Sec. III-B)."""
+"""Most probable chain of components to an end (Sec. III-B)."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ from farhand.common.model.tphsmm import TPHSMM
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Where no time was spent, counts decide.
+# Without time spent, visits decide.
 _TINY = 1e-6
 
 
 def successors(model: TPHSMM, start: Array | None = None) -> Integers:
-    """The component that follows each one, -1 for none; following them never comes back.
+    """Return each component's successor, -1 for none; following successors never returns.
 
-    Among those visited later in the demonstrations it is the one before which most of the time in the
-    component was spent, given where the motion started: the mean and the ramp of the component are those of
-    the demonstrations that stayed in it, while others may only have touched it on another way. Where that
-    leads to no terminal component, it is the best of those that do.
+    The successor is visited later in the demonstrations, and before it the demonstrations spent most of their
+    time in the component, given where the motion started: the component's mean and ramp are those of the
+    demonstrations that stayed in it, while others may only have touched it on another way. If such successors
+    lead to no terminal component, the best one that does is taken.
 
     Args:
         model: The learned task.
-        start: Where the motion began in each frame [m]; None when not where demonstrations began. Shape (P, C).
+        start: Start of the motion in each frame [m]; None if demonstrations did not begin there. Shape (P,
+            C).
     """
     with np.errstate(divide="ignore"):
         score = np.log(model.time_share + _TINY * model.transition)  # -inf where never seen
@@ -50,7 +51,10 @@ def successors(model: TPHSMM, start: Array | None = None) -> Integers:
 
 
 def start_log_likelihood(model: TPHSMM, start: Array) -> Array:
-    """Log density of a start among those of the demonstrations that visited each component. Shape (K,)."""
+    """Return the log density of a start among those of the demonstrations that visited each component.
+
+    Shape (K,).
+    """
     e = model.manifold.log(model.start_means, start[:, None])
     mahalanobis = np.einsum("pkd,pkd->pk", e, np.linalg.solve(model.start_covariances, e[..., None])[..., 0])
     log_determinant = np.linalg.slogdet(model.start_covariances)[1]

@@ -1,4 +1,4 @@
-"""What the executor gives: the control of one tick, and the path that it predicts."""
+"""Results of the executor: the control of one tick, and a predicted path."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Control:
-    """What one tick decided.
+    """Decision of one tick.
 
     Args:
-        acceleration: Command in the world [m/s^2, rad/s^2]. Shape (T,).
-        component: Present component among those that were learned; -1 on a way.
-        way: The way that was chosen where the motion began, -1 for none.
-        elapsed_s: Time since it was entered [s].
-        arrived: Whether the motion has come to its end.
-        remaining_s: Time to its end as it was demonstrated [s].
+        acceleration: Commanded acceleration in the world [m/s^2, rad/s^2]. Shape (T,).
+        component: Present component among the learned ones; -1 on a way.
+        way: Number of the way that the motion took where it began, -1 for none.
+        elapsed_s: Time since the component was entered [s].
+        arrived: True once the motion has ended.
+        remaining_s: Demonstrated time to the end of the motion [s].
         desired: Desired point in the world, one control period ahead. Shape (C,).
     """
 
@@ -35,13 +35,14 @@ class Control:
 
 @dataclass(frozen=True)
 class Path:
-    """A predicted motion.
+    """Predicted motion.
 
     Args:
         points_local: Points in the last task frame. Shape (N, C).
-        points_world: The same in the world, with the frame as it was at the prediction. Shape (N, C).
-        step_s: Time between points [s]; the last one may be earlier.
-        done: Whether the motion comes to its end within the path.
+        points_world: The same points in the world, with the frame as it was at the prediction. Shape (N,
+            C).
+        step_s: Time between points [s]; the last point may come earlier.
+        done: True if the motion ends within the path.
     """
 
     points_local: Array

@@ -1,11 +1,12 @@
-"""Executor: learned model, present task frames and robot state in, acceleration out (Sec. III-B).
+"""Executor: computes an acceleration from model, task frames and the robot's state (Sec. III-B).
 
-At every tick: the Gaussian product for the present frames (Eqs. 8-9), the progress along the chain of
-components, the reference over the horizon, the MPC (Eqs. 2-7). The robot moves relative to the task
-frames; their own velocity and acceleration are estimated and fed forward.
+Each tick computes the Gaussian product for the present frames (Eqs. 8-9), the progress along the chain of
+components, the reference over the horizon, and the MPC (Eqs. 2-7). The robot moves relative to the task
+frames; the frames' own velocity and acceleration are estimated and fed forward.
 
 A point is a position (D,), or a pose (x, y, z, qw, qx, qy, qz); velocities and accelerations are tangents
-(see `farhand.common.model.manifold`): of a pose [m/s, in the axes of the world] and [rad/s, in the axes of the body].
+(see `farhand.common.model.manifold`): for a pose [m/s, in the axes of the world] and [rad/s, in the axes of
+the body].
 """
 
 from __future__ import annotations
@@ -31,18 +32,18 @@ from farhand.remote_site.reproduction.world_components import LocalComponents, W
 
 Array = NDArray[np.float64]
 
-# The closed loop turns by so much in the median duration of the components, or corners would be cut [rad].
+# Phase that the closed loop covers in the components' median duration; with less it would cut corners [rad].
 _LEAST_BANDWIDTH_RAD = 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class ExecutorState:
-    """All that an execution remembers between ticks; immutable, so that a worker may continue from it.
+    """Complete state of an execution between ticks; immutable, so that a worker may continue from it.
 
     Args:
-        progress: Where it is in the chain of components.
-        motion: How the task frames move.
-        start: Where the motion began in each frame, if a way serves there or demonstrations began there. It
+        progress: Position in the chain of components.
+        motion: Motion of the task frames.
+        start: Start of the motion in each frame, if a way applies there or demonstrations began there. It
             alone decides which way is taken. Shape (P, C).
     """
 
@@ -52,11 +53,11 @@ class ExecutorState:
 
 
 class Executor:
-    """Executes one model; call `begin`, then `step` every control period.
+    """Execution of one model: call `begin`, then `step` in every control period.
 
     Args:
         model: The learned task.
-        settings: How to execute it.
+        settings: Settings of the execution.
 
     Raises:
         InvalidModel: When no component is terminal.
@@ -74,13 +75,13 @@ class Executor:
 
     @classmethod
     def from_state(cls, model: TPHSMM, settings: ExecutorSettings, state: ExecutorState) -> Executor:
-        """An executor that continues from another's state."""
+        """Return an executor that continues from another one's state."""
         executor = cls(model, settings)
         executor._continue(state)
         return executor
 
     def state(self) -> ExecutorState:
-        """What the execution remembers now.
+        """Return the present state of the execution.
 
         Raises:
             InvalidInput: Before `begin`.
@@ -91,7 +92,7 @@ class Executor:
 
     @property
     def remaining_s(self) -> float:
-        """Time until the end of the motion as it was demonstrated, at the present pace [s]."""
+        """Demonstrated time to the end of the motion, at the present pace [s]."""
         return self._tracker.time_to_go(self.state().progress) / self.settings.pace
 
     def begin(self, point: Array, velocity: Array, frames: Sequence[TaskFrame]) -> None:
@@ -111,7 +112,7 @@ class Executor:
         self._continue(ExecutorState(progress, FrameMotion.still(world.frame_arrays), start))
 
     def resume(self, frames: Sequence[TaskFrame]) -> None:
-        """Go on after a pause: how the frames moved meanwhile says nothing of how they move now.
+        """Resume after a pause; the frames' motion is estimated from scratch.
 
         Raises:
             InvalidInput: Before `begin`, or when the frames are not the model's.
@@ -129,12 +130,12 @@ class Executor:
         self._local = LocalComponents.of(model)
 
     def step(self, point: Array, velocity: Array, frames: Sequence[TaskFrame]) -> Control:
-        """One control period.
+        """Compute the control of one period.
 
         Args:
-            point: Of the robot in the world. Shape (C,).
-            velocity: Of the robot in the world [m/s, rad/s]. Shape (T,).
-            frames: The task frames now. Length P.
+            point: Point of the robot in the world. Shape (C,).
+            velocity: Velocity of the robot in the world [m/s, rad/s]. Shape (T,).
+            frames: Present task frames. Length P.
 
         Raises:
             InvalidInput: Before `begin`, or when the input is malformed; nothing was changed.
@@ -182,14 +183,16 @@ class Executor:
         step_s: float = 0.1,
         max_points: int = 200,
     ) -> Path:
-        """Roll the whole remaining motion out in a copy, relative to the frames; changes nothing here.
+        """Roll out the whole remaining motion in a copy, relative to the frames.
+
+        This executor stays unchanged.
 
         Args:
-            point: Of the robot in the world. Shape (C,).
-            velocity: Of the robot in the world [m/s, rad/s]. Shape (T,).
-            frames: The task frames now. Length P.
+            point: Point of the robot in the world. Shape (C,).
+            velocity: Velocity of the robot in the world [m/s, rad/s]. Shape (T,).
+            frames: Present task frames. Length P.
             step_s: Time between the points of the path [s].
-            max_points: The path is cut after so many.
+            max_points: Largest number of points; the path ends there.
         """
         state, dt = self.state(), self.settings.dt_s
         p, velocity = check_start(self.model, point, velocity, frames)
@@ -211,7 +214,7 @@ class Executor:
         return Path(frames[-1].to_local(path), path, every * dt, done)
 
     def _see(self, frames: Sequence[TaskFrame]) -> WorldComponents:
-        """The components in the world; computed again only when the frames moved."""
+        """Return the components in the world; recompute them only when the frames moved."""
         if self._world is None or not self._world.valid_for(frames):
             self._world = self._local.seen(frames)
         return self._world
@@ -224,7 +227,7 @@ def check_start(
 
     Args:
         model: The learned task.
-        point: Of the robot in the world. Shape (C,).
+        point: Point of the robot in the world. Shape (C,).
         velocity: Its velocity, a tangent. Shape (T,).
         frames: The task frames.
 
@@ -242,7 +245,7 @@ def check_start(
 
 
 def _control_cost(model: TPHSMM, bandwidth_rad_s: float) -> tuple[float, ...]:
-    """Diagonal of R: per part, the components' median precision over bandwidth^4. Length T."""
+    """Return the diagonal of R: per part, the components' median precision over bandwidth^4. Length T."""
     space, moving = model.manifold, ~model.terminal
     duration_s = float(np.median(model.duration_mean_s[moving])) if moving.any() else 0.0
     if duration_s > 0.0:

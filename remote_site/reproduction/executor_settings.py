@@ -1,4 +1,4 @@
-"""ExecutorSettings: how a model is executed."""
+"""ExecutorSettings: parameters of an execution."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ExecutorSettings:
-    """How a model is executed.
+    """Parameters of an execution.
 
     Args:
         dt_s: Control period [s].
         horizon_s: Prediction horizon, N_p control periods [s].
-        bandwidth_rad_s: Of the closed loop; sets the control cost R; more where components are short [rad/s].
+        bandwidth_rad_s: Bandwidth of the closed loop; sets the control cost R; raised where components are
+            short [rad/s].
         control_horizon_s: N_c control periods [s]; the prediction horizon when not given.
-        max_acceleration_m_s2: Limit of the acceleration [m/s^2]; none when not given.
-        max_speed_m_s: Limit of the speed [m/s]; none when not given.
+        max_acceleration_m_s2: Limit of the acceleration [m/s^2]; unlimited when not given.
+        max_speed_m_s: Limit of the speed [m/s]; unlimited when not given.
         max_angular_acceleration_rad_s2: The same for the rotation of poses [rad/s^2].
         max_angular_speed_rad_s: The same for the rotation of poses [rad/s].
-        pace: How fast the motion is done, as a share of how it was demonstrated; at most 1. Slower, the
-            reference walks and the limits of speed shrink, while the task frames are followed as closely.
+        pace: Speed of the motion as a share of the demonstrated speed; at most 1. A lower pace slows the
+            reference and lowers the speed limits, while the task frames are followed as closely.
 
     Raises:
         InvalidConfiguration: When a number is not positive, the horizons do not fit or the pace is above 1.
@@ -62,12 +63,12 @@ class ExecutorSettings:
         return self.n_steps if self.control_horizon_s is None else round(self.control_horizon_s / self.dt_s)
 
     def limited(self, acceleration: Array, velocity: Array, n_dims: int) -> Array:
-        """The command within the limits of speed and acceleration. Shape (T,).
+        """Limit a commanded acceleration to the limits of speed and acceleration. Shape (T,).
 
         Args:
             acceleration: The command. Shape (T,).
-            velocity: Of the robot. Shape (T,).
-            n_dims: How many of the T numbers are of the position; the others are of the rotation.
+            velocity: Velocity of the robot. Shape (T,).
+            n_dims: How many of the T numbers belong to the position; the others belong to the rotation.
         """
         linear = (self.max_speed_m_s, self.max_acceleration_m_s2)
         angular = (self.max_angular_speed_rad_s, self.max_angular_acceleration_rad_s2)
@@ -79,12 +80,12 @@ class ExecutorSettings:
         )
 
     def paced(self, acceleration: Array, relative: Array, n_dims: int) -> Array:
-        """The command within the pace's share of the speed limits, relative to the task frames. Shape (T,).
+        """Limit an acceleration to the pace's share of the speed limits, relative to the frames. Shape (T,).
 
         Args:
             acceleration: The command. Shape (T,).
             relative: Velocity of the robot relative to the frames. Shape (T,).
-            n_dims: How many of the T numbers are of the position.
+            n_dims: How many of the T numbers belong to the position.
         """
         if self.pace == 1.0:
             return acceleration

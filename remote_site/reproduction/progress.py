@@ -1,9 +1,9 @@
-"""Where the motion is in the chain of components: which one, and for how long.
+"""Progress of an execution: the present component, and the time since it was entered.
 
-Replanning from the nearest component with its whole duration at every tick never gets anywhere, so the
-time spent in the present component is kept. It advances when the robot has come as far as the
-demonstrations had, or when it is time; a robot that was pushed off its way finds the component anew, early
-enough in the chain that it can still come in as demonstrated.
+Replanning from the nearest component with its whole duration at every tick never gets anywhere, so the time
+spent in the present component is kept. The progress advances when the robot has come as far as the
+demonstrations had, or when the component's time is over. A robot that was pushed off its way looks for a
+component again, early enough in the chain that it can still come in as demonstrated.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from farhand.remote_site.reproduction.gaussians import Gaussians
 
 Array = NDArray[np.float64]
 
-# Mahalanobis distances: inside a component, beyond which the robot is lost, close enough to go on.
+# Mahalanobis distances: inside a component; lost; close enough to go on.
 _INSIDE, _LOST, _CLOSE = 3.0, 5.0, 1.0
-# An execution that waits for its next component goes on after this time [s].
+# An execution that waits for its next component stops waiting after this time [s].
 _TIME_OUT_S = 2.0
-# Starts within this many lambda of a component in which a demonstration began start there.
+# A start this close (in lambda) to a component in which a demonstration began, begins in it.
 _START_REACH = 1.5
-# So often a robot is sent back on its way to a component, which bounds any circle.
+# Limit of setbacks on the way to a component; it bounds any cycle.
 _MAX_SETBACKS = 5
 _TINY_M = 1e-12
-# Arrived: within so many standard deviations of the end, and staying there for this time at the present speed.
+# Arrived: within this many standard deviations of the end, and staying there for this time at the present speed.
 _ARRIVED, _SETTLED_S = 0.4, 0.2
 
 
 @dataclass(frozen=True)
 class Progress:
-    """The state of an execution in the chain of components.
+    """State of an execution in the chain of components.
 
     Args:
         component: Present component q.
-        elapsed_s: Time since it was entered, without that for which the robot was waited for [s].
-        behind_s: Time for which the clock stood, since the robot was behind the demonstrations in it [s].
-        free: On the way to a component that was not reached yet.
-        waiting: Due for the next component, but not near enough.
-        arrived: The motion has come to its end.
-        from_start: It began where demonstrations began.
-        setbacks: How often it was sent back on its way to a component.
+        elapsed_s: Time since it was entered, without the time spent waiting for the robot [s].
+        behind_s: Time for which the clock stood because the robot was behind the demonstrations in it [s].
+        free: True on the way to a component that was not reached yet.
+        waiting: True when the next component is due but not near enough.
+        arrived: True once the motion has ended.
+        from_start: True if it began where demonstrations began.
+        setbacks: Number of setbacks on the way to a component.
     """
 
     component: int
@@ -59,13 +59,13 @@ class Progress:
 
 
 class ProgressTracker:
-    """Follows the chain of a model; itself without memory.
+    """Stateless rules that advance a `Progress` along the chain of a model.
 
     Args:
         model: The learned task.
-        start: Where the motion began in each frame, if that was where demonstrations began. Shape (P, C).
-        n_learned: How many of the components were learned, all when not given. Those after them are of a way,
-            which only a robot that began there is on: who is lost joins the learned ones.
+        start: Start of the motion in each frame, if demonstrations began there. Shape (P, C).
+        n_learned: Number of learned components, all when not given. Those after them belong to a way, and
+            only a robot that began on the way is on it: a lost robot joins the learned ones.
 
     Raises:
         InvalidModel: When no component is terminal, so that no motion could ever end.
@@ -98,12 +98,12 @@ class ProgressTracker:
     def advance(
         self, now: Progress, point: Array, velocity: Array, gaussians: Gaussians, dt: float
     ) -> Progress:
-        """The progress one control period later.
+        """Return the progress one control period later.
 
         Args:
             now: The progress so far.
-            point: Of the robot in the world. Shape (C,).
-            velocity: Relative to the task frames [m/s, rad/s]. Shape (T,).
+            point: Point of the robot in the world. Shape (C,).
+            velocity: Velocity relative to the task frames [m/s, rad/s]. Shape (T,).
             gaussians: The components at this instant.
             dt: Control period [s].
         """
@@ -113,7 +113,7 @@ class ProgressTracker:
         n, due = int(self.successors[q]), elapsed >= self.durations_s[q]
         if self._lost(now, here, point, gaussians):
             found = gaussians.most_likely(point, self._joinable(point, gaussians))
-            # To find the same one on the way to it is no progress: its time-out must not begin anew.
+            # Finding the same component again on the way to it is no progress: its time-out must go on.
             again = found == q and now.free
             setbacks = now.setbacks + now.free
             return replace(
@@ -138,7 +138,7 @@ class ProgressTracker:
         return replace(now, elapsed_s=elapsed, behind_s=behind, free=free, waiting=bool(due))
 
     def _clocks(self, now: Progress, point: Array, gaussians: Gaussians, dt: float) -> tuple[float, float]:
-        """Time in the component, and time that the robot was behind in it, one control period later [s]."""
+        """Return the time in the component, and the time behind in it, one control period later [s]."""
         q, elapsed = now.component, now.elapsed_s
         under_way = not self.model.terminal[q] and elapsed < self.durations_s[q]
         if under_way and gaussians.is_behind_way(q, elapsed / self.durations_s[q], point, _INSIDE):
@@ -146,7 +146,7 @@ class ProgressTracker:
         return elapsed + dt, now.behind_s
 
     def _lost(self, now: Progress, here: float, point: Array, gaussians: Gaussians) -> bool:
-        """Off the way; or on the way to a component, but no longer where that can be joined."""
+        """Decide whether the robot left its way, or can no longer join the component that it heads for."""
         q, n = now.component, int(self.successors[now.component])
         if now.free:
             if now.setbacks >= _MAX_SETBACKS:
@@ -166,9 +166,11 @@ class ProgressTracker:
         return bool(inside or here < _CLOSE or gaussians.distance_to_exit(q, point) < _INSIDE)
 
     def _joinable(self, point: Array, gaussians: Gaussians) -> NDArray[np.bool_]:
-        """Components whose entry is nearer than the way that remains from there; at least one. Shape (K,).
+        """Mark the components whose entry is nearer than the path that remains from there; at least one.
 
-        In front of an entry only the distance beside the way counts: the robot comes in along it.
+        Shape (K,).
+
+        In front of an entry only the distance beside the path counts: the robot comes in along it.
         """
         entries = gaussians.entries[:, : self.model.manifold.n_dims]
         steps = entries[self.successors] - entries
@@ -193,20 +195,20 @@ class ProgressTracker:
             raise InvalidInput("executor", "start", f"{where}: drive it back to in front of it first")
 
     def time_to_go(self, now: Progress) -> float:
-        """Time until the end of the motion as it was demonstrated [s]."""
+        """Return the demonstrated time to the end of the motion [s]."""
         q = now.component
         return float(self.remaining_s[q] - min(now.elapsed_s, self.durations_s[q]))
 
     def _steps_to_go(self) -> NDArray[np.int64]:
-        """How many components follow each one. Shape (K,)."""
+        """Return the number of components after each one. Shape (K,)."""
         return self._along_the_chain(np.ones(self.model.n_components), self.successors < 0).astype(np.int64)
 
     def _remaining(self) -> Array:
-        """Time from the entry of each component to the end of the motion [s]. Shape (K,)."""
+        """Return the time from the entry of each component to the end of the motion [s]. Shape (K,)."""
         return self._along_the_chain(self.durations_s, self.model.terminal)
 
     def _along_the_chain(self, each: Array, ends: NDArray[np.bool_]) -> Array:
-        """Sum of a number of each component over itself and those after it, up to where the chain ends. Shape (K,)."""
+        """Sum a number per component along the chain, from each component to the chain's end. Shape (K,)."""
         sums, known = np.zeros(len(each)), np.array(ends)
         for i in range(len(each)):
             way, q = [], i

@@ -1,4 +1,4 @@
-"""A model rolled out on the point plant, faster than real time."""
+"""Rollout of a model on the point plant, faster than real time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 
 Array = NDArray[np.float64]
 
-# An execution that takes longer than so many times what was demonstrated has stalled.
+# An execution that takes longer than this multiple of the demonstrated time has stalled.
 _PATIENCE = 3.0
 _PATIENCE_S, _MOST_PATIENCE_S = 5.0, 60.0
 LONGEST_S = 300.0
@@ -25,13 +25,13 @@ LONGEST_S = 300.0
 
 @dataclass(frozen=True, eq=False)
 class Rollout:
-    """A motion that the executor made.
+    """Motion made by the executor.
 
     Args:
-        time_s: From zero [s]. Shape (T,).
+        time_s: Times, from zero [s]. Shape (T,).
         points: Positions or poses in the world. Shape (T, C).
         components: Component of each sample. Shape (T,).
-        arrived: Whether it came to its end; if not, it was given up.
+        arrived: True if it reached its end, False if it was given up.
         space: Positions or poses.
     """
 
@@ -62,9 +62,9 @@ def roll_out(
 
     Args:
         model: The learned task.
-        start: Where the point rests at first. Shape (C,).
-        frames_at: The task frames at a time from the start [s].
-        settings: Of the executor.
+        start: Point of rest at the beginning. Shape (C,).
+        frames_at: Returns the task frames at a time since the start [s].
+        settings: Settings of the executor.
 
     Raises:
         InvalidModel: When the motion would take longer than anybody demonstrates.

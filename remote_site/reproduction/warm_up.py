@@ -1,4 +1,4 @@
-"""`warm_up`: the kernels of the control loop are compiled before the first tick is due."""
+"""`warm_up`: compiles the kernels of the control loop before the first tick is due."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from farhand.remote_site.reproduction.forward_variable import forward_variable
 
 
 def warm_up(space: Manifold | int) -> None:
-    """Execute a little of a model of two components in a space of `Manifold` or dimension D."""
+    """Execute a few periods of a model of two components in a space of `Manifold` or dimension D."""
     space = space if isinstance(space, Manifold) else Manifold(space)
     model = _two_components(space)
     executor, here = Executor(model, ExecutorSettings()), model.means[0, 0]

@@ -1,9 +1,9 @@
-"""The way that an execution takes: chosen where it begins, and carried out as one more chain of components.
+"""Choice of the way that an execution takes, and its form as a further chain of components.
 
-Demonstrated motions are regressed on their starts (see `farhand.common.model.ways`). Where the regression is sure
-enough of the actual start, its course becomes a chain of short components behind the K learned ones, which
-leads to the terminal component of its demonstrations. Where it is not, the paper's components are all that
-is known, and the motion begins at the nearest of them.
+Demonstrated motions are regressed on their starts (see `farhand.common.model.ways`). If the regression is
+certain enough at the actual start, its course becomes a chain of short components behind the K learned ones,
+which leads to the terminal component of its demonstrations. Otherwise only the paper's components are known,
+and the motion begins at the nearest of them.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ _DURATION_SPREAD, _DURATION_STD_S = 0.15, 0.02
 
 
 def chosen(model: TPHSMM, start: Array) -> int:
-    """Return the number of the way that a motion from a start takes; -1 when none is sure enough.
+    """Return the number of the way that a motion takes from a start; -1 when none is certain enough.
 
     Args:
         model: The learned task.
-        start: Where the motion begins in each frame. Shape (P, C).
+        start: Start of the motion in each frame. Shape (P, C).
     """
     if model.n_components + N_PHASES > MAX_COMPONENTS:
         return -1
@@ -38,9 +38,9 @@ def with_way(model: TPHSMM, way: Way, start: Array) -> TPHSMM:
     """Return the model with a way's course from a start as components K, ..., K + N - 1.
 
     Args:
-        model: The learned task, of K components.
+        model: The learned task, with K components.
         way: One of its ways.
-        start: Where the motion begins in each frame. Shape (P, C).
+        start: Start of the motion in each frame. Shape (P, C).
     """
     space, K, N = model.manifold, model.n_components, N_PHASES
     course, steps_s = way.course(start), np.diff(way.times_s(start))

@@ -18,13 +18,13 @@ Array = NDArray[np.float64]
 
 
 class ArmPlant:
-    """An arm in water before a receptacle.
+    """Arm under water in front of a receptacle.
 
     Args:
-        simulation: The physics; it is reset.
-        surroundings: What disturbs the arm at a time of the simulation [s].
-        settings: How the arm moves.
-        joints_rad: Where it starts. Shape (6,) [rad]; at home when not given.
+        simulation: Physics; it is reset.
+        surroundings: Returns the disturbances of the arm at a time of the simulation [s].
+        settings: Settings of the arm's motion.
+        joints_rad: First joint angles. Shape (6,) [rad]; home when not given.
 
     Raises:
         InvalidInput: When the angles are impossible.
@@ -48,29 +48,29 @@ class ArmPlant:
 
     @property
     def time_s(self) -> float:
-        """Of the simulation [s]."""
+        """Time of the simulation [s]."""
         return self._ticks * TICK_S
 
     def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
-        """Say where the receptacle is believed to be, None when it is not known; valid until said anew.
+        """Set where the receptacle is believed to be, None when unknown; valid until set again.
 
-        Near it the arm moves relative to it, presses no harder than it may, and keeps its links off the panel.
-        A plug that is to come out is not to be pressed in: see `Servo.see`.
+        Near the receptacle the arm moves relative to it, limits its pressing force, and keeps its links off
+        the panel. A plug that is to be extracted must not be pressed in: see `Servo.see`.
         """
         self.servo.see(receptacle, presses)
 
     @property
     def near(self) -> bool:
-        """Whether the plug is in its receptacle or close before it."""
+        """True while the plug is in its receptacle or close in front of it."""
         return self.servo.governor.active
 
     @property
     def seated(self) -> bool:
-        """Whether the arm presses the plug to the bottom."""
+        """True while the arm presses the plug against the bottom."""
         return self.servo.governor.seated
 
     def tare(self) -> None:
-        """Take what the wrist's sensor measures now for nothing."""
+        """Tare the wrist's force and torque sensor."""
         self.servo.wrist.tare()
 
     def read(self) -> EffectorState:

@@ -1,4 +1,4 @@
-"""What surrounds the simulated arm: a receptacle that rests somewhere and can be moved, and what disturbs it."""
+"""Simulated surroundings of the arm: a receptacle that can be moved, and disturbances."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ SLIDE_M_S = 0.03
 
 
 class SimulatedEnvironment:
-    """The surroundings at any time.
+    """Surroundings as a function of time.
 
     Args:
-        rest: Where the receptacle rests at first. A pose. Shape (7,).
-        disturbances: What moves it, the vehicle and the water.
-        box: Where its mouth may rest.
-        began_s: How long it has been disturbed already [s].
+        rest: First resting pose of the receptacle. Shape (7,).
+        disturbances: Motions of the receptacle, the vehicle and the water.
+        box: Region in which its mouth may rest.
+        began_s: Time for which the disturbances have been going on already [s].
     """
 
     def __init__(self, rest: Array, disturbances: Disturbances, box: Box, began_s: float = 0.0):
@@ -40,21 +40,21 @@ class SimulatedEnvironment:
         )
 
     def disturbed_s(self, time_s: float) -> float:
-        """Return for how long there have been disturbances, all boots together [s]."""
+        """Return for how long the disturbances have gone on, over all boots [s]."""
         return self._began_s + time_s
 
     def rest(self, time_s: float) -> Array:
-        """Return the pose at which the receptacle rests. Shape (7,)."""
+        """Return the receptacle's resting pose. Shape (7,)."""
         way = self._goal_m - self._rest[:3]
         length, gone = float(np.linalg.norm(way)), SLIDE_M_S * (time_s - self._moved_s)
         at_m = self._goal_m if gone >= length else self._rest[:3] + way * (gone / length)
         return np.concatenate([at_m, self._rest[3:]])
 
     def move_to(self, position_m: Array, time_s: float) -> None:
-        """Let the receptacle slide to another place in its box from now on. Shape (3,) [m]."""
+        """Slide the receptacle to another place in its box, beginning at a time. Shape (3,) [m]."""
         self._rest, self._moved_s = self.rest(time_s), time_s
         self._goal_m = np.clip(position_m, self._box.low_m, self._box.high_m)
 
     def jump(self, time_s: float) -> None:
-        """Let the step of the receptacle begin at a time of the simulation [s]."""
+        """Begin the receptacle's step at a time of the simulation [s]."""
         self._disturbances = self._disturbances.stepping_at(self.disturbed_s(time_s))

@@ -1,4 +1,4 @@
-"""The robot that does a task."""
+"""Choice of the robot for a task."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from farhand.remote_site.robots.point_embodiment import SimulatedPoint
 def embodiment_of(
     task: AnyTask, config: RemoteConfig, clock: BootClock, remembered: PlantState | None
 ) -> Embodiment:
-    """The simulated robot that a task is for.
+    """Return the simulated robot that a task is for.
 
     Args:
-        task: What it is at first.
-        config: Its rate and seed.
-        clock: Its time.
-        remembered: Where it was in its last boot, None for its first.
+        task: The first task.
+        config: Control rate and seed.
+        clock: The robot's time.
+        remembered: State in its last boot, None in its first.
 
     Raises:
         InvalidConfiguration: When it does not run at the configured rate.

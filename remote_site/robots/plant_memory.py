@@ -1,7 +1,7 @@
-"""Where the simulated robot was, so that a restarted remote site finds it there: it does not jump home.
+"""State of the simulated robot on disk, so that a restarted remote site finds the robot where it was.
 
-Written 20 times a second by a thread of its own, each time as a whole new file, so that a crash in the
-middle of it leaves the one before.
+A thread of its own writes the state 20 times a second, each time as a whole new file, so that a crash during
+a write leaves the previous state.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ _STILL = 2e-5
 
 
 class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
-    """What is remembered of a robot.
+    """Stored state of a robot.
 
     Args:
-        position_m: Of the effector. Length D [m].
-        executing: Hash of the model that was executed and had not arrived, empty for none.
-        arm: What an arm needs beyond that.
+        position_m: Position of the effector. Length D [m].
+        executing: Hash of the model in execution that had not arrived, empty for none.
+        arm: State of an arm beyond that.
     """
 
     position_m: tuple[float, ...]
@@ -48,7 +48,7 @@ class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
 
     @classmethod
     def of(cls, sensing: Sensing, motion: Motion) -> PlantState:
-        """The state now."""
+        """Return the present state."""
         execution = motion.execution
         under_way = execution is not None and execution.arrived_after_s is None
         return cls(
@@ -58,13 +58,13 @@ class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
         )
 
     def is_like(self, other: PlantState | None) -> bool:
-        """Whether another state is the same but for what a robot that stands still does."""
+        """Decide whether another state differs by no more than a robot at rest does."""
         if other is None or (self.executing, self.arm is None) != (other.executing, other.arm is None):
             return False
         return np.allclose(self._numbers(), other._numbers(), rtol=0.0, atol=_STILL)
 
     def check(self) -> None:
-        """See that a robot can be there.
+        """Check that a robot can be in this state.
 
         Raises:
             InvalidConfiguration: When a number is none, or of no place.
@@ -80,10 +80,10 @@ class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class PlantMemory:
-    """The file.
+    """File of the state.
 
     Args:
-        path: Where it is; its folder is made.
+        path: Path of the file; its folder is made.
     """
 
     def __init__(self, path: Path):
@@ -100,7 +100,7 @@ class PlantMemory:
         self._thread.start()
 
     def load(self, n_dims: int) -> PlantState | None:
-        """What was remembered, by this process or before it, or None when there is nothing that fits."""
+        """Return the state stored by this process or an earlier one, or None when none fits."""
         if self._newest is not None:
             return self._newest
         if not self._path.exists():
@@ -128,14 +128,14 @@ class PlantMemory:
         return self._path.with_suffix(".stale")
 
     def remember(self, state: PlantState) -> None:
-        """Have a state written soon; what has not changed is not written. Never blocks."""
+        """Have a state written soon, unless it is unchanged. Never blocks."""
         if not state.is_like(self._newest):
             self._newest = state
             self._box.put(state)
             self._wanted.set()
 
     def close(self) -> None:
-        """Write what waits and end."""
+        """Write what waits, and end."""
         self._closed = True
         self._wanted.set()
         self._thread.join(timeout=5.0)
@@ -145,14 +145,14 @@ class PlantMemory:
         while not closed:
             self._wanted.wait()
             self._wanted.clear()
-            closed = self._closed  # before the box is emptied: what was put before the end is written
+            closed = self._closed  # read first, so that a state put before the end is written
             for state in self._box.take_all():
                 try:
                     self._write(state)
                     self.error = None
                 except OSError as error:
                     self.error = error
-                    with contextlib.suppress(OSError):  # where the robot was before is not where it is
+                    with contextlib.suppress(OSError):  # an older state would now be false
                         self._path.replace(self._stale)
                     _log.warning(
                         "the robot's state could not be written to %s: %s", self._path, error.strerror

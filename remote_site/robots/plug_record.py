@@ -1,4 +1,4 @@
-"""The record of a task with the plug, by the simulation's truth: where the plug is, and what force it took."""
+"""Record of a task with the plug, from the simulation's truth: where the plug is, and the forces on it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _HELD_S = 1.0
 
 
 class PlugRecord:
-    """What happened to the plug.
+    """Record of the plug during an execution.
 
     Args:
-        simulation: The truth.
-        goal: What is to be reached.
+        simulation: Source of the true poses and forces.
+        goal: Goal of the task.
     """
 
     def __init__(self, simulation: Simulation, goal: Goal):

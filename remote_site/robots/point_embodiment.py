@@ -1,4 +1,4 @@
-"""The paper's point: nothing but a plant, a target and a place to be ready at."""
+"""Embodiment of the paper's point: a plant, a target and a ready position."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ CONTROL_HZ = 50.0
 
 
 class PointHardware:
-    """A plant and its sight, see `Hardware`.
+    """Plant and sight of a point, see `Hardware`.
 
     Args:
-        task: Whose limits hold.
-        plant: What moves.
+        task: Task whose limits apply.
+        plant: The point.
         perception: Its sight.
-        control_hz: Its control rate [Hz].
+        control_hz: Control rate [Hz].
     """
 
     def __init__(self, task: PointTask, plant: Plant, perception: Perception, control_hz: float):
@@ -59,10 +59,10 @@ class PointHardware:
 
 
 class PointSkill:
-    """A `Skill` that believes what it sees and touches nothing.
+    """Skill without touch: it believes what it sees.
 
     Args:
-        task: What the robot is at first.
+        task: The first task.
     """
 
     must_seat = False
@@ -71,7 +71,7 @@ class PointSkill:
         self.task = task
 
     def begin(self, task: AnyTask, now_s: float) -> None:
-        """See `Skill`: it is ready at once."""
+        """See `Skill`; nothing must be prepared."""
         assert isinstance(task, PointTask)
         self.task = task
 
@@ -115,7 +115,7 @@ class PointSkill:
 
 
 class NoWorld:
-    """The `World` of a machine: it is judged by its sight, moves no target, and is where it is.
+    """World of a real machine: sight alone judges it, no target can be moved, and nothing must be remembered.
 
     Args:
         perception: Its sight.
@@ -129,7 +129,7 @@ class NoWorld:
         return TrackingRecord(self._perception)
 
     def move_target(self, position_m: Array) -> None:
-        """See `World`: a target that is none of a simulation stays where it is."""
+        """See `World`; without a simulation the target stays where it is."""
 
     def memory(self, task: AnyTask) -> ArmMemory | None:
         """See `World`."""
@@ -145,24 +145,24 @@ def point_embodiment(
     """Return the embodiment of a point.
 
     Args:
-        task: What it is at first.
-        plant: What moves.
+        task: The first task.
+        plant: The point.
         perception: Its sight.
-        control_hz: Its control rate [Hz].
-        world: What only a simulation knows; nothing when not given.
+        control_hz: Control rate [Hz].
+        world: Knowledge that only a simulation has; none when not given.
     """
     hardware = PointHardware(task, plant, perception, control_hz)
     return Embodiment(hardware, PointSkill(task), world or NoWorld(perception))
 
 
 class SimulatedPoint(NoWorld):
-    """A point and its target, simulated: the `World` of its embodiment.
+    """Simulated point with its target: the `World` of its embodiment.
 
     Args:
-        task: What it is at first.
-        config: Its rate, and the seed of its target's phase and noise.
+        task: The first task.
+        config: Control rate, and the seed of its target's phase and noise.
         clock: The target's time.
-        remembered: Where it was in its last boot.
+        remembered: State in its last boot.
     """
 
     def __init__(
@@ -178,5 +178,5 @@ class SimulatedPoint(NoWorld):
         self.embodiment = point_embodiment(task, plant, sight, config.control_hz or CONTROL_HZ, self)
 
     def move_target(self, position_m: Array) -> None:
-        """See `World`: it stays in the workspace."""
+        """See `World`; the target stays in the workspace."""
         self._target.move_to(np.clip(position_m, 0.0, self._workspace_m), self._clock.now_s())

@@ -1,4 +1,4 @@
-"""The arm with its plug before a receptacle, simulated: physics, servo, sight, and what surrounds them."""
+"""Simulated arm with its plug in front of a receptacle: physics, servo, sight and surroundings."""
 
 from __future__ import annotations
 
@@ -53,15 +53,15 @@ _COMPLIANCE = ComplianceSettings()
 
 @dataclass(frozen=True)
 class ArmConditions:
-    """What a simulated arm has to cope with, and with what it copes.
+    """Conditions of a simulated arm: disturbances, noise, and its means against them.
 
     Args:
-        noise: Of the tracker.
-        disturbances: What moves.
-        box: Where the receptacle may be.
-        compliance: How the arm gives way.
+        noise: Errors of the tracker.
+        disturbances: Motions of the receptacle, the vehicle and the water.
+        box: Region in which the receptacle may be.
+        compliance: Compliance of the arm.
         correcting: Whether contact corrects the frame.
-        attempts: How often it may go back from a jam.
+        attempts: Number of retreats from jams.
     """
 
     noise: TrackerNoise = CLEAN
@@ -73,24 +73,24 @@ class ArmConditions:
 
     @classmethod
     def of(cls, task: ArmTask) -> ArmConditions:
-        """Return those that a task names."""
+        """Return the conditions that a task names."""
         return cls(TRACKERS[task.tracker], DISTURBANCES[task.disturbances])
 
     def new_recovery(self, enters: bool) -> Recovery:
-        """Return the recovery of an execution, by whether the plug is to enter."""
+        """Return the recovery of an execution; `enters` tells whether the plug is inserted."""
         return Recovery(self.correcting, self.attempts, enters=enters)
 
 
 class SimulatedArm:
-    """An arm, its sight and its world: the `Hardware` and the `World` of an embodiment.
+    """Simulated arm with its sight and its world: the `Hardware` and the `World` of an embodiment.
 
     Args:
-        task: What it is at first.
-        config: Its seed.
-        remembered: Where it was in its last boot.
-        dimensions: Of the arm and its surroundings.
-        conditions: What it has to cope with; what the task names when not given.
-        placement: Where everything is at first; drawn from the seed when not given.
+        task: The first task.
+        config: Seed.
+        remembered: State in its last boot.
+        dimensions: Dimensions of the arm and its surroundings.
+        conditions: Disturbances, noise and means against them; those that the task names when not given.
+        placement: First place of everything; drawn from the seed when not given.
 
     Raises:
         InvalidConfiguration: When another control rate is configured.
@@ -142,7 +142,7 @@ class SimulatedArm:
     def _start(
         self, task: ArmTask, remembered: ArmMemory | None, seed: int, placement: Placement | None
     ) -> tuple[ArmPlant, SimulatedEnvironment]:
-        """Put the arm where it was, or else where it is to be, or else where its seed says."""
+        """Put the arm where it was in its last boot, or where `placement` says, or where its seed says."""
         limits = MotionLimits(speed_m_s=self.max_speed_m_s, acceleration_m_s2=self._acceleration)
         settings, box = ServoSettings(limits, self._conditions.compliance), self._conditions.box
         if remembered is not None:
@@ -162,7 +162,7 @@ class SimulatedArm:
         return ArmPlant(self.simulation, around, settings, placement.joints_rad), around
 
     def _examine(self, effector: EffectorState, receptacle: Array) -> Check:
-        """Solve the kinematics of the way in."""
+        """Solve the inverse kinematics along the path into the bore."""
         assert effector.joints_rad is not None
         found = self._preflights.examine(effector.joints_rad, receptacle)
         return Check(found.refusal, found.warning)
