@@ -83,11 +83,11 @@ def read_toml(path: Path) -> dict[str, Any]:
     return msgspec.toml.decode(read_whole(path, _MAX_TOML_BYTES).decode("utf-8-sig"))
 
 
-def write_whole(path: Path | str, data: bytes) -> None:
+def write_whole(path: Path | str, data: bytes, new_mode: int = 0o666) -> None:
     """Put these bytes in the place of the file, also when the process is killed or the power fails meanwhile.
 
     A link stays a link: what it leads to is replaced. Into what is no regular file (a device, a pipe) the
-    bytes are written straight. A new file has the mode that the umask gives, an old one keeps its own.
+    bytes are written straight. A new file has the mode that the umask leaves of `new_mode`, an old one keeps its own.
 
     Raises:
         OSError: When it cannot be written, naming the file as it was given; it is as it was.
@@ -99,7 +99,7 @@ def write_whole(path: Path | str, data: bytes) -> None:
             _write_into(target, data)
             return
         try:
-            _replace(target, data, old)
+            _replace(target, data, old, new_mode)
         except OSError as error:
             if old is None or error.errno not in _CANNOT_REPLACE:
                 raise
@@ -108,10 +108,10 @@ def write_whole(path: Path | str, data: bytes) -> None:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
 
 
-def _replace(target: Path, data: bytes, old: os.stat_result | None) -> None:
+def _replace(target: Path, data: bytes, old: os.stat_result | None, new_mode: int) -> None:
     """Write a new file beside the target and rename it."""
     temporary = target.with_name(f".new-{token_hex(6)}")
-    descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+    descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, new_mode)
     try:
         with os.fdopen(descriptor, "wb") as file:
             if old is not None:

@@ -14,6 +14,7 @@ from farhand.common.log import configure_logging
 from farhand.deploy.entry import run
 from farhand.deploy.offline_commands import Evaluate, Import, Learn, Model, Rollout, Samples
 from farhand.deploy.outcome import status_of
+from farhand.deploy.pki.commands import Pki
 from farhand.deploy.standard_streams import standard_streams
 
 
@@ -206,7 +207,7 @@ class Status:
 
 COMMANDS = {
     "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": Link, "status": Status, "learn": Learn, "rollout": Rollout,
-    "model": Model, "evaluate": Evaluate, "import": Import, "samples": Samples,
+    "model": Model, "evaluate": Evaluate, "import": Import, "samples": Samples, "pki": Pki,
 }  # fmt: skip
 
 

@@ -1,0 +1,149 @@
+"""The three files by which a site proves who it is, the times between which they are accepted, and the list of rights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+from cryptography import x509
+from cryptography.hazmat.primitives.serialization import load_pem_private_key
+from cryptography.x509.oid import NameOID
+
+from farhand.common.errors import InvalidConfiguration
+from farhand.common.whole_file import fault_of, read_whole
+
+CA_FILE, CERTIFICATE_FILE, KEY_FILE = "ca.pem", "certificate.pem", "key.pem"
+RIGHTS_FILE = "sites.json"
+WARNING_DAYS = 14
+"""So long before its end a certificate is warned of."""
+
+Role = Literal["robot", "operator", "observer"]
+
+
+class Right(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """The role of a name.
+
+    Args:
+        role: Robots are dialled; operators command; observers watch and may stop.
+        revoked: Since when the name is refused; None while it is not.
+    """
+
+    role: Role
+    revoked: datetime | None = None
+
+
+@dataclass(frozen=True)
+class SiteCertificate:
+    """The folder of a site's certificate, with the certificate in it.
+
+    Args:
+        folder: Holds `ca.pem`, `certificate.pem` and `key.pem`.
+        certificate: The site's own one.
+    """
+
+    folder: Path
+    certificate: x509.Certificate
+
+    @classmethod
+    def load(cls, folder: Path) -> SiteCertificate:
+        """Read the folder and check that its files belong together.
+
+        Raises:
+            InvalidConfiguration: When a file is missing or malformed, the key is not that of the certificate, or
+                another authority has issued it; names the file and the remedy.
+        """
+        certificate = read_certificate(folder / CERTIFICATE_FILE)
+        authority = read_certificate(folder / CA_FILE)
+        with fault_of(folder / KEY_FILE, InvalidConfiguration, "a private key in PEM, without a password"):
+            key = load_pem_private_key(read_whole(folder / KEY_FILE), None)
+        if key.public_key() != certificate.public_key():
+            expected = f"the key of {CERTIFICATE_FILE}: copy all files of the site again"
+            raise InvalidConfiguration(str(folder / KEY_FILE), "", expected)
+        try:
+            certificate.verify_directly_issued_by(authority)
+        except Exception as error:  # other names, another kind of key, a wrong signature
+            expected = f"issued by the authority of {CA_FILE}: copy all files of the site again"
+            raise InvalidConfiguration(str(folder / CERTIFICATE_FILE), "", expected) from error
+        return cls(folder, certificate)
+
+    @property
+    def name(self) -> str:
+        """Name of the site: the certificate's common name."""
+        return common_name(self.certificate)
+
+    def fault(self, now: datetime | None = None) -> str:
+        """Return the reason why the certificate is not accepted at a time; an empty string when it is.
+
+        Args:
+            now: The time; the present when not given.
+        """
+        return validity_fault(self.certificate, now)
+
+    def warning(self, now: datetime | None = None) -> str:
+        """Return what must be said of the certificate's end; an empty string while that is far away.
+
+        Args:
+            now: The time; the present when not given.
+        """
+        left = self.certificate.not_valid_after_utc - (now or datetime.now(UTC))
+        if left > timedelta(days=WARNING_DAYS) or self.fault(now):
+            return ""
+        return f"the certificate of {self.name} expires in {days(left)}: farhand pki renew {self.name}"
+
+
+def read_certificate(file: Path) -> x509.Certificate:
+    """Return the certificate of a PEM file.
+
+    Raises:
+        InvalidConfiguration: When it cannot be read or is none; names the file.
+    """
+    with fault_of(file, InvalidConfiguration, "a certificate in PEM"):
+        return x509.load_pem_x509_certificate(read_whole(file))
+
+
+def read_rights(file: Path) -> dict[str, Right]:
+    """Return the rights of every name that an authority has issued.
+
+    Raises:
+        InvalidConfiguration: When the file cannot be read or is no such list; names file and field.
+    """
+    with fault_of(file, InvalidConfiguration, "a list of sites in JSON"):
+        return msgspec.json.decode(read_whole(file), type=dict[str, Right])
+
+
+def common_name(certificate: x509.Certificate) -> str:
+    """Return the certificate's common name, empty without one."""
+    names = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
+    return str(names[0].value) if names else ""
+
+
+def validity_fault(certificate: x509.Certificate, now: datetime | None = None) -> str:
+    """Return the reason why a certificate is not valid at a time; an empty string when it is.
+
+    Args:
+        certificate: Any.
+        now: The time; the present when not given.
+    """
+    now = now or datetime.now(UTC)
+    name = common_name(certificate)
+    if now > certificate.not_valid_after_utc:
+        return f"the certificate of {name} expired on {shown(certificate.not_valid_after_utc)}"
+    if now < certificate.not_valid_before_utc:
+        since = shown(certificate.not_valid_before_utc)
+        return f"the certificate of {name} is not valid before {since}: is the clock of this machine right?"
+    return ""
+
+
+def shown(time: datetime) -> str:
+    """Return a time as a person reads it, in UTC."""
+    return f"{time:%Y-%m-%d %H:%M} UTC"
+
+
+def days(left: timedelta) -> str:
+    """Return a duration in whole days, the last one in hours."""
+    if left < timedelta(days=1):
+        return f"{left // timedelta(hours=1)} hours"
+    return f"{left.days} day{'s' if left.days > 1 else ''}"

@@ -1,0 +1,195 @@
+"""`farhand pki init`, `robot`, `operator`, `renew`, `revoke`, `show`. The help texts here are documentation."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+if TYPE_CHECKING:
+    from farhand.deploy.pki.registry import Registry
+
+SiteName = Annotated[str, tyro.conf.Positional]
+
+_OPERATOR_DAYS, _ROBOT_DAYS = 90, 365
+
+
+@dataclass(frozen=True, kw_only=True)
+class _InFolder:
+    folder: str = ""
+    """Folder of the authority; empty: pki in the user's data folder, ~/.local/share/farhand."""
+
+    def _path(self) -> Path:
+        from farhand.deploy.pki.registry import default_folder
+        from farhand.deploy.places import data_folder
+
+        return Path(self.folder).expanduser() if self.folder else default_folder(data_folder(""))
+
+    def _registry(self) -> Registry:
+        from farhand.deploy.pki.registry import Registry
+
+        return Registry.open(self._path())
+
+
+@dataclass(frozen=True)
+class Init(_InFolder):
+    """Make the authority that every robot and operator of a fleet trusts. Keep its folder on one machine ashore."""
+
+    name: str = "farhand"
+    """What the authority is called in certificates."""
+
+    def run(self) -> int:
+        """Do it."""
+        from farhand.deploy.pki.registry import Registry
+
+        Registry.create(self._path(), self.name)
+        _say(f"the authority is in {self._path()}: keep ca.key secret, whoever has it can be any site")
+        _say("next: farhand pki robot NAME --san HOST, and farhand pki operator NAME")
+        return 0
+
+
+@dataclass(frozen=True)
+class Robot(_InFolder):
+    """Make the certificate of a robot."""
+
+    name: SiteName
+    """The vehicle's name, at most 32 letters, digits, '.', '_' and '-'."""
+    san: tuple[str, ...]
+    """Host names and addresses that operators dial, without port; that of a relay too, where one is between."""
+    days: int = _ROBOT_DAYS
+    """How long the certificate is valid."""
+
+    def run(self) -> int:
+        """Do it."""
+        folder = self._registry().issue(self.name, "robot", self.san, self.days)
+        _say(
+            f"copy {folder} to the robot, and there: farhand remote --certificates FOLDER --listen quic/0.0.0.0:7447"
+        )
+        return 0
+
+
+@dataclass(frozen=True)
+class Operator(_InFolder):
+    """Make the certificate of an operator's site."""
+
+    name: SiteName
+    """The site's name, at most 16 letters, digits, '.', '_' and '-'; `farhand local --site-name` is the same."""
+    observer: bool = False
+    """It may watch and stop, and nothing else."""
+    days: int = _OPERATOR_DAYS
+    """How long the certificate is valid."""
+
+    def run(self) -> int:
+        """Do it."""
+        folder = self._registry().issue(self.name, "observer" if self.observer else "operator", (), self.days)
+        _say(
+            f"copy {folder} to the site, and there: farhand local --certificates FOLDER --site-name {self.name} "
+            "--connect quic/ROBOT:7447"
+        )
+        return 0
+
+
+@dataclass(frozen=True)
+class Renew(_InFolder):
+    """Make a new certificate for the key, the name and the hosts of a site."""
+
+    name: SiteName
+    """Of the robot or the operator."""
+    days: int | None = None
+    """How long the certificate is valid; 365 for a robot, 90 for an operator when not said."""
+
+    def run(self) -> int:
+        """Do it."""
+        registry = self._registry()
+        robots = {issued.name for issued in registry.all() if issued.right.role == "robot"}
+        days = self.days if self.days is not None else _ROBOT_DAYS if self.name in robots else _OPERATOR_DAYS
+        file = registry.renew(self.name, days)
+        _say(f"copy {file} over the one of the site: the key stays")
+        return 0
+
+
+@dataclass(frozen=True)
+class Revoke(_InFolder):
+    """Mark a name as refused in the list of sites, for good; its key is deleted here."""
+
+    name: SiteName
+    """Of the robot or the operator."""
+
+    def run(self) -> int:
+        """Do it."""
+        registry = self._registry()
+        registry.revoke(self.name)
+        _say(f"{self.name} is revoked in {self._path() / 'sites.json'}")
+        return 0
+
+
+@dataclass(frozen=True)
+class Show(_InFolder):
+    """List every site with its role, its hosts and how long its certificate is still valid.
+
+    The exit status is 3 when one that is not revoked has expired or expires within 14 days.
+    """
+
+    json: bool = False
+    """Print the list as JSON."""
+
+    def run(self) -> int:
+        """Do it."""
+        registry, now = self._registry(), datetime.now(UTC)
+        rows = _rows(registry, now)
+        if self.json:
+            sys.stdout.write(json.dumps(rows, indent=2) + "\n")
+        else:
+            for row in rows:
+                hosts = f", dialled as {', '.join(row['hosts'])}" if row["hosts"] else ""
+                _say(f"{row['name']}: {row['role']}{hosts}; {row['state']}")
+        return 3 if any(row["needs_renewal"] for row in rows) else 0
+
+
+Action = (
+    Annotated[Init, tyro.conf.subcommand("init", prefix_name=False)]
+    | Annotated[Robot, tyro.conf.subcommand("robot", prefix_name=False)]
+    | Annotated[Operator, tyro.conf.subcommand("operator", prefix_name=False)]
+    | Annotated[Renew, tyro.conf.subcommand("renew", prefix_name=False)]
+    | Annotated[Revoke, tyro.conf.subcommand("revoke", prefix_name=False)]
+    | Annotated[Show, tyro.conf.subcommand("show", prefix_name=False)]
+)
+
+
+@dataclass(frozen=True)
+class Pki:
+    """Make and manage the certificates by which robots and operators know each other."""
+
+    action: tyro.conf.OmitArgPrefixes[Action]
+
+    def run(self) -> int:
+        """Do it."""
+        return self.action.run()
+
+
+def _rows(registry: Registry, now: datetime) -> list[dict[str, Any]]:
+    from farhand.common.link.certificates import WARNING_DAYS, days, shown
+
+    rows = []
+    for issued in registry.all():
+        end = issued.certificate.not_valid_after_utc
+        left = end - now
+        fault, revoked = issued.fault(now), issued.right.revoked is not None
+        rows.append(
+            {
+                "name": issued.name, "role": issued.right.role, "hosts": list(issued.hosts),
+                "valid_until": end.isoformat(), "revoked": revoked,
+                "state": fault or f"valid until {shown(end)}, {days(left)} left",
+                "needs_renewal": not revoked and (bool(fault) or left.days < WARNING_DAYS),
+            }
+        )  # fmt: skip
+    return rows
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")

@@ -1,0 +1,271 @@
+"""The folder of the authority: its key, a folder for each site, and the list of who may do what.
+
+ca.pem, ca.key            the authority; the key never leaves this folder
+sites.json                every name that was ever issued, its role, and since when it is revoked
+sites/NAME/ca.pem         these three go to the site, and nothing else
+sites/NAME/certificate.pem
+sites/NAME/key.pem
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import msgspec
+from cryptography import x509
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import (
+    Encoding,
+    NoEncryption,
+    PrivateFormat,
+    load_pem_private_key,
+)
+
+from farhand.common.errors import InvalidConfiguration
+from farhand.common.link.certificates import (
+    CA_FILE,
+    CERTIFICATE_FILE,
+    KEY_FILE,
+    RIGHTS_FILE,
+    Right,
+    Role,
+    common_name,
+    read_certificate,
+    read_rights,
+    shown,
+    validity_fault,
+)
+from farhand.common.names import MOST_SITE_NAME, check_name
+from farhand.common.whole_file import fault_of, read_whole, write_whole
+from farhand.deploy.pki.issue import Authority, hosts_of, new_key, parse_hosts
+
+_CA_KEY = "ca.key"
+_MOST_DAYS = 3650
+
+
+@dataclass(frozen=True)
+class Issued:
+    """A site with its newest certificate.
+
+    Args:
+        right: Its role.
+        certificate: The newest one.
+    """
+
+    right: Right
+    certificate: x509.Certificate
+
+    @property
+    def name(self) -> str:
+        """The site's name."""
+        return common_name(self.certificate)
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """Names and addresses by which it may be dialled."""
+        return hosts_of(self.certificate)
+
+    def fault(self, now: datetime) -> str:
+        """Return the reason why it is refused at a time; an empty string when it is not."""
+        if self.right.revoked is not None:
+            return f"revoked on {shown(self.right.revoked)}"
+        return validity_fault(self.certificate, now)
+
+
+class Registry:
+    """An authority with its files. Use `create` or `open`."""
+
+    def __init__(self, folder: Path, authority: Authority, rights: dict[str, Right]):
+        self._folder, self._authority, self._rights = folder, authority, rights
+
+    @classmethod
+    def create(cls, folder: Path, name: str, now: datetime | None = None) -> Registry:
+        """Make a new authority in a folder that has none.
+
+        Raises:
+            InvalidConfiguration: When the folder has one: every certificate that it issued would be worthless.
+            OSError: When the folder cannot be written.
+        """
+        check_name(name, "name", most=64)
+        if (folder / _CA_KEY).exists() or (folder / CA_FILE).exists():
+            expected = (
+                f"a folder without an authority; {folder} has one, which a new one would make worthless"
+            )
+            raise InvalidConfiguration("command line", "folder", expected)
+        authority = Authority.create(name, now)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _write_key(folder / _CA_KEY, authority.key)
+        write_whole(folder / CA_FILE, _pem(authority.certificate))
+        registry = cls(folder, authority, {})
+        registry._write_rights()
+        return registry
+
+    @classmethod
+    def open(cls, folder: Path) -> Registry:
+        """Read the folder of an authority.
+
+        Raises:
+            InvalidConfiguration: When it has none, or a file of it is malformed; names the file.
+        """
+        if not (folder / _CA_KEY).exists():
+            expected = (
+                f"the folder of an authority, which `farhand pki init` makes; {folder} has no {_CA_KEY}"
+            )
+            raise InvalidConfiguration("command line", "folder", expected)
+        certificate = read_certificate(folder / CA_FILE)
+        with fault_of(folder / _CA_KEY, InvalidConfiguration, "a private key in PEM, without a password"):
+            key = load_pem_private_key(read_whole(folder / _CA_KEY), None)
+        if not isinstance(key, ec.EllipticCurvePrivateKey) or key.public_key() != certificate.public_key():
+            raise InvalidConfiguration(str(folder / _CA_KEY), "", f"the key of {CA_FILE}")
+        return cls(folder, Authority(certificate, key), read_rights(folder / RIGHTS_FILE))
+
+    def issue(
+        self, name: str, role: Role, hosts: tuple[str, ...], days: int, now: datetime | None = None
+    ) -> Path:  # fmt: skip
+        """Make key and certificate of a new site.
+
+        Args:
+            name: Its name, never given out before.
+            role: What it may do.
+            hosts: Names and addresses by which a robot is dialled; none for the others.
+            days: How long the certificate is valid.
+            now: The time; the present when not given.
+
+        Returns:
+            The folder that goes to the site.
+
+        Raises:
+            InvalidConfiguration: When the name is known or malformed, a host or the days make no sense.
+        """
+        check_name(name, "name", most=32 if role == "robot" else MOST_SITE_NAME)
+        if (known := self._rights.get(name)) is not None:
+            remedy = "choose another name, it stays refused" if known.revoked else f"farhand pki renew {name}"
+            state = "was revoked" if known.revoked else f"is known as {known.role}"
+            raise InvalidConfiguration("command line", "name", f"a new name; {name} {state}: {remedy}")
+        if role == "robot" and not hosts:
+            expected = "at least one host name or address by which operators dial the robot"
+            raise InvalidConfiguration("command line", "san", expected)
+        hosts, days = parse_hosts(hosts), _checked_days(days)
+        folder, key = self.folder_of(name), new_key()
+        certificate = self._authority.issue(name, key.public_key(), hosts, days, now)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _write_key(folder / KEY_FILE, key)
+        write_whole(folder / CERTIFICATE_FILE, _pem(certificate))
+        write_whole(folder / CA_FILE, _pem(self._authority.certificate))
+        self._rights[name] = Right(role=role)
+        self._write_rights()
+        return folder
+
+    def renew(self, name: str, days: int, now: datetime | None = None) -> Path:
+        """Make a new certificate for the key, the name and the hosts of a site.
+
+        Args:
+            name: The site's name.
+            days: How long the certificate is valid.
+            now: The time; the present when not given.
+
+        Returns:
+            The certificate's file: it alone goes to the site.
+
+        Raises:
+            InvalidConfiguration: When the name is unknown or revoked, or the days make no sense.
+        """
+        issued = self._find(name)
+        if issued.right.revoked is not None:
+            raise InvalidConfiguration("command line", "name", f"a name that is not revoked, got {name}")
+        key = issued.certificate.public_key()
+        if not isinstance(key, ec.EllipticCurvePublicKey):
+            raise InvalidConfiguration(
+                str(self.folder_of(name)), "", "a certificate that this authority issued"
+            )
+        certificate = self._authority.issue(name, key, issued.hosts, _checked_days(days), now)
+        file = self.folder_of(name) / CERTIFICATE_FILE
+        write_whole(file, _pem(certificate))
+        return file
+
+    def revoke(self, name: str, now: datetime | None = None) -> None:
+        """Refuse a name for good; its key is deleted here.
+
+        Raises:
+            InvalidConfiguration: When the name is unknown; to revoke twice changes nothing.
+        """
+        right = self._find(name).right
+        if right.revoked is None:
+            moment = (now or datetime.now(UTC)).replace(microsecond=0)
+            self._rights[name] = Right(role=right.role, revoked=moment)
+            self._write_rights()
+        (self.folder_of(name) / KEY_FILE).unlink(missing_ok=True)
+
+    def all(self) -> Iterator[Issued]:
+        """Yield every site in the order in which they were issued.
+
+        Raises:
+            InvalidConfiguration: When a certificate is missing or malformed; names the file.
+        """
+        for name in self._rights:
+            yield self._find(name)
+
+    @property
+    def authority(self) -> x509.Certificate:
+        """The authority's certificate."""
+        return self._authority.certificate
+
+    def folder_of(self, name: str) -> Path:
+        """Return the folder of a site's three files."""
+        return self._folder / "sites" / name
+
+    def _find(self, name: str) -> Issued:
+        if name not in self._rights:
+            known = ", ".join(self._rights) or "none yet"
+            raise InvalidConfiguration(
+                "command line", "name", f"a name that was issued ({known}), got {name!r}"
+            )
+        return Issued(self._rights[name], read_certificate(self.folder_of(name) / CERTIFICATE_FILE))
+
+    def _write_rights(self) -> None:
+        content = msgspec.json.format(msgspec.json.encode(self._rights), indent=2)
+        write_whole(self._folder / RIGHTS_FILE, content + b"\n")
+
+
+def make_throw_away(folder: Path, robot: str, hosts: tuple[str, ...], operator: str) -> tuple[Path, Path]:
+    """Make an authority, a robot and an operator for one day; the authority's key is not kept.
+
+    Args:
+        folder: Where the sites' folders are made.
+        robot: Name of the robot.
+        hosts: Names and addresses by which it is dialled.
+        operator: Name of the operator's site.
+
+    Returns:
+        The folders of the robot and of the operator.
+    """
+    registry = Registry.create(folder, "throw-away")
+    folders = (
+        registry.issue(robot, "robot", hosts, 1),
+        registry.issue(operator, "operator", (), 1),
+    )
+    (folder / _CA_KEY).unlink()
+    return folders
+
+
+def default_folder(data_folder: Path) -> Path:
+    """Return where the authority is when nobody says otherwise."""
+    return data_folder / "pki"
+
+
+def _checked_days(days: int) -> int:
+    if not 1 <= days <= _MOST_DAYS:
+        raise InvalidConfiguration("command line", "days", f"1 to {_MOST_DAYS} days, got {days}")
+    return days
+
+
+def _pem(certificate: x509.Certificate) -> bytes:
+    return certificate.public_bytes(Encoding.PEM)
+
+
+def _write_key(file: Path, key: ec.EllipticCurvePrivateKey) -> None:
+    data = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
+    write_whole(file, data, new_mode=0o600)
