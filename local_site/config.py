@@ -13,7 +13,7 @@ from farhand.common.names import SiteName
 
 
 class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One operator's place."""
+    """Configuration of one operator's site."""
 
     link: EndpointSettings = EndpointSettings(connect="tcp/127.0.0.1:7447")
     link_control: str = ""

@@ -1,4 +1,4 @@
-"""The local process: link, library, console; a scripted operator or a page in front of it."""
+"""Local process: link, library and console, with a scripted operator or a page in front of them."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ _RELAY_ANSWERS_S = 1.0
 
 
 class LocalSite:
-    """One operator's place.
+    """Process of one operator's site.
 
     Args:
         config: Endpoints, timeouts.
-        name: What the robot and other operators call this place.
-        tasks: What is taught and done.
-        data_dir: Where demonstrations and models are kept.
-        sample_files: The demonstrations that come with each task, where they are not in its own file.
+        name: Name by which the robot and other operators know this site.
+        tasks: Tasks to teach and execute.
+        data_dir: Folder of demonstrations and models.
+        sample_files: Returns the demonstrations that come with each task, if they are not in its own file.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class LocalSite:
         self._stop.set()
 
     def data_folder(self) -> DataFolder:
-        """Return the state of the folder in which is kept what was taught; from any thread."""
+        """Return the state of the folder of demonstrations and models; from any thread."""
         opened = self._opened_now
         return DataFolder.of(self._data_dir, opened.log.error if opened is not None else None)
 
@@ -84,7 +84,7 @@ class LocalSite:
         )
 
     def warm_up(self) -> None:
-        """Compile what learning needs: some seconds at the first start on a machine."""
+        """Compile the kernels of the learner: some seconds at the first start on a machine."""
         first = self._tasks.first
         warm_up(first.space, len(first.frame_names))
 
@@ -106,7 +106,7 @@ class LocalSite:
         """Have the scripted operator do the job once.
 
         Args:
-            outage: How to cut the link on the way, or None.
+            outage: Cut of the link during the execution, or None.
             ready: Called once the robot has reported.
 
         Returns:
@@ -114,7 +114,7 @@ class LocalSite:
 
         Raises:
             LinkError: When the robot does not report in time.
-            JobFailed: When a step of the job did not come to its end.
+            JobFailed: When a step of the job failed.
         """
         control = relay_control(self._config.link_control)
         with self._opened(stepped=True) as opened:
@@ -134,10 +134,10 @@ class LocalSite:
         return opened
 
     def _known_scenes(self) -> KnownScenes | None:
-        """What an arm can look like: the operator's own, and what was fetched from earlier robots."""
+        """Return the known drawings of arms: the operator's own, and those fetched from earlier robots."""
         if not isinstance(self._tasks.first, ArmTask):
             return None
-        # It comes from the arm's physics, which boards need not load.
+        # Imported here: boards do not need the arm's physics.
         from farhand.common.arm.dimensions import Dimensions
         from farhand.common.arm.simulation.description import describe
 
@@ -145,7 +145,7 @@ class LocalSite:
 
 
 class _Opened:
-    """The console while the link is open, connected to the robot; with a page if a port is given."""
+    """Console while the link is open, connected to the robot; with a page if a port is given."""
 
     def __init__(
         self,
@@ -200,8 +200,8 @@ class _Opened:
         self.log.close()
 
     def _open_page(self) -> Page:
-        """The page, before the robot has reported: it says that it waits."""
-        # It costs half a second, which a site without a page need not wait.
+        """Return the page, opened before the robot has reported: it shows that it waits."""
+        # Imported here: it takes half a second, and a site without a page does not need it.
         from farhand.local_site.view.door import Door, kept_token
         from farhand.local_site.view.page import Page
 
@@ -217,7 +217,7 @@ class _Opened:
 
 
 def relay_control(address: str, timeout_s: float = 5.0) -> RelayControl | None:
-    """Return the link process's control at HOST:PORT, or None for an empty address.
+    """Return the control of the link process at HOST:PORT, or None for an empty address.
 
     Raises:
         InvalidConfiguration: When the address is not of that form.

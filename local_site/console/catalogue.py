@@ -1,4 +1,4 @@
-"""What the robot has to fetch, asked for whenever it may have changed, and what comes of it."""
+"""Catalogue of the robot's recordings and its drawing, requested whenever it may have changed."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ _GIVE_UP_S = 60.0
 
 
 class Catalogue:
-    """The robot's recordings and its looks. Used by the console's thread alone.
+    """Recordings and drawing of the robot. Used by the console's thread alone.
 
     Args:
         inquiries: Asks the robot.
         library: Learns recordings.
-        site_name: This place.
+        site_name: Name of this site.
         tell: Tells the operator.
-        rate_bps: What the link carries [bit/s], 0 for more than enough.
-        known: Looks that need not be fetched; None when nobody draws the robot.
+        rate_bps: Capacity of the link [bit/s], 0 for more than enough.
+        known: Drawings that need not be fetched; None when nobody draws the robot.
     """
 
     def __init__(
@@ -41,11 +41,11 @@ class Catalogue:
         self.recordings = RobotRecordings(fetcher, library, site_name, tell)
         self.scene = RobotScene(fetcher, known)
         self.robot_version = ""
-        """Of the robot's Farhand, empty before it has said so."""
+        """Version of the robot's Farhand, empty while unknown."""
         self._boot, self._listed, self._asking = "", False, False
 
     def on_report(self, report: Telemetry) -> None:
-        """The robot reported; of a boot that is new the catalogue is too."""
+        """Process a report; after the robot's restart, start with an empty catalogue."""
         if report.stamp.boot != self._boot:
             if self._boot:
                 self.recordings.on_restart()
@@ -59,7 +59,7 @@ class Catalogue:
             )
 
     def on_event(self, event: Event) -> None:
-        """Something happened at the robot."""
+        """Process an event of the robot."""
         if self.recordings.on_event(event):
             self._listed = False
 
@@ -67,7 +67,7 @@ class Catalogue:
         self._asking = False
         if reply is None or reply.stamp.boot != self._boot:
             self._listed = False
-        elif self._listed:  # nothing has changed since
+        elif self._listed:  # unchanged since
             self._on_version(reply.version)
             self.scene.on_named(reply.scene_sha256)
             self.scene.pursue()

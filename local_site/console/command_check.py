@@ -1,4 +1,4 @@
-"""What the console refuses by itself, before it asks the robot: with the reason, and at once."""
+"""Checks by the console before it asks the robot, with an immediate reason for a refusal."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from farhand.local_site.teaching.lesson import NotNow
 
 
 def check(intent: intents.CommandRobot, picture: Picture) -> Telemetry:
-    """Let a command pass that may be sent now.
+    """Check that a command may be sent now.
 
-    The robot decides anew on its own; this only spares the operator a round trip.
+    The robot decides again on its own; this check only spares the operator a round trip.
 
     Args:
-        intent: What the operator asks for; a stop is never refused and does not come here.
-        picture: What the console knows.
+        intent: Command that the operator asks for; a stop is never refused and does not come here.
+        picture: Present state of the console.
 
     Returns:
-        The robot's report that it was checked against.
+        The report that the command was checked against.
 
     Raises:
         NotNow: With the reason.

@@ -1,4 +1,4 @@
-"""Commands to the robot: who is in control, what is under way, what became of it."""
+"""Commands to the robot: who is in control, which commands are pending, and how they ended."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ Notify = Callable[[Notice], None]
 
 
 class Commanding:
-    """Keeps the lease, sends commands, follows them to their end. Used by the console's thread alone.
+    """Keeper of the lease and sender of commands, followed to their end. Used by the console's thread alone.
 
     Args:
         link: To the robot.
         inquiries: Asks the robot.
-        monitor: Learns the round trip from the heartbeats.
-        site_name: This place.
+        monitor: Measures the round trip from the heartbeats.
+        site_name: Name of this site.
         notify: Tells the operator.
-        wish: What this site wants of the control of the robot at first.
+        wish: First wish of this site about the control of the robot.
     """
 
     def __init__(
@@ -59,30 +59,30 @@ class Commanding:
         self.session = secrets.token_hex(8)
         self.present_wish = wish
         self.asked_by = ""
-        """Who asks this site for the control, empty for nobody."""
+        """Name of the site that asks this one for the control, empty for none."""
         self.robot_tasks: tuple[str, ...] = ()
-        """What the robot does, by name; nothing before it has answered."""
+        """Names of the robot's tasks; none before it has answered."""
         self.lease_id = ""
         self.why_not_in_control = "the robot has not answered yet"
         self.pending: dict[Action, Pending] = {}
         self.round_trips_s: list[float] = []
         self._lease_stamp_ns, self._lease_boot = 0, ""
-        # Not from zero: the robot echoes its holder's heartbeats, and another site's must not look like ours.
+        # Not from zero: the robot echoes its holder's heartbeats; ours must differ from another site's.
         self._heartbeat_seq = secrets.randbelow(2**31)
         self._heartbeat_s = self._renewed_s = float("-inf")
         self._renewed_boot = ""
 
     def in_control(self, robot: Telemetry | None) -> bool:
-        """Whether the robot itself reports that this site's lease counts."""
+        """Return whether the robot itself reports that this site holds the lease."""
         return robot is not None and bool(self.lease_id) and robot.lease == self.lease_id[:4]
 
     def wish(self, wish: Wish) -> None:
-        """Want something else of the control of the robot from now on; said with the next renewal, now."""
+        """Set another wish about the control of the robot, and send it at once with a renewal."""
         self.present_wish = wish
         self._renewed_s = float("-inf")
 
     def tick(self, robot: Telemetry | None, now_s: float) -> None:
-        """Say that this site is alive, renew the lease, give up what was never settled."""
+        """Send a sign of life, renew the lease, and give up commands that were never answered."""
         echo = robot.stamp if robot else None
         if now_s - self._heartbeat_s >= _HEARTBEAT_S:
             self._heartbeat_s = now_s
@@ -92,7 +92,7 @@ class Commanding:
             self._link.send(keys.HEARTBEAT, encode(heartbeat))
         boot = robot.stamp.boot if robot else ""
         if now_s - self._renewed_s >= _RENEW_S or boot != self._renewed_boot:
-            # The first report of a boot at once: with its echo a restarted site has its own lease back.
+            # Answer the first report of a boot at once: its echo gives a restarted site its own lease back.
             self._renewed_s, self._renewed_boot = now_s, boot
             wish = self.present_wish
             request = LeaseRequest(session=self.session, site_name=self._site_name, wish=wish, echo=echo)
@@ -134,7 +134,7 @@ class Commanding:
         return pending is not None and pending.command_id == command_id
 
     def on_event(self, event: Event, now_s: float) -> None:
-        """The robot reported; a command's second answer settles it."""
+        """Process an event; a command's second answer settles it."""
         for action, pending in list(self.pending.items()):
             if event.command_id and pending.command_id == event.command_id:
                 del self.pending[action]
@@ -146,7 +146,7 @@ class Commanding:
         )
 
     def on_report(self, robot: Telemetry) -> None:
-        """A newer report of the robot: it shows what an accepted command led to."""
+        """Process a newer report: it shows what an accepted command led to."""
         for action, pending in list(self.pending.items()):
             if pending.accepted_ns is not None and action is not Action.PREVIEW:
                 later = robot.stamp.t_ns > pending.accepted_ns and robot.mode is pending.leads_to
@@ -155,7 +155,7 @@ class Commanding:
 
     def _on_lease(self, reply: LeaseReply | None, _took_s: float) -> None:
         if reply is None:
-            return  # the age of the data tells the operator that the link is down
+            return  # the age of the data shows the operator that the link is down
         if reply.stamp.boot == self._lease_boot and reply.stamp.t_ns < self._lease_stamp_ns:
             return
         self._lease_boot, self._lease_stamp_ns = reply.stamp.boot, reply.stamp.t_ns
@@ -174,7 +174,7 @@ class Commanding:
         if (self.present_wish is Wish.ASK and reply.granted) or (
             self.present_wish is Wish.GIVE and not reply.granted
         ):
-            # What was asked for or given has changed hands; after a hand-over this site asks no more.
+            # The control changed hands as wished; after a hand-over this site asks no more.
             self.present_wish = Wish.CONTROL if reply.granted else Wish.WATCH
 
     def _on_reply(

@@ -1,7 +1,7 @@
-"""The operator's console: every intent and every report goes through one queue with one owner; STOP has its own lane.
+"""Operator's console: every intent and report goes through one queue with one owner; STOP has its own lane.
 
-It shows what the robot reported, never what it expects: an action stays pending until the robot's own
-report settles it.
+It shows what the robot reported, never what it expects: an action stays pending until the robot's own report
+settles it.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ class Console:
     """Owner of everything that the operator's site knows and asks.
 
     Args:
-        library: What was taught of each task.
+        library: Lessons of all tasks.
         link: To the robot.
-        site_name: This place.
-        log: Keeps what happened; None keeps it in memory alone.
+        site_name: Name of this site.
+        log: Keeps the log of events; None keeps it in memory alone.
         wish: Whether this site takes control when it can, or watches.
-        now_s: The clock of this site [s].
-        rate_bps: What the link carries [bit/s]; 0 for more than enough.
-        place: What the operator's hand moves; None makes the one that the tasks need.
-        known: What robots look like as far as it need not be fetched; None when nobody draws the robot.
+        now_s: Clock of this site [s].
+        rate_bps: Capacity of the link [bit/s]; 0 for more than enough.
+        place: Workcell of the operator; None makes the one that the tasks need.
+        known: Drawings of robots that need not be fetched; None when nobody draws the robot.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Console:
     ):
         self._library, self._link, self._now_s = library, link, now_s
         self.owner = EventLoop("console", PERIOD_S, self._tick, self._redraw, now_s)
-        """Does everything here, one after the other."""
+        """Runs everything here, one call after the other."""
         self._notices, monitor = Notices(log), LinkMonitor()
         self._inquiries = Requests(link, self.owner.put, now_s)
         self._commanding = Commanding(link, self._inquiries, monitor, site_name, self._notices.add, wish)
@@ -99,7 +99,7 @@ class Console:
 
     @property
     def picture(self) -> Picture:
-        """All that is known; of the newest stop also while the console is busy with something else."""
+        """Complete present state; the newest stop is current even while the console is busy."""
         drawn, stop = self._drawn, self._stop.status
         return drawn if drawn.stop is stop else replace(drawn, stop=stop)
 
@@ -112,7 +112,7 @@ class Console:
         self.owner.start()
 
     def listen(self) -> None:
-        """Listen to the robot. Without `start`, in virtual time, its caller drives the owner."""
+        """Listen to the robot. Without `start`, in virtual time, the caller runs the queue."""
         self._stop.listen()
         hear = partial(listen, self._link, self.owner.put, self._reports.on_dropped)
         hear(keys.TELEMETRY, Telemetry, self._on_telemetry)
@@ -121,14 +121,14 @@ class Console:
         self._place.start(self.owner.put, self._library.on_moved)
 
     def close(self) -> None:
-        """End the console; what was not sent is not sent."""
+        """End the console; unsent messages are dropped."""
         self._stop.close()
         self._place.close()
         self.owner.close()
         self._inquiries.close()
 
     def submit(self, intent: intents.Intent) -> None:
-        """Ask for something. Returns at once; the picture tells what became of it.
+        """Submit an intent. Returns at once; the picture shows the outcome.
 
         A stop is on its way when this returns, whatever the console is busy with.
         """
@@ -137,7 +137,7 @@ class Console:
         self.owner.put(partial(self._on_intent, intent))
 
     def ask_report(self, timeout_s: float = 15.0) -> ExecutionReport | None:
-        """How the newest execution went, asked of the robot. None when no answer came."""
+        """Ask the robot how the newest execution went, and wait. None when no answer came."""
         answers: queue.SimpleQueue[ExecutionReport | None] = queue.SimpleQueue()
         self.request_report(answers.put)
         try:
@@ -146,7 +146,7 @@ class Console:
             return None
 
     def request_report(self, answered: Callable[[ExecutionReport | None], None]) -> None:
-        """Ask the robot how the newest execution went; returns at once.
+        """Ask the robot how the newest execution went; return at once.
 
         Args:
             answered: Called once, in the console's thread; with None when no answer came.
@@ -155,7 +155,10 @@ class Console:
         self.owner.put(partial(ask, lambda answer, _took_s: answered(answer)))
 
     def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float | None) -> bool:
-        """Wait until a picture has a property; None: for as long as it takes. False when it did not in time."""
+        """Wait until a picture satisfies a condition; None waits without limit.
+
+        Return False on a time-out.
+        """
         with self._changed:
             return self._changed.wait_for(lambda: holds(self.picture), timeout_s)
 
@@ -174,7 +177,7 @@ class Console:
             self._forget_what_was_asked(f"this computer was suspended for {suspended_s:.0f} s")
         self._reports.expire_plan(now_s, self._models.confirmed_sha256(self._library.task.name))
         self._inquiries.tick(now_s)
-        self._stop.tick()  # in virtual time nobody else does
+        self._stop.tick()  # in virtual time, nobody else runs the queue
         self._commanding.tick(self._reports.robot, now_s)
         self._sending.tick(self._commanding.robot_tasks)
 
@@ -210,14 +213,14 @@ class Console:
         if action in (Action.STOP, Action.ABORT):
             self._teaching.roll_back(f"{action} was pressed")
         if action is Action.STOP:
-            return  # pressed already: it does not wait for its turn here
+            return  # sent already by its own lane
         robot = check(intent, self._parts.draw(now_s))
         self._stop.commanded(action)
         task, sha256 = self._library.task.name, self._models.confirmed_sha256(self._library.task.name)
         self._commanding.command(action, robot, now_s, task, sha256, self._reports.plan_id, intent.pace)
 
     def _hand(self, intent: intents.Hand) -> None:
-        """The hand drives the robot while coupled, else it moves what is at the operator's own place."""
+        """Let the hand drive the robot while coupled; otherwise let it move the workcell."""
         robot, lease_id = self._reports.robot, self._commanding.lease_id
         if robot is not None and robot.coupling_id and lease_id and not self._library.recording:
             self._teleoperation.hand(intent.point, intent.released, robot, lease_id)
@@ -236,7 +239,7 @@ class Console:
         self._tell("restart", "the robot was restarted: send the models again", good=False)
 
     def _forget_what_was_asked(self, why: str) -> None:
-        """Ask nothing again that was asked in another situation; a stop is resent all the same."""
+        """Forget requests made in another situation; a stop is resent all the same."""
         self._teaching.roll_back(why)
         self._reports.forget_plan()
         self._commanding.pending.clear()

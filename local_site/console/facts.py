@@ -1,4 +1,4 @@
-"""The state of the operator's site for `farhand status`, read off the console's picture."""
+"""State of the operator's site for `farhand status`, taken from the console's picture."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ def operator_facts(console: Console, page: str, control: RelayControl | None) ->
     """Return the state of a site.
 
     Args:
-        console: Of the site.
+        console: Console of the site.
         page: Address of its page, empty without one.
-        control: The simulated link before the robot, None without one; it is asked now.
+        control: Control socket of the simulated link, None without one; it is asked now.
     """
     picture, tick_age_s = console.picture, console.owner.tick_age_s
     robot, link = picture.robot, picture.link
@@ -48,7 +48,7 @@ def operator_facts(console: Console, page: str, control: RelayControl | None) ->
 
 
 def _stopped_by_fault(picture: Picture) -> bool:
-    """Tell a stop by a guard from one that an operator asked for: the latter names a site."""
+    """Distinguish a stop by a guard from one by an operator, which names a site."""
     if picture.mode is not ControlMode.STOPPED:
         return False
     stop = next((notice for notice in reversed(picture.notices) if notice.what == "stopped"), None)

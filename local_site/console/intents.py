@@ -1,4 +1,4 @@
-"""What an operator can ask of the console: each a value, put into one queue with one owner."""
+"""Intents: everything that an operator can ask of the console, each a value for its one queue."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from farhand.common.wire.messages import Wish
 
 @dataclass(frozen=True)
 class CommandRobot:
-    """Ask the robot for an action.
+    """Request for an action of the robot.
 
     Args:
-        action: Which.
-        shown_mode: The mode that the operator saw; refused when it is no longer so. None: not checked.
-        pace: For "set pace": share of the speed at which the robot's own motions were meant, 0.1 to 1.
+        action: Action.
+        shown_mode: Mode that the operator saw; the command is refused if it has changed. None: not checked.
+        pace: For "set pace": speed of the robot's own motions as a share of their intended speed, 0.1 to 1.
     """
 
     action: Action
@@ -25,51 +25,51 @@ class CommandRobot:
 
     @property
     def label(self) -> str:
-        """The name under which events tell of the intent."""
+        """Name of the intent in events."""
         return str(self.action)
 
 
 @dataclass(frozen=True)
 class RecordDemonstration:
-    """Begin a demonstration."""
+    """Request to begin a demonstration."""
 
     label: ClassVar[str] = "record"
 
 
 @dataclass(frozen=True)
 class EndDemonstration:
-    """End the demonstration that is being recorded and keep what was learned."""
+    """Request to end the demonstration that is being recorded and keep what was learned."""
 
     label: ClassVar[str] = "end"
 
 
 @dataclass(frozen=True)
 class Undo:
-    """Forget the demonstration that is being recorded, or else the last one."""
+    """Request to forget the demonstration that is being recorded, or else the last one."""
 
     label: ClassVar[str] = "undo"
 
 
 @dataclass(frozen=True)
 class LoadSamples:
-    """Learn the demonstrations that come with the task."""
+    """Request to learn the demonstrations that come with the task."""
 
     label: ClassVar[str] = "load samples"
 
 
 @dataclass(frozen=True)
 class Recover:
-    """Learn the demonstration that an earlier process was recording when it ended."""
+    """Request to learn the demonstration that an earlier process was recording when it ended."""
 
     label: ClassVar[str] = "recover"
 
 
 @dataclass(frozen=True)
 class SelectRevision:
-    """Have another revision of the task count.
+    """Request to make another revision of the task current.
 
     Args:
-        revision: Its number.
+        revision: Number of the revision.
     """
 
     label: ClassVar[str] = "go to"
@@ -79,17 +79,17 @@ class SelectRevision:
 
 @dataclass(frozen=True)
 class StartAnew:
-    """Begin the task without a demonstration; what was taught can be gone back to."""
+    """Request to begin the task without demonstrations; the present ones stay available as a revision."""
 
     label: ClassVar[str] = "start anew"
 
 
 @dataclass(frozen=True)
 class Delete:
-    """Give up a revision that does not count.
+    """Request to delete a revision that is not current.
 
     Args:
-        revision: Its number.
+        revision: Number of the revision.
     """
 
     label: ClassVar[str] = "delete"
@@ -99,10 +99,10 @@ class Delete:
 
 @dataclass(frozen=True)
 class Choose:
-    """Have teaching, previews and executions be about another task.
+    """Request to choose another task for teaching, previews and executions.
 
     Args:
-        task: Its name.
+        task: Name of the task.
     """
 
     label: ClassVar[str] = "choose"
@@ -112,10 +112,10 @@ class Choose:
 
 @dataclass(frozen=True)
 class AutoSend:
-    """Send the model whenever it changes, or only when asked to.
+    """Choice whether the model is sent whenever it changes, or only on request.
 
     Args:
-        on: Whether to.
+        on: True to send it whenever it changes.
     """
 
     label: ClassVar[str] = "auto send"
@@ -125,10 +125,10 @@ class AutoSend:
 
 @dataclass(frozen=True)
 class WishControl:
-    """Want the control of the robot, ask its holder for it, hand it over, or watch.
+    """Wish to take the control of the robot, ask its holder for it, hand it over, or watch.
 
     Args:
-        wish: Which of them.
+        wish: Kind of wish.
     """
 
     label: ClassVar[str] = "control"
@@ -138,27 +138,29 @@ class WishControl:
 
 @dataclass(frozen=True)
 class SendModel:
-    """Send the learned model of the chosen task to the robot."""
+    """Request to send the learned model of the chosen task to the robot."""
 
     label: ClassVar[str] = "send model"
 
 
 @dataclass(frozen=True)
 class SendLibrary:
-    """Send the robot of each task what it lacks."""
+    """Request to send the robot every task's model that it lacks."""
 
     label: ClassVar[str] = "send library"
 
 
 @dataclass(frozen=True)
 class Hand:
-    """The operator's hand moved: it draws, or leads the operator's arm; while coupled it drives the robot.
+    """Movement of the operator's hand: it draws, or leads the operator's arm.
+
+    While coupled it drives the robot.
 
     Args:
-        point: Where it is, in the task's space: a position on the board [m], or a pose from the arm's base.
-            Length C.
-        time_s: Of the motion, not of its arrival [s].
-        released: It let go.
+        point: Point of the hand in the task's space: a position on the board [m], or a pose relative to the
+            arm's base. Length C.
+        time_s: Time of the motion, not of its arrival [s].
+        released: True when the hand let go.
     """
 
     label: ClassVar[str] = "hand"
@@ -170,10 +172,10 @@ class Hand:
 
 @dataclass(frozen=True)
 class ResetArm:
-    """Put the operator's arm back to ready, and its receptacle elsewhere.
+    """Request to put the operator's arm back to ready, and its receptacle elsewhere.
 
     Args:
-        seed: Of where both are then; None: the next one.
+        seed: Seed of the new placement; None: the next one.
     """
 
     label: ClassVar[str] = "new place"
@@ -183,17 +185,17 @@ class ResetArm:
 
 @dataclass(frozen=True)
 class Align:
-    """Turn the plug of the operator's arm, where it is, until it points along the bore."""
+    """Request to turn the plug of the operator's arm, where it is, until it points along the bore."""
 
     label: ClassVar[str] = "align"
 
 
 @dataclass(frozen=True)
 class MoveTarget:
-    """Move the robot's simulated target.
+    """Request to move the robot's simulated target.
 
     Args:
-        position_m: Where its mean is to be. Length D [m].
+        position_m: New mean position of the target. Length D [m].
     """
 
     label: ClassVar[str] = "move target"

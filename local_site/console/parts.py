@@ -1,4 +1,4 @@
-"""What a console is made of, and the one picture of it all."""
+"""Parts of a console, and the one picture of them all."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from farhand.local_site.workcell.workcell import Workcell
 
 @dataclass(frozen=True)
 class Parts:
-    """Each owns some facts; nobody else keeps them. Used by the console's thread alone.
+    """Parts of a console, each the only owner of its facts. Used by the console's thread alone.
 
     Args:
         library: Demonstrations and models.
-        place: What the operator's hand moves.
-        catalogue: What the robot has to fetch.
+        place: Workcell.
+        catalogue: Recordings and drawing of the robot.
         teaching: Recording and undoing.
-        sending: What is to be sent.
-        models: What the robot has confirmed.
-        commanding: The control of the robot, and what was asked of it.
-        stop: The newest stop of this site.
-        reports: What the robot has reported.
-        monitor: How the link is doing.
-        notices: What the operator should read.
+        sending: Models that the operator wants sent.
+        models: Models that the robot has confirmed.
+        commanding: Control of the robot, and pending commands.
+        stop: Newest stop of this site.
+        reports: Newest reports of the robot.
+        monitor: State of the link.
+        notices: Messages for the operator.
     """
 
     library: Library
@@ -49,7 +49,7 @@ class Parts:
     notices: Notices
 
     def draw(self, now_s: float) -> Picture:
-        """All that is known now."""
+        """Return the complete present state."""
         task, library = self.library.task, self.library.chosen
         commanding, reports = self.commanding, self.reports
         return Picture(

@@ -1,4 +1,4 @@
-"""What the operator can be shown at one moment: one immutable value, made by the console alone."""
+"""Complete state of the console at one moment: one immutable value, made by the console alone."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from farhand.local_site.workcell.arm_view import ArmView
 
 @dataclass(frozen=True)
 class Pending:
-    """An action that was asked for and is not settled.
+    """Action that was asked for and is not settled.
 
     Args:
-        command_id: Its id.
-        since_s: When it was asked, on the console's clock [s].
-        accepted_ns: When the robot accepted it, on the robot's clock [ns]; None before its answer.
-        leads_to: The mode that the robot said it leads to.
+        command_id: Id of the command.
+        since_s: Time of the request, on the console's clock [s].
+        accepted_ns: Time of the robot's acceptance, on the robot's clock [ns]; None before its answer.
+        leads_to: Mode to which the action leads, according to the robot.
     """
 
     command_id: str
@@ -41,16 +41,16 @@ class Pending:
 
 @dataclass(frozen=True)
 class TaskStanding:
-    """How it stands with one of the tasks.
+    """Standing of one task: what was taught, and what the robot has.
 
     Args:
-        name: Of the task.
-        n_demonstrations: Learned ones.
-        learned_sha256: Of the model; empty while nothing was taught.
-        model_bytes: Its size [B].
-        confirmed_sha256: The model that the robot has confirmed last; empty without one.
-        sending: Whether one is on its way, or waits for another task's.
-        robot_does: Whether the robot does this task, as far as is known.
+        name: Name of the task.
+        n_demonstrations: Number of learned demonstrations.
+        learned_sha256: SHA-256 of the model; empty while nothing was taught.
+        model_bytes: Size of the model [B].
+        confirmed_sha256: SHA-256 of the model that the robot confirmed last; empty without one.
+        sending: True while its model is being sent, or waits for another task's.
+        robot_does: True if the robot does this task, as far as is known.
     """
 
     name: str
@@ -63,55 +63,55 @@ class TaskStanding:
 
     @property
     def differs(self) -> bool:
-        """Whether something was taught for the robot that it has not confirmed."""
+        """True if the robot has not confirmed the learned model of a task that it does."""
         return self.robot_does and self.learned_sha256 not in ("", self.confirmed_sha256)
 
 
 @dataclass(frozen=True)
 class Picture:
-    """All that the console knows.
+    """Complete state of the console.
 
     Args:
-        now_s: When it was made, on the console's clock [s].
-        robot: The robot's newest report; None before the first one.
-        robot_version: Version of the robot's Farhand, empty while it is not known.
-        robot_tasks: Tasks that the robot does, none while they are not known.
-        other_schema: Why its messages are not understood, when they are of another version.
-        link: The link.
-        in_control: Whether this site holds the lease.
-        why_not_in_control: The robot's words when it does not.
-        wish: What this site wants of the control.
-        asked_by: Who asks this site for the control, empty for nobody.
-        pending: Actions under way.
-        notices: The newest last.
-        task: The task that is chosen; what follows is about it.
-        tasks: All of them, in their order.
-        sending_library: Whether the library is on its way.
-        recording: Whether a demonstration is being made.
-        n_demonstrations: Learned ones.
-        can_undo: Whether there is one to forget.
-        can_recover: Whether a demonstration is left over that was recorded here, or by the robot, and not learned.
-        fetching: The part of a recording of the robot that is here, from 0 to 1; None while none is on its way.
-        robot_scene: What the robot looks like; None while that is not known.
-        scene_fetching: The part of it that is here, from 0 to 1; None while it is not on its way.
-        learned: The model of all ended demonstrations.
-        forming: The model with the demonstration under way, None without one.
-        confirmed_sha256: The model that the robot has confirmed last.
-        sending_model: Whether one is on its way.
-        auto_send: Whether a model is sent whenever it changes.
-        revisions: The newest ones of the task, the newest last.
-        revision: The one that counts, 0 before the first.
-        strokes: What was demonstrated, each of shape (T, C), the one under way last: positions on the board
-            [m], or poses from the base of the operator's arm.
-        stroke_frames: The task frames that each of them was made in. Each of length P.
-        own_frames: The task frames at the operator's place now. Length P.
-        own_arm: The operator's arm; None where a hand alone demonstrates.
-        path: The newest path.
-        path_received_s: When it came, on the console's clock [s].
-        plan_id: The newest preview, 0 without one.
-        plan_received_s: When it came, on the console's clock [s].
-        stop: The newest stop of this site.
-        command_round_trips_s: Of each command that was accepted [s].
+        now_s: Time of its making, on the console's clock [s].
+        robot: Newest report of the robot; None before the first one.
+        robot_version: Version of the robot's Farhand, empty while unknown.
+        robot_tasks: Tasks that the robot does, none while unknown.
+        other_schema: Reason why the robot's messages are not understood, when their version differs.
+        link: State of the link.
+        in_control: True if this site holds the lease.
+        why_not_in_control: The robot's reason when it does not.
+        wish: Wish of this site about the control.
+        asked_by: Name of the site that asks this one for the control, empty for none.
+        pending: Actions that are not settled.
+        notices: Messages for the operator, the newest last.
+        task: Chosen task; the following fields are about it.
+        tasks: Standing of all tasks, in their order.
+        sending_library: True while the library is being sent.
+        recording: True while a demonstration is recorded.
+        n_demonstrations: Number of learned demonstrations.
+        can_undo: True if a demonstration can be undone.
+        can_recover: True if a demonstration recorded here, or by the robot, was not learned yet.
+        fetching: Share of a robot's recording that has arrived, from 0 to 1; None while none is fetched.
+        robot_scene: Drawing of the robot; None while unknown.
+        scene_fetching: Share of the drawing that has arrived, from 0 to 1; None while it is not fetched.
+        learned: Model of all ended demonstrations.
+        forming: Model including the demonstration in progress, None without one.
+        confirmed_sha256: SHA-256 of the model that the robot confirmed last.
+        sending_model: True while a model is being sent.
+        auto_send: True if a model is sent whenever it changes.
+        revisions: Newest revisions of the task, the newest last.
+        revision: Number of the current revision, 0 before the first.
+        strokes: Demonstrations, each of shape (T, C), the one in progress last: positions on the board [m],
+            or poses relative to the base of the operator's arm.
+        stroke_frames: Task frames in which each stroke was made. Each of length P.
+        own_frames: Present task frames of the workcell. Length P.
+        own_arm: Snapshot of the operator's arm; None where a hand alone demonstrates.
+        path: Newest path.
+        path_received_s: Time of its arrival, on the console's clock [s].
+        plan_id: Id of the newest preview, 0 without one.
+        plan_received_s: Time of its arrival, on the console's clock [s].
+        stop: Newest stop of this site.
+        command_round_trips_s: Round trip of each accepted command [s].
     """
 
     now_s: float
@@ -156,30 +156,30 @@ class Picture:
 
     @property
     def standing(self) -> TaskStanding:
-        """How it stands with the chosen task."""
+        """Standing of the chosen task."""
         return next(each for each in self.tasks if each.name == self.task.name)
 
     @property
     def mode(self) -> ControlMode | None:
-        """The mode that the robot reported; None before its first report."""
+        """Mode that the robot reported; None before its first report."""
         return self.robot.mode if self.robot else None
 
     @property
     def phase(self) -> Phase:
-        """The phase that the robot reported."""
+        """Phase that the robot reported."""
         return self.robot.phase if self.robot else Phase.NONE
 
     @property
     def coupled(self) -> bool:
-        """Whether the operator's hand moves the robot."""
+        """True while the operator's hand moves the robot."""
         return self.mode is ControlMode.DIRECT
 
     @property
     def recorded_s(self) -> float | None:
-        """For how long the robot has been recording how it is driven [s]; None while it does not."""
+        """Duration of the recording that the robot is making [s]; None while it makes none."""
         return None if self.robot is None or self.robot.recorded_s is UNSET else self.robot.recorded_s
 
     @property
     def robot_records(self) -> bool:
-        """Whether the robot records how it is driven."""
+        """True while the robot records how it is driven."""
         return self.recorded_s is not None

@@ -1,4 +1,4 @@
-"""The motions that the robot recorded while this site drove it: fetched, and learned as any other demonstration."""
+"""Motions that the robot recorded while this site drove it: fetched, and learned like any demonstration."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from farhand.local_site.teaching.library import Library
 
 
 class RobotRecordings:
-    """Learns by itself what this process has recorded; what else there is of this site, when asked to recover it.
+    """Learner of the robot's recordings: of this process at once, of earlier ones when asked to recover.
 
     Used by the console's thread alone.
 
     Args:
-        fetcher: Fetches them.
-        library: Learns each into the task that it is of.
-        site_name: This place.
+        fetcher: Fetches the recordings.
+        library: Learns each recording into its task.
+        site_name: Name of this site.
         tell: Tells the operator.
     """
 
     def __init__(self, fetcher: BlobFetcher, library: Library, site_name: str, tell: Tell):
         self._fetcher, self._library = fetcher, library
         self._site_name, self._tell = site_name, tell
-        self._expected = False  # one that was begun by this process and is to be learned
-        self._ended = False  # it is in the catalogue by now
+        self._expected = False  # recording begun by this process, to be learned
+        self._ended = False  # the catalogue holds it by now
         self._done: set[str] = set()
         self._offers: tuple[RecordingOffer, ...] = ()
         self._fetching, self._to_fetch = "", list[str]()
@@ -42,18 +42,21 @@ class RobotRecordings:
 
     @property
     def fetching(self) -> float | None:
-        """The part of a recording on its way that is here, from 0 to 1; None while none is on its way."""
+        """Share of the fetched recording that has arrived, from 0 to 1; None while none is fetched."""
         if self._ended:
             return 0.0
         return self._fetcher.share(self._fetching) if self._fetching else None
 
     @property
     def can_recover(self) -> bool:
-        """Whether the robot has one of this site that was not learned."""
+        """True if the robot has a recording of this site that was not learned."""
         return self._newest is not None and self.fetching is None
 
     def action_for(self, intent: intents.Intent, picture: Picture) -> Action | None:
-        """What to ask the robot for when an intent is about its recording; None when it is not."""
+        """Return the action to ask of the robot when an intent is about its recording.
+
+        None when it is not.
+        """
         match intent:
             case intents.RecordDemonstration() if picture.coupled:
                 self._expected = True
@@ -66,7 +69,7 @@ class RobotRecordings:
         return None
 
     def on_event(self, event: Event) -> bool:
-        """An event of the robot; whether its catalogue has changed for this site."""
+        """Process an event of the robot; return whether its catalogue has changed for this site."""
         if event.kind != RECORDED or event.who != self._site_name:
             return False
         self._ended = self._expected and event.succeeded
@@ -74,7 +77,7 @@ class RobotRecordings:
         return True
 
     def on_restart(self) -> None:
-        """The robot was started again: its recordings are gone."""
+        """Forget the robot's recordings: it was restarted, and they are gone."""
         if self._expected or self._ended or self._newest is not None:
             self._tell("record", "the robot was restarted: what it had recorded is lost", good=False)
         self._expected = self._ended = False
@@ -82,7 +85,7 @@ class RobotRecordings:
         self._to_fetch.clear()
 
     def on_offers(self, offers: Sequence[RecordingOffer]) -> None:
-        """What the robot has."""
+        """Process the robot's list of recordings."""
         taught, known = self._library.by_task.values(), self._offers
         learned = "\n".join(each.source for task in taught for each in task.demonstrations)
         self._offers = tuple(
@@ -94,10 +97,10 @@ class RobotRecordings:
         self._fetch_next()
 
     def recover(self) -> None:
-        """Fetch and learn the newest one that was not learned.
+        """Fetch and learn the newest recording that was not learned.
 
         Raises:
-            NotNow: When there is none, or one is on its way.
+            NotNow: When there is none, or one is being fetched.
         """
         offer = self._newest
         if offer is None or self.fetching is not None:
@@ -106,7 +109,7 @@ class RobotRecordings:
         self._fetch_next()
 
     def learn_arrived(self) -> None:
-        """Learn what has arrived, if something has, once no other demonstration is being made."""
+        """Learn an arrived recording, once no other demonstration is being made."""
         if self._arrived is None or self._library.recording:
             return
         (sha256, content), self._arrived = self._arrived, None
@@ -119,10 +122,10 @@ class RobotRecordings:
             self._tell("record", f"learned what the robot recorded: {learned}")
 
     def _learn(self, content: bytes, sha256: str) -> str:
-        """Learn a recorded motion into the task that it is of; says what is known of it now.
+        """Learn a recorded motion into its task; return what is known of it now.
 
         Raises:
-            FarhandError: When it is malformed, of no task here, or no motion.
+            FarhandError: When it is malformed, of an unknown task, or no motion.
         """
         motion = RecordedMotion.from_bytes(content)
         task, taught = self._library.tasks.get(motion.task), self._library.by_task.get(motion.task)

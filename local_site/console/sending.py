@@ -1,4 +1,4 @@
-"""What the operator wants sent to the robot: the model of one task, of each, or whatever changes."""
+"""Models that the operator wants sent to the robot: one task's, each task's, or whatever changes."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ from farhand.local_site.teaching.library import Library
 
 
 class Sending:
-    """Does what the operator asks about sending, and tells what came of it. Used by the console's thread alone.
+    """Executes the operator's intents about sending, and reports the outcome.
+
+    Used by the console's thread alone.
 
     Args:
-        library: What was taught.
-        models: Sends one model after the other.
+        library: Lessons of all tasks.
+        models: Sends the models one after the other.
         tell: Tells the operator.
     """
 
@@ -25,15 +27,15 @@ class Sending:
         self._outcomes: dict[str, tuple[str, bool] | None] = {}
         self._robot_tasks: tuple[str, ...] = ()
         self.by_itself = False
-        """Whether a model is sent whenever it changes."""
+        """True if a model is sent whenever it changes."""
 
     @property
     def sending_library(self) -> bool:
-        """Whether something of the library is still on its way."""
+        """True while a part of the library is still being sent."""
         return None in self._outcomes.values()
 
     def do(self, intent: intents.Send) -> None:
-        """Do one of them.
+        """Execute an intent.
 
         Raises:
             NotNow: When it is not possible at this moment.
@@ -47,14 +49,14 @@ class Sending:
                 self.by_itself = on
 
     def robot_does(self, name: str) -> bool:
-        """Whether the robot does a task, as far as is known."""
+        """Return whether the robot does a task, as far as is known."""
         return not self._robot_tasks or name in self._robot_tasks
 
     def tick(self, robot_tasks: tuple[str, ...]) -> None:
-        """Send what has changed, if so chosen.
+        """Send changed models, if the operator chose so.
 
         Args:
-            robot_tasks: What the robot has said that it does; nothing before it has.
+            robot_tasks: Tasks that the robot named; none before it has.
         """
         if robot_tasks != self._robot_tasks:
             self._robot_tasks = robot_tasks
@@ -85,7 +87,10 @@ class Sending:
         )  # fmt: skip
 
     def _send_library(self) -> None:
-        """Each model in turn; the robot is asked for each by its hash, so that only what differs is moved."""
+        """Send each model in turn.
+
+        The robot is asked for each by its hash, so only differing ones are sent.
+        """
         learned = self._library.learned
         if not learned:
             raise NotNow("nothing was learned yet: record a demonstration first")

@@ -1,4 +1,4 @@
-"""Everything about demonstrations that is the local site's own: recording, undoing, going back."""
+"""Intents about demonstrations at the local site: recording, undoing, returning to revisions."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from farhand.local_site.teaching.task_library import TaskLibrary
 from farhand.local_site.workcell.workcell import Workcell
 
 _LOST_S = 3.0
-"""Control that came back sooner was not lost: as long as a lease lasts [s]."""
+"""Control that came back sooner was not lost; equals the duration of a lease [s]."""
 
 
 class Teaching:
-    """Does what the operator asks about the chosen task. Used by the console's thread alone.
+    """Executes the operator's intents about the chosen task. Used by the console's thread alone.
 
     Args:
-        library: What was taught.
-        place: Where demonstrations are made.
-        tell: Tells the operator what was done.
+        library: Lessons of all tasks.
+        place: Workcell.
+        tell: Tells the operator the outcome.
     """
 
     def __init__(self, library: Library, place: Workcell, tell: Tell):
@@ -34,11 +34,11 @@ class Teaching:
 
     @property
     def left_over(self) -> Demonstration | None:
-        """A demonstration that was being recorded when it was rolled back, or its process ended."""
+        """Demonstration that was being recorded when it was rolled back, or when its process ended."""
         return self._task.left_over
 
     def do(self, intent: intents.Teach) -> None:
-        """Do one of them.
+        """Execute an intent.
 
         Raises:
             NotNow: When it is not possible at this moment.
@@ -70,11 +70,11 @@ class Teaching:
                 self._move_arm(intent)
 
     def choose(self, name: str, picture: Picture) -> None:
-        """Teach another task from now on, at a place that is made ready for it.
+        """Choose the task that is taught, and switch the workcell to it.
 
         Args:
-            name: Of the task.
-            picture: What the console knows.
+            name: Name of the task.
+            picture: Present state of the console.
 
         Raises:
             NotNow: When there is no such task, something is recorded, or the robot executes the one before.
@@ -90,7 +90,7 @@ class Teaching:
         self._tell("task", f"{name} is chosen: it is taught, previewed and executed now")
 
     def watch(self, in_control: bool, now_s: float) -> None:
-        """Roll a demonstration back when the control of the robot is lost, and does not come back by itself."""
+        """Roll a demonstration back when the control of the robot is lost and does not come back."""
         if in_control:
             self._control_s = now_s
         elif self._control_s is not None and now_s - self._control_s > _LOST_S:
@@ -98,7 +98,7 @@ class Teaching:
             self.roll_back("the control of the robot was lost")
 
     def roll_back(self, why: str) -> None:
-        """Forget a demonstration under way; the model is as before it, bit for bit."""
+        """Forget a demonstration in progress; the model is as before it, bit for bit."""
         if self._task.recording:
             self._task.set_aside()
             self._tell("recording", f"rolled back: {why}; what was recorded can be recovered")

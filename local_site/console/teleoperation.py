@@ -1,4 +1,4 @@
-"""Direct teleoperation, the operator's half: the hand's movement on its way to the robot."""
+"""Operator's half of direct teleoperation: sends the hand's movement to the robot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _UPRIGHT = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 class Teleoperation:
-    """Sends the hand's position while coupled, and nothing otherwise.
+    """Sender of the hand's position while coupled.
 
     Args:
         link: To the robot.
@@ -23,12 +23,12 @@ class Teleoperation:
         self._seq = 0
 
     def hand(self, point: tuple[float, ...], released: bool, robot: Telemetry, lease_id: str) -> None:
-        """Send where the hand is.
+        """Send the hand's point.
 
         Args:
-            point: A position [m], or a pose. Length C.
-            released: The hand let go: the coupling ends.
-            robot: The report that the operator sees; it must be coupled.
+            point: Position [m], or pose. Length C.
+            released: True when the hand let go: the coupling ends.
+            robot: Report that the operator sees; it must be coupled.
             lease_id: Proof of control.
         """
         self._seq += 1
@@ -45,10 +45,10 @@ class Teleoperation:
         self._link.send(keys.INPUT, encode(message))
 
     def move_target(self, position_m: tuple[float, ...], robot: Telemetry | None, lease_id: str) -> None:
-        """Have the robot's simulated target move; without control of the robot it stays where it is.
+        """Move the robot's simulated target; without control of the robot the target stays where it is.
 
         Args:
-            position_m: Where its mean is to be. Length D [m].
+            position_m: New mean position of the target. Length D [m].
             robot: The report that the operator sees; before the first one nothing is sent.
             lease_id: Proof of control.
         """
@@ -58,5 +58,5 @@ class Teleoperation:
 
 
 def _rotation_rad(pose: tuple[float, ...]) -> tuple[float, ...]:
-    """The orientation of a pose as a rotation vector [rad]."""
+    """Return the orientation of a pose as a rotation vector [rad]."""
     return tuple(POSE.log(_UPRIGHT, POSE.checked(pose, "hand", "point"))[POSE.n_dims :].tolist())

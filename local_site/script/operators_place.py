@@ -1,4 +1,4 @@
-"""The surroundings of the scripted operator: a console, a link that can be cut, and time, real or virtual."""
+"""Surroundings of the scripted operator: a console, a link that can be cut, and time, real or virtual."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ OutageKind = Literal["stall", "reset", "blackhole"]
 
 @dataclass(frozen=True)
 class PlannedOutage:
-    """A planned cut of the link during the execution.
+    """Planned cut of the link during the execution.
 
     Args:
-        kind: How it is cut.
-        duration_s: For how long [s].
-        at: When this part of the previewed motion is done, from 0 to 1.
+        kind: Kind of outage.
+        duration_s: Duration of the cut [s].
+        at: Share of the previewed motion after which the cut begins, from 0 to 1.
     """
 
     kind: OutageKind
@@ -31,19 +31,19 @@ class PlannedOutage:
 
 
 class OperatedConsole(Protocol):
-    """The part of a `Console` that the script uses."""
+    """Part of a `Console` that the script uses."""
 
     @property
     def picture(self) -> Picture:
-        """The console's present state."""
+        """Present state of the console."""
         ...
 
     def submit(self, intent: Intent) -> None:
-        """Ask for something."""
+        """Submit an intent."""
         ...
 
     def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float) -> bool:
-        """Wait until the picture has a property. False when it did not in time."""
+        """Wait until the picture satisfies a condition. Return False on a time-out."""
         ...
 
     def ask_report(self) -> ExecutionReport | None:
@@ -52,34 +52,34 @@ class OperatedConsole(Protocol):
 
 
 class CuttableLink(Protocol):
-    """The part of a `RelayControl` that the script uses."""
+    """Part of a `RelayControl` that the script uses."""
 
     def outage(self, kind: OutageKind, duration_s: float) -> Mapping[str, Any]:
         """Interrupt both directions for a while [s]."""
         ...
 
     def status(self) -> Mapping[str, Any]:
-        """Ask for the settings and the traffic."""
+        """Return the settings and the traffic."""
         ...
 
 
 class OperatorsTime(Protocol):
-    """The time."""
+    """Time of the scripted operator."""
 
     def now_s(self) -> float:
-        """Return the time [s]."""
+        """Return the present time [s]."""
         ...
 
     def pause(self, duration_s: float) -> None:
-        """Let time pass [s]."""
+        """Pause for a duration [s]."""
         ...
 
 
 class RealTime:
-    """The time of this machine."""
+    """Time of this machine."""
 
     def now_s(self) -> float:
-        """Return the time [s]."""
+        """Return the present time [s]."""
         return elapsed_s()
 
     def pause(self, duration_s: float) -> None:

@@ -20,15 +20,15 @@ ATTEMPTS = 3
 
 
 class JobFailed(FarhandError):
-    """The scripted job could not go on; says at which step and why."""
+    """Failure of the scripted job; its text names the step and the reason."""
 
 
 class ScriptedActions:
-    """One operator's hands, eyes and voice.
+    """Actions and observations of one scripted operator.
 
     Args:
         console: The operator's console.
-        time: The operator's.
+        time: Time of the operator.
     """
 
     def __init__(self, console: OperatedConsole, time: OperatorsTime):
@@ -39,19 +39,19 @@ class ScriptedActions:
 
     @property
     def picture(self) -> Picture:
-        """The console's present state."""
+        """Present state of the console."""
         return self._console.picture
 
     def submit(self, *asked: intents.Intent) -> None:
-        """Ask for something."""
+        """Submit an intent."""
         for intent in asked:
             self._console.submit(intent)
 
     def until(self, what: str, holds: Callable[[Picture], bool], patience_s: float = PATIENCE_S) -> Picture:
-        """Wait until the picture has a property.
+        """Wait until the picture satisfies a condition.
 
         Raises:
-            JobFailed: When it did not in time.
+            JobFailed: On a time-out.
         """
         if not self._console.wait_for(holds, patience_s):
             raise JobFailed(f"waited {patience_s:.0f} s for {what}: {self.last_words()}")
@@ -69,10 +69,10 @@ class ScriptedActions:
         raise JobFailed(f"{action}: the robot did not reach {mode.name}: {self.last_words()}")
 
     def attempt(self, action: Action, mode: ControlMode) -> bool:
-        """Give a command once; whether the robot reports that mode.
+        """Give a command once; return whether the robot reports that mode.
 
         Raises:
-            JobFailed: When the control of the robot is not to be had.
+            JobFailed: When this site cannot get the control of the robot.
         """
         self.until("control of the robot", lambda p: p.in_control)
         n_answers, n_refusals = len(self.picture.command_round_trips_s), self._refusals(action, self.picture)
@@ -93,10 +93,10 @@ class ScriptedActions:
         return False
 
     def manoeuvre(self, action: Action) -> bool:
-        """Have the robot go somewhere by itself, and wait for its end; whether it got there.
+        """Command a manoeuvre and wait for its end; return whether the robot reached its goal.
 
         Raises:
-            JobFailed: When the control of the robot is not to be had, or nothing was heard of the end.
+            JobFailed: When this site cannot get the control of the robot, or no report of the end came.
         """
         self.until("control of the robot", lambda p: p.in_control)
         n_told = len(self._told(action, self.picture))
@@ -108,10 +108,10 @@ class ScriptedActions:
         return self._told(action, picture)[-1].good
 
     def preview(self) -> bool:
-        """Have the motion shown before it is made; whether it was, and not refused.
+        """Request a preview; return whether one came rather than a refusal.
 
         Raises:
-            JobFailed: When nothing came.
+            JobFailed: When neither came.
         """
         before, n_refusals = self.picture.plan_id, self._refusals(Action.PREVIEW, self.picture)
         self.submit(intents.CommandRobot(Action.PREVIEW))
@@ -125,7 +125,7 @@ class ScriptedActions:
         return picture.plan_id > before
 
     def say(self, text: str) -> None:
-        """Tell whoever listens, and note it."""
+        """Announce and log a text."""
         time_s = self.time.now_s() - self._began_s
         self.events.append({"time_s": round(time_s, 3), "text": text})
         _log.info("%6.2f s  %s", time_s, text)

@@ -1,4 +1,4 @@
-"""A demonstration made on the robot: the scripted operator drives it through the whole motion, and it records that."""
+"""Demonstration made on the robot: the scripted operator drives it through the motion while it records."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ _UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def demonstrate_by_driving(task: AnyTask, actions: ScriptedActions, seed: int) -> None:
-    """Couple, have the robot record, drive to the goal, end, and wait until what was recorded is learned.
+    """Couple, have the robot record, drive to the goal, end, and wait until the recording is learned.
 
     Args:
-        task: What is demonstrated.
-        actions: At the console; the robot must be in HOLD, where the motion begins.
-        seed: Of the way.
+        task: Task that is demonstrated.
+        actions: Actions at the console; the robot must be in HOLD, where the motion begins.
+        seed: Seed of the path.
 
     Raises:
-        JobFailed: When it did not come to its end.
+        JobFailed: When a step failed.
     """
     actions.command(Action.COUPLE, ControlMode.DIRECT)
     picture = actions.picture
@@ -59,7 +59,7 @@ def demonstrate_by_driving(task: AnyTask, actions: ScriptedActions, seed: int) -
 
 
 def _drive(actions: ScriptedActions, hand: Hand, duration_s: float, patience_s: float) -> None:
-    """Move the hand, and go on for a while at the end until the robot is seen to stand there."""
+    """Move the hand, and hold it at the end until the robot is seen to stand there."""
     began_s, seen_s, seen_m = actions.time.now_s(), 0.0, np.array(np.inf)
     while (t := actions.time.now_s() - began_s) < duration_s + patience_s:
         robot = actions.picture.robot
@@ -88,7 +88,7 @@ def _hand_for(task: AnyTask, robot: Telemetry, seed: int) -> tuple[Hand, float]:
     def along_way(t: float, _seen: Telemetry) -> tuple[float, ...]:
         position, turn, _ = way.at(t)
         if task.skill == "insert":
-            position[2] += _PUSH_M_S * max(t - way.duration_s, 0.0)  # until it goes no deeper
+            position[2] += _PUSH_M_S * max(t - way.duration_s, 0.0)  # until the plug goes no deeper
         pose = np.concatenate([position, turn.as_quat(scalar_first=True)])
         return tuple(frame.to_world(pose).tolist())
 
@@ -96,7 +96,7 @@ def _hand_for(task: AnyTask, robot: Telemetry, seed: int) -> tuple[Hand, float]:
 
 
 def _way(task: ArmTask, start: Array, random: np.random.Generator) -> ScriptedPath:
-    # The physics take a second to import, which a board need not wait for.
+    # Importing the physics takes a second, and a board does not need them.
     from farhand.common.arm.dimensions import Dimensions
     from farhand.local_site.workcell.scripted_ways import ScriptedInsertion, WayOut
 

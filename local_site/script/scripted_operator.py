@@ -1,7 +1,7 @@
-"""An operator by script: does the whole job through the same intents as a person at the page.
+"""Scripted operator: does the whole job through the same intents as a person at the page.
 
-Demonstrates each task and sends the library; arms, couples and drives a little; then for each task has the robot get
-ready, previews, executes, and measures.
+The job: demonstrate each task and send the library; arm, couple and drive a little; then for each task have
+the robot get ready, preview, execute, and measure.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ _HAND_PERIOD_S = 1.0 / 30.0
 
 
 class ScriptedOperator:
-    """Does the job once.
+    """Operator that does the job once.
 
     Args:
         console: The operator's console.
-        tasks: What is taught and done, one after the other: each begins where the one before has left the robot.
+        tasks: Tasks to teach and execute in turn: each begins where the one before has left the robot.
         control: The link process, to cut the link; None when there is none.
-        outage: The cut of each execution, or None.
-        seed: Of the hand.
-        time: The operator's.
+        outage: Cut during each execution, or None.
+        seed: Seed of the hand.
+        time: Time of the operator.
     """
 
     def __init__(
@@ -60,13 +60,13 @@ class ScriptedOperator:
         """Do the whole job.
 
         Returns:
-            What happened, as `farhand demo --json` writes it.
+            The outcome, as `farhand demo --json` writes it.
 
         Raises:
-            JobFailed: When a step did not come to its end.
+            JobFailed: When a step failed.
         """
         if self._actions.picture.mode in (ControlMode.AUTONOMOUS, ControlMode.PAUSED):
-            # Whoever was there before has left it so; no other task is chosen meanwhile.
+            # An earlier operator left a demonstration unfinished; no other task can be chosen meanwhile.
             self._actions.command(Action.DISARM, ControlMode.DISARMED)
         for task in self._tasks:
             task.teach()
@@ -82,7 +82,7 @@ class ScriptedOperator:
         }
 
     def _send_library(self) -> None:
-        """Send the robot what it lacks of each task."""
+        """Send the robot every task's model that it lacks."""
         self._actions.submit(intents.SendLibrary())
         picture = self._actions.until(
             "confirmation of the models",
@@ -94,7 +94,7 @@ class ScriptedOperator:
             )
 
     def _arm(self) -> None:
-        """Whoever was there before may have left the robot in any mode."""
+        """Bring the robot to HOLD, whatever mode an earlier operator left it in."""
         actions, mode = self._actions, self._actions.picture.mode
         if mode is ControlMode.STOPPED:
             actions.command(Action.RESET, ControlMode.DISARMED)
@@ -114,7 +114,7 @@ class ScriptedOperator:
         return task.result()
 
     def _drive(self, task: ScriptedTask) -> None:
-        """Couple and drive; again when the robot has decoupled by itself before it moved."""
+        """Couple and drive; retry when the robot has decoupled on its own before it moved."""
         for _ in range(ATTEMPTS):
             self._actions.command(Action.COUPLE, ControlMode.DIRECT)
             if self._followed(task):
@@ -123,7 +123,7 @@ class ScriptedOperator:
         raise JobFailed(f"the robot did not follow the hand: {self._actions.last_words()}")
 
     def _followed(self, task: ScriptedTask) -> bool:
-        """Move the hand a little, one event every 33 ms; whether the robot followed."""
+        """Move the hand a little, one event every 33 ms; return whether the robot followed."""
         began_s = self._time.now_s()
         first = self._actions.picture.robot
         assert first is not None

@@ -1,4 +1,4 @@
-"""The outcome of the scripted job, as `farhand demo --json` writes it."""
+"""Outcome of the scripted job, as `farhand demo --json` writes it."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def whole_result(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def succeeded(task: AnyTask, report: ExecutionReport) -> bool:
-    """Judge the task: a point's by its distance from the target, an arm's by the robot's report."""
+    """Judge the task: a point by its distance from the target, an arm by the robot's report."""
     if isinstance(task, PointTask):
         return report.rms_error_m is not None and report.rms_error_m < task.success_rms_m
     return report.succeeded is True
@@ -57,9 +57,9 @@ def link_result(picture: Picture, status: Mapping[str, Any], outage: PlannedOuta
     """Collect the link's settings and the times of the commands.
 
     Args:
-        picture: What the console shows.
-        status: Of the link process; empty where there is none.
-        outage: The cut, or None.
+        picture: Present state of the console.
+        status: Status of the link process; empty where there is none.
+        outage: The planned cut, or None.
     """
     trips = picture.command_round_trips_s
     uplink = status.get("settings", {}).get("uplink", {})
@@ -95,5 +95,5 @@ def _of_arm(task: ArmTask, report: ExecutionReport) -> dict[str, Any]:
 
 
 def _lateness_ms(traffic: Mapping[str, Any]) -> dict[str, float | None]:
-    """Return the delay that the link process itself added [ms]; unknown for a real link."""
+    """Return the delay that the link process added [ms]; unknown for a real link."""
     return {name: traffic.get(f"lateness_{name}_ms") for name in ("p50", "p99", "max")}

@@ -34,7 +34,7 @@ _SEATED_M, _LATERAL_M, _OUT_M = 0.010, 0.004, 0.10
 
 
 class Skill(Protocol):
-    """The hand of one kind of task."""
+    """Hand for one kind of task."""
 
     n_demonstrations: int
     """How often it demonstrates."""
@@ -46,7 +46,7 @@ class Skill(Protocol):
             number: Counts from 1.
 
         Raises:
-            JobFailed: When it did not go as it should.
+            JobFailed: When the demonstration failed.
         """
         ...
 
@@ -60,14 +60,14 @@ def skill_for(task: AnyTask, actions: ScriptedActions, seed: int) -> Skill:
 
     Args:
         task: The task.
-        actions: At the console.
-        seed: Of everything in which a hand varies.
+        actions: Actions at the console.
+        seed: Seed of all variations of the hand.
     """
     return Drawing(task, actions, seed) if isinstance(task, PointTask) else Leading(task, actions, seed)
 
 
 class Drawing:
-    """Draws the strokes that come with a task, with a tremor.
+    """Hand that draws the strokes that come with a task, with a tremor.
 
     Args:
         task: The task.
@@ -95,16 +95,16 @@ class Drawing:
 
 
 class Leading:
-    """Leads the operator's arm into its receptacle, or out of it, from another place each time.
+    """Hand that leads the operator's arm into its receptacle, or out of it, from another place each time.
 
     Args:
         task: The task.
-        actions: At the console, whose arm must be a `SteppedArm`: nothing here waits for its time.
-        seed: Of the places and of the hand.
+        actions: Actions at a console whose arm must be a `SteppedArm`: no step here waits for its time.
+        seed: Seed of the places and of the hand.
     """
 
     def __init__(self, task: ArmTask, actions: ScriptedActions, seed: int):
-        # The physics take a second to import, which a board need not wait for.
+        # Importing the physics takes a second, and a board does not need them.
         from farhand.common.arm.dimensions import Dimensions
 
         self._actions, self._inserts, self._seed = actions, task.skill == "insert", seed
@@ -112,12 +112,12 @@ class Leading:
         self.n_demonstrations = _ARM_DEMONSTRATIONS
 
     def demonstrate(self, number: int) -> None:
-        """See `Skill.demonstrate`; what did not end as it should is undone and tried elsewhere."""
+        """See `Skill.demonstrate`; a failed demonstration is undone and tried elsewhere."""
         seed, n_failed = 1000 * self._seed + 10 * number, 0
         for _ in range(_PATIENT_ATTEMPTS):
             arm = self._lead(number, seed)
             if not self._actions.picture.recording:
-                # As when the control was lost for a moment: the same again.
+                # For example, the control was lost for a moment: repeat the same demonstration.
                 self._actions.say(f"demonstration {number} was interrupted: {self._actions.last_words()}")
                 continue
             if self._done(arm):
@@ -139,13 +139,13 @@ class Leading:
         return (0.0, _DRIVE_M * math.cos(angle), _DRIVE_M * math.sin(angle), *turn.tolist())
 
     def _lead(self, number: int, seed: int) -> ArmView:
-        """Record one motion, not ended yet; the arm at its end."""
+        """Record one motion without ending it; return the arm at its end."""
         from farhand.local_site.workcell.scripted_hand import ScriptedHand
 
         for there in (
             seed + 1,
             seed,
-        ):  # by way of another place: it may be at this one still, half-way through
+        ):  # reset to another place first: the arm may still be at this one, half-way through
             self._actions.submit(intents.ResetArm(there))
             self._actions.until("the arm at its place", lambda p, k=there: _arm(p).seed == k)
         before = _arm(self._actions.picture)
@@ -158,7 +158,7 @@ class Leading:
             pose = frame.to_world(hand.target(_HAND_S * k))
             self._actions.submit(intents.Hand(tuple(pose.tolist()), _HAND_S * k))
             if k % _AHEAD == _AHEAD - 1:
-                # The console has the robot to listen to as well.
+                # Leave the console time for the robot's messages.
                 self._actions.until(f"demonstration {number}", _as_far_as(number, _HAND_S * k))
         self._actions.submit(intents.Hand(tuple(before.tip.tolist()), _HAND_S * n_events, released=True))
         return _arm(self._actions.until(f"demonstration {number}", _let_go_after(number)))

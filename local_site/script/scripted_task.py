@@ -21,13 +21,13 @@ _WORDS_S = 5.0
 
 
 class ScriptedTask:
-    """Teaches a task and has the robot do it.
+    """Scripted teaching and execution of one task.
 
     Args:
         task: The task.
         console: The operator's console.
-        actions: At that console.
-        seed: Of the hand.
+        actions: Actions at that console.
+        seed: Seed of the hand.
     """
 
     def __init__(self, task: AnyTask, console: OperatedConsole, actions: ScriptedActions, seed: int):
@@ -35,7 +35,7 @@ class ScriptedTask:
         self._skill = skill_for(task, actions, seed)
 
     def choose(self) -> None:
-        """Have everything be about this task, if it is not already."""
+        """Choose this task, unless it is chosen already."""
         name = self._task.name
         if self._actions.picture.task.name != name:
             self._actions.submit(intents.Choose(name))
@@ -43,10 +43,10 @@ class ScriptedTask:
             self._actions.say(f"task {name}")
 
     def teach(self) -> None:
-        """Demonstrate it, from the beginning.
+        """Demonstrate the task, starting without demonstrations.
 
         Raises:
-            JobFailed: When a demonstration did not end as it should, or nothing can be demonstrated.
+            JobFailed: When a demonstration failed, or the task has none.
         """
         n = self._skill.n_demonstrations
         if not n:
@@ -63,15 +63,15 @@ class ScriptedTask:
             self._actions.say(f"demonstration {number} of {n}: {components} components")
 
     def get_ready(self) -> None:
-        """Have the robot go where this task begins.
+        """Have the robot go to where this task begins.
 
         Raises:
             JobFailed: When it did not get there.
         """
         self.choose()
         if isinstance(self._task, ArmTask) and self._task.skill == "extract":
-            return  # it begins in its receptacle
-        # A plug in its receptacle comes out first.
+            return  # it begins in the receptacle
+        # A plug in its receptacle is extracted first.
         goes = (Action.GO_TO_READY,), (Action.RETRACT, Action.GO_TO_READY)
         if not any(all(self._actions.manoeuvre(each) for each in ways) for ways in goes):
             raise JobFailed(f"the robot did not get ready: {self._actions.last_words()}")
@@ -81,7 +81,7 @@ class ScriptedTask:
         return self._skill.driving(time_s)
 
     def execute(self) -> None:
-        """Preview and execute; both again when the robot has moved too far in between, or cannot begin from there.
+        """Preview and execute; repeat both if the robot moved too far in between, or cannot begin from there.
 
         Raises:
             JobFailed: When it did not begin.
@@ -97,14 +97,14 @@ class ScriptedTask:
         raise JobFailed(f"the robot did not execute: {self._actions.last_words()}")
 
     def cut(self, outage: PlannedOutage, control: CuttableLink | None) -> None:
-        """Cut the link when so much of the previewed motion is done, and wait until it is back.
+        """Cut the link after the planned share of the previewed motion, and wait until it is back.
 
         Args:
-            outage: What is done to it.
+            outage: The planned cut.
             control: The link process, None without one.
 
         Raises:
-            JobFailed: When there is none, or the link did not come back.
+            JobFailed: When there is no link process, or the link did not come back.
         """
         cut_s = outage.at * self._planned_s()
         if control is None:
@@ -122,7 +122,7 @@ class ScriptedTask:
         self._actions.say("the link is back")
 
     def result(self) -> dict[str, Any]:
-        """Wait for the end of the execution, and clutch; what was taught, and what the robot did with it.
+        """Wait for the end of the execution, and clutch; return what was taught and what the robot did.
 
         Raises:
             JobFailed: When the robot did not arrive, or did not report.
@@ -141,7 +141,7 @@ class ScriptedTask:
             "the arrival", lambda p: there(p) or p.mode is not ControlMode.AUTONOMOUS, _ARRIVAL_S
         )
         if not there(picture):
-            # The event that says why may come after the report of the mode.
+            # The event with the reason may come after the report of the mode.
             self._console.wait_for(lambda p: p.notices[-1:] != picture.notices[-1:], _WORDS_S)
             raise JobFailed(f"the robot ended the execution by itself: {self._actions.last_words()}")
         self._actions.say(f"the robot reports its arrival: {picture.phase}")
@@ -153,7 +153,7 @@ class ScriptedTask:
             self._actions.time.pause(0.5)
         if report is None or isinstance(self._task, PointTask):
             raise JobFailed(f"the robot did not report {_TRACKING_S:g} s of tracking")
-        return report  # which says by how much it failed
+        return report  # the report says by how much it failed
 
     def _settled(self, report: ExecutionReport) -> bool:
         """Decide whether a report belongs to this task and is complete."""

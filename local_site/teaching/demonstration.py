@@ -32,16 +32,16 @@ _UNIT_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Demonstration:
-    """A motion in the world and the task frames during it.
+    """Motion in the world with the task frames during it.
 
     Args:
         time_s: Increasing times [s]. Shape (T,), at least two.
         position_m: Positions in the world [m]. Shape (T, D), D = 2 or 3.
         frame_origin_m: Origins of the task frames [m]. Shape (P, D), or (T, P, D) when they move.
-        frame_rotation: Their orientations. Shape (P, D, D), or (T, P, D, D).
+        frame_rotation: Orientations of the task frames. Shape (P, D, D), or (T, P, D, D).
         frame_names: One name per frame; the last one is the goal's. Length P.
         quat_wxyz: Orientations, unit quaternions. Shape (T, 4).
-        source: Where the recording came from.
+        source: Origin of the recording.
 
     Raises:
         InvalidDemonstration: Naming the field at fault.
@@ -61,7 +61,7 @@ class Demonstration:
             if value is not None:
                 object.__setattr__(self, name, _real(name, value))
         object.__setattr__(self, "frame_names", tuple(str(name) for name in self.frame_names))
-        with np.errstate(all="ignore"):  # numbers that overflow are refused as numbers
+        with np.errstate(all="ignore"):  # numbers that overflow are refused by the check below
             self._check_motion()
             self._check_frames()
 
@@ -104,33 +104,33 @@ class Demonstration:
 
     @property
     def space(self) -> Manifold:
-        """Poses where there are orientations in space, else positions."""
+        """Space of the motion: poses if there are orientations in space, else positions."""
         return Manifold(self.n_dims, oriented=self.quat_wxyz is not None and self.n_dims == 3)
 
     @property
     def points(self) -> Array:
-        """The motion as points of its space: positions (T, D), or poses (T, 7)."""
+        """Points of the motion: positions (T, D), or poses (T, 7)."""
         if self.quat_wxyz is None or not self.space.oriented:
             return self.position_m
         return np.hstack([self.position_m, self.quat_wxyz])
 
     @property
     def frames_move(self) -> bool:
-        """Whether the task frames are given for every sample."""
+        """True if the task frames are given for every sample."""
         return self.frame_origin_m.ndim == 3 or self.frame_rotation.ndim == 4
 
     def frames_at(self, sample: int) -> list[TaskFrame]:
-        """The task frames at one sample. Length P."""
+        """Return the task frames at one sample. Length P."""
         b = self.frame_origin_m[sample] if self.frame_origin_m.ndim == 3 else self.frame_origin_m
         A = self.frame_rotation[sample] if self.frame_rotation.ndim == 4 else self.frame_rotation
         return [TaskFrame(a, o) for a, o in zip(A, b, strict=True)]
 
     def frames(self) -> list[TaskFrame] | list[list[TaskFrame]]:
-        """The task frames for a learner: P of them, or P for every sample when they move."""
+        """Return the task frames for a learner: P of them, or P for every sample if they move."""
         return [self.frames_at(t) for t in range(self.time_s.size)] if self.frames_move else self.frames_at(0)
 
     def in_frame(self, frame: int = -1) -> Array:
-        """The motion seen from one of the task frames, by default the goal (Eq. 1) [m]. Shape (T, D)."""
+        """Return the motion in one of the task frames, by default the goal's (Eq. 1) [m]. Shape (T, D)."""
         if not self.frames_move:
             return self.frames_at(0)[frame].to_local(self.position_m)
         b = self.frame_origin_m[..., frame, :]
@@ -138,14 +138,14 @@ class Demonstration:
         return np.einsum("tki,tk->ti", A, self.position_m - b)
 
     def thinned(self, every: int) -> Demonstration:
-        """Every n-th sample, and always the true last one: where a demonstration ends matters most."""
+        """Return every n-th sample, and always the last one: where a demonstration ends matters most."""
         keep = np.arange(0, self.time_s.size, every)
         if keep[-1] != self.time_s.size - 1:
             keep = np.append(keep, self.time_s.size - 1)
         return self.samples(keep)
 
     def samples(self, keep: slice | NDArray[np.int64]) -> Demonstration:
-        """Return the motion with some of its samples only."""
+        """Return the motion with a selection of its samples."""
         origin, rotation = self.frame_origin_m, self.frame_rotation
         return replace(
             self,
@@ -160,11 +160,11 @@ class Demonstration:
     def within(
         cls, frames: Sequence[TaskFrame], names: Sequence[str], time_s: ArrayLike, points: Array
     ) -> Demonstration:
-        """A motion within task frames that stand still.
+        """Return a motion within task frames that stand still.
 
         Args:
-            frames: Length P.
-            names: Of the frames. Length P.
+            frames: Task frames. Length P.
+            names: Names of the frames. Length P.
             time_s: Increasing times. Shape (T,) [s].
             points: Positions (T, D) [m], or poses (T, 7).
 
@@ -186,7 +186,7 @@ class Demonstration:
         write_whole(path, self.encode())
 
     def encode(self) -> bytes:
-        """The bytes of the file, without pickle."""
+        """Return the bytes of the file, without pickle."""
         arrays: dict[str, ArrayLike] = {
             "schema": np.int64(SCHEMA_VERSION),
             "time_s": self.time_s,
@@ -215,7 +215,7 @@ class Demonstration:
 
 
 def _fields(arrays: dict[str, NDArray]) -> dict:
-    """The constructor's arguments from a file's arrays."""
+    """Return the constructor's arguments from a file's arrays."""
     for name in sorted(_REQUIRED - arrays.keys()):
         raise _invalid(name, "a field that is missing here")
     for name in sorted(arrays.keys() - _REQUIRED - _OPTIONAL):

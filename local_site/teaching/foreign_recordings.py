@@ -1,4 +1,4 @@
-"""Recordings of others as demonstration files: metres, one file each, one frame `goal` at the last point.
+"""Conversion of public data sets to demonstration files: metres, one frame `goal` at the last point.
 
 lasa       handwriting: `.mat` of the LASA data set, or `.npz` with pos (N, T, 2) and t (N, T) or (T,); mm
 robotasks  an arm taught by hand: `.npy` (N, T, 7), x y z and quaternion w x y z; cm
@@ -21,7 +21,7 @@ from farhand.local_site.teaching.plausibility import check_units
 
 Array = NDArray[np.float64]
 
-# The arrays of arm recordings were resampled and carry no time; it is taken as phase.
+# The arm recordings were resampled and carry no time; the sample number serves as phase.
 _ASSUMED_RATE_HZ = 60.0
 
 
@@ -49,7 +49,7 @@ def import_recordings(kind: str, file: Path | str, out_dir: Path | str) -> list[
 
 
 def read_recordings(kind: str, file: Path | str) -> list[Demonstration]:
-    """The demonstrations in one foreign file; errors as `import_recordings`."""
+    """Return the demonstrations in one foreign file; errors as `import_recordings`."""
     if kind not in _READERS:
         raise InvalidDemonstration(str(file), "kind", f"one of {', '.join(sorted(_READERS))}, got {kind!r}")
     path = Path(file)

@@ -1,4 +1,4 @@
-"""Demonstrations as they are shown: in the world, where the goal's frame was at their end."""
+"""Demonstrations for display: in the world, relative to where the goal's frame was at their end."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @lru_cache(maxsize=64)
 def seen_from_goal(demonstration: Demonstration) -> Array:
-    """The points of a motion; where its frames moved, as if the goal's had been at its last place all along.
+    """Return a motion's points as if the goal's frame had been at its last place all along.
 
     Shape (T, C). Orientations are those of the world.
     """
@@ -28,5 +28,5 @@ def seen_from_goal(demonstration: Demonstration) -> Array:
 
 
 def _moving(demonstration: Demonstration) -> tuple[int, int, int]:
-    """Shape of origins that are given for every sample."""
+    """Return the shape of origins that are given for every sample."""
     return demonstration.time_s.size, len(demonstration.frame_names), demonstration.n_dims

@@ -1,4 +1,4 @@
-"""What counts as taught: ended demonstrations in their order, the model that they make, its revisions."""
+"""Lesson of one task: its current demonstrations in order, their model, and its revisions."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from farhand.local_site.teaching.task_archive import NotSaved, StoredDemonstrati
 _log = loop_logger(__name__)
 
 _ARM_EXTENT_M = 0.4
-"""Of what an arm demonstrates, about [m]."""
+"""Rough size of an arm's demonstrations [m]."""
 
 
 class NotNow(FarhandError):
-    """The operator asked for something that is not possible at this moment; says why."""
+    """Refusal of something that is not possible at this moment; its text says why."""
 
 
 @dataclass(frozen=True)
 class LearnedModel:
-    """A model with its bytes.
+    """Model with its bytes.
 
     Args:
-        model: What was learned.
-        content: As it travels.
-        sha256: Of the content.
-        version: The revision that it is.
-        parent_sha256: The model that was there before, empty for the first.
+        model: Learned model.
+        content: Encoded model, as it is sent.
+        sha256: SHA-256 of the content.
+        version: Number of its revision.
+        parent_sha256: SHA-256 of the previous model, empty for the first.
     """
 
     model: TPHSMM
@@ -49,44 +49,44 @@ class LearnedModel:
 
 
 class Lesson:
-    """It begins with what counted when the last process ended.
+    """Lesson of one task; it starts with what was current when the last process ended.
 
     Args:
-        task: The task.
-        folder: Where its demonstrations and models are kept.
+        task: Task that is taught.
+        folder: Folder of its demonstrations and models.
     """
 
     def __init__(self, task: AnyTask, folder: Path):
         self.settings = LearnerSettings(max_distance_m=_lambda_m(task), min_std_m=task.learning.min_std_m)
-        """Of the learner."""
+        """Settings of the learner."""
         self._task, self._archive = task, TaskArchive(folder)
         self.faults: tuple[str, ...] = ()
-        """What could not be had again, or not be kept, when it began: for the operator."""
+        """Losses found at the start, for the operator: files that could not be read or kept."""
         self.demonstrations: tuple[StoredDemonstration, ...] = ()
-        """In the order in which they were learned."""
+        """Current demonstrations in the order in which they were learned."""
         self.learner = self._learner_of(())
-        """Has learned them; a demonstration that is being made is learned by it as well."""
+        """Learner of these demonstrations; it learns the demonstration in progress as well."""
         self.learned: LearnedModel | None = None
-        """The model of all of them."""
+        """Model of all of them."""
         self._begin_with_what_counted()
 
     @property
     def revisions(self) -> tuple[Revision, ...]:
-        """The newest ones, the newest last."""
+        """Newest revisions, the newest last."""
         return self._archive.revisions.kept
 
     @property
     def revision(self) -> int:
-        """The one that counts, 0 before the first."""
+        """Number of the current revision, 0 before the first."""
         current = self._archive.revisions.current
         return current.number if current is not None else 0
 
     def end(self, demonstration: Demonstration) -> None:
-        """Have the demonstration count that the learner has been learning.
+        """Add the demonstration that the learner has just been learning.
 
         Raises:
             InvalidDemonstration: When it is no motion; the learner is as before it.
-            NotSaved: When it counts, but not on disk.
+            NotSaved: When it was added, but could not be written to disk.
         """
         try:
             check_units(demonstration)
@@ -98,51 +98,53 @@ class Lesson:
             raise
 
     def learn(self, demonstrations: Sequence[Demonstration]) -> None:
-        """Learn whole demonstrations and have them count: all of them or none, as one revision.
+        """Learn whole demonstrations as one revision: all of them or none.
 
         Raises:
             InvalidDemonstration: When one is no motion; nothing is learned.
-            NotSaved: When they count, but not on disk.
+            NotSaved: When they were learned, but could not be written to disk.
         """
         made = tuple(StoredDemonstration.made_now(prepared(each, self.settings)) for each in demonstrations)
         self.become((*self.demonstrations, *made))
 
     def become(self, demonstrations: tuple[StoredDemonstration, ...]) -> None:
-        """Learn these demonstrations, and nothing else.
+        """Learn these demonstrations in place of all others.
 
         Raises:
             InvalidDemonstration: When one is no motion; nothing is changed.
-            NotSaved: When they count, but not on disk.
+            NotSaved: When they were learned, but could not be written to disk.
         """
         self._count(self._learner_of(demonstrations), demonstrations)
 
     def start_anew(self) -> None:
-        """Have nothing count; what did stays until it is deleted on purpose.
+        """Begin without demonstrations.
+
+        The present ones stay as a revision until they are deleted on purpose.
 
         Raises:
-            NotSaved: When nothing counts, but not on disk.
+            NotSaved: When it was done, but could not be written to disk.
         """
         self._archive.revisions.hold()
         self.become(())
 
     def go_to(self, number: int) -> None:
-        """Have another revision count: what was taught then, bit for bit.
+        """Make another revision current: its demonstrations and model return bit for bit.
 
         Raises:
             NotNow: When there is no such revision.
-            InvalidDemonstration: When a file of it is missing or damaged; nothing is changed.
-            NotSaved: When it counts, but not on disk.
+            InvalidDemonstration: When one of its files is missing or damaged; nothing is changed.
+            NotSaved: When it is current, but this could not be written to disk.
         """
         demonstrations = self._archive.load(self._kept(number))
         self._archive.revisions.hold()
         self.become(demonstrations)
 
     def delete(self, number: int) -> None:
-        """Give up a revision that does not count.
+        """Delete a revision that is not current.
 
         Raises:
-            NotNow: When it counts, or is not there.
-            NotSaved: When it was given up, but not on disk.
+            NotNow: When it is current, or does not exist.
+            NotSaved: When it was deleted, but not on disk.
         """
         if self._kept(number).number == self.revision:
             raise NotNow(f"revision {number} is the one that counts: go to another one first")
@@ -176,10 +178,10 @@ class Lesson:
         learner.end()
 
     def _count(self, learner: OnlineLearner, demonstrations: tuple[StoredDemonstration, ...]) -> None:
-        """Make the model, and have it and its demonstrations count from now on; a model that fails changes nothing."""
+        """Make the model, and make it and its demonstrations current; a model that fails changes nothing."""
         parent_sha256 = self.learned.sha256 if self.learned is not None else ""
         content = encode(learner.model()) if demonstrations else b""
-        model = decode(content) if content else None  # as the robot will have it, to the bit
+        model = decode(content) if content else None  # bit for bit what the robot will have
         sha256 = content_hash(content) if content else ""
         self.learner, self.demonstrations = learner, demonstrations
         try:
@@ -188,7 +190,7 @@ class Lesson:
             self.learned = model and LearnedModel(model, content, sha256, self.revision, parent_sha256)
 
     def _begin_with_what_counted(self) -> None:
-        """Learn what counted; what is damaged of it is set aside, and the rest counts."""
+        """Learn what was current; set damaged demonstrations aside, and learn the others."""
         revision, self.faults = self._archive.revisions.current, self._archive.revisions.faults
         try:
             if revision is not None:
@@ -201,7 +203,7 @@ class Lesson:
             _log.error("%s", fault)
 
     def _sound(self, revision: Revision) -> tuple[StoredDemonstration, ...]:
-        """The demonstrations of a revision without those that are damaged, which are set aside."""
+        """Return the undamaged demonstrations of a revision; set the damaged ones aside."""
         sound = list[StoredDemonstration]()
         for name in revision.demonstrations:
             try:
@@ -217,6 +219,6 @@ class Lesson:
 
 
 def _lambda_m(task: AnyTask) -> float:
-    """The task's own lambda, or one that suits the size of its motions [m]."""
+    """Return the task's own lambda, or one that suits the size of its motions [m]."""
     extent_m = max(task.workspace_m) if isinstance(task, PointTask) else _ARM_EXTENT_M
     return task.learning.max_distance_m or LAMBDA_FRACTION * extent_m

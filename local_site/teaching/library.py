@@ -1,4 +1,4 @@
-"""What was taught of each task of a robot; teaching is about one of them at a time."""
+"""Lessons of all tasks of a robot; one task at a time is chosen for teaching."""
 
 from __future__ import annotations
 
@@ -16,55 +16,55 @@ Array = NDArray[np.float64]
 
 
 class Library:
-    """It begins with the first task, and with what was taught before.
+    """Lessons of all tasks; the first task is chosen at first, and earlier lessons are loaded.
 
     Args:
-        tasks: What the robot is to do.
-        data_dir: Where demonstrations and models are kept, a folder for each task.
+        tasks: Tasks of the robot.
+        data_dir: Folder of demonstrations and models, with a folder for each task.
     """
 
     def __init__(self, tasks: TaskSet, data_dir: Path):
         self.tasks = tasks
         self.by_task = {task.name: TaskLibrary(task, data_dir) for task in tasks}
-        """What was taught of each, by its name and in their order."""
+        """Library of each task by its name, in order."""
         self._task = tasks.first
 
     @property
     def task(self) -> AnyTask:
-        """The one that is chosen: it is taught, previewed and executed."""
+        """Chosen task: it is taught, previewed and executed."""
         return self._task
 
     @property
     def chosen(self) -> TaskLibrary:
-        """What was taught of it."""
+        """Library of the chosen task."""
         return self.by_task[self._task.name]
 
     @property
     def recording(self) -> bool:
-        """Whether a demonstration is being made; it is one of the chosen task."""
+        """True while a demonstration of the chosen task is recorded."""
         return self.chosen.recording
 
     @property
     def learned(self) -> dict[str, LearnedModel]:
-        """The models by their tasks; without those of which nothing was taught."""
+        """Models by task, without tasks that were never taught."""
         return {name: each.learned for name, each in self.by_task.items() if each.learned is not None}
 
     def on_moved(self, points: Array, times_s: Array) -> None:
-        """Learn from what the hand, or its arm, moved through, while a demonstration is being made.
+        """Learn from the path of the hand, or of its arm, while a demonstration is recorded.
 
         Args:
-            points: Shape (n, C).
-            times_s: Of the motion. Shape (n,) [s].
+            points: Points of the path. Shape (n, C).
+            times_s: Times of the points. Shape (n,) [s].
 
         Raises:
-            InvalidDemonstration: When this is no motion; what came before it is learned.
+            InvalidDemonstration: When this is no motion; everything before it is learned.
         """
         if self.recording:
             for point, time_s in zip(points, times_s, strict=True):
                 self.chosen.hand(point, float(time_s))
 
     def choose(self, name: str) -> None:
-        """Have teaching be about another task from now on.
+        """Choose the task that is taught from now on.
 
         Raises:
             NotNow: When there is no such task, or a demonstration is being recorded.

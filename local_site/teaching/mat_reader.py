@@ -1,8 +1,8 @@
-"""Read one MATLAB file, as a process of its own: `python -P mat_reader.py NAME < FILE.mat > ARRAYS.npz`.
+"""Reader of one MATLAB file, in a process of its own: `python -P mat_reader.py NAME < FILE.mat > ARRAYS.npz`.
 
 Malformed files crash the library or make it ask for any amount of memory; here that ends this process alone.
-It imports nothing of Farhand, so that it starts quickly and anywhere. What goes wrong is the last line of
-stderr. The output has the arrays `NUMBER.FIELD`, as many numbers as there are structures.
+It imports nothing of Farhand, so that it starts quickly and anywhere. The last line of stderr names the
+error. The output has the arrays `NUMBER.FIELD`, with one number per structure.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _WORK_S = 4
 
 
 def main(name: str) -> None:
-    """Write the numeric fields of the structure with this name, or of each in an array of them."""
+    """Write the numeric fields of the structure with this name, or of each structure in an array."""
     content = sys.stdin.buffer.read()
     _limit()
     found = loadmat(BytesIO(content), simplify_cells=True)[name]
@@ -36,11 +36,11 @@ def main(name: str) -> None:
 
 
 def _limit() -> None:
-    """Give this process so much memory and time, beyond what it has taken to start."""
+    """Limit this process's memory and time, beyond what it has taken to start."""
     import resource
 
     taken = Path("/proc/self/statm")
-    if taken.exists():  # elsewhere the limit of time has to do
+    if taken.exists():  # elsewhere only time is limited
         used = int(taken.read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + _MEMORY_BYTES, used + _MEMORY_BYTES))
     spent_s = int(resource.getrusage(resource.RUSAGE_SELF).ru_utime)

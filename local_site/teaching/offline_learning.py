@@ -22,14 +22,14 @@ from farhand.local_site.teaching.plausibility import (
 
 T = TypeVar("T")
 
-# Lambda where nobody names it: this fraction of the extent of the demonstrations in the goal's frame.
+# Default lambda: this fraction of the extent of the demonstrations in the goal's frame.
 LAMBDA_FRACTION = 0.25
 _LEAST_EXTENT_M = 1e-3
 _PURE_ROTATION_M = 0.1
 
 
 def default_settings(demonstrations: Sequence[Demonstration]) -> LearnerSettings:
-    """Settings for demonstrations of any size: nothing for a newcomer to set.
+    """Return settings for demonstrations of any size, so that a newcomer need set nothing.
 
     Raises:
         InvalidDemonstration: When nothing moved.
@@ -38,7 +38,7 @@ def default_settings(demonstrations: Sequence[Demonstration]) -> LearnerSettings
     if extent >= _LEAST_EXTENT_M:
         return LearnerSettings(LAMBDA_FRACTION * extent)
     if turns(demonstrations):
-        # The resolution of orientations does not depend on lambda, so that the paper's own will do.
+        # The resolution of orientations does not depend on lambda, so the paper's value serves.
         return LearnerSettings(_PURE_ROTATION_M)
     expected = f"a motion of {_LEAST_EXTENT_M * 1e3:g} mm or more; nothing moved or turned (at most {extent * 1e3:.3g} mm)"
     raise InvalidDemonstration("demonstrations", "position_m", expected)
@@ -69,7 +69,7 @@ def learn(demonstrations: Sequence[Demonstration], settings: LearnerSettings | N
 
 
 def learn_files(paths: Sequence[Path | str], settings: LearnerSettings | None = None) -> TPHSMM:
-    """Learn one model from demonstration files; all are read and checked before any is learned.
+    """Learn one model from demonstration files; read and check all before learning any.
 
     They are learned as on the page: at its rate, and without rests at their beginnings.
 
@@ -95,7 +95,7 @@ def learn_files(paths: Sequence[Path | str], settings: LearnerSettings | None = 
 def _prepared(
     demonstrations: list[Demonstration], names: list[str], settings: LearnerSettings | None
 ) -> list[Demonstration]:
-    """Demonstrations as they are learned, each checked under its name."""
+    """Return demonstrations as they are learned, each checked under its name."""
 
     def each(do: Callable[[Demonstration], T]) -> list[T]:
         done = list[T]()

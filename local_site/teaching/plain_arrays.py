@@ -1,7 +1,7 @@
-"""The plain arrays of `.npz`, `.npy` and MATLAB files of anybody: nothing is unpickled, nothing is believed.
+"""Plain arrays from `.npz`, `.npy` and MATLAB files of unknown origin: no pickle, no trust in headers.
 
-What a header claims is compared with what is there before any memory is taken for it. MATLAB files are read
-by a process of their own (`mat_reader`), because a malformed one can crash the library that reads them.
+The size that a header claims is compared with the file's before memory is taken for it. A process of its own
+(`mat_reader`) reads MATLAB files, because a malformed one can crash the library that reads them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from farhand.common.errors import InvalidDemonstration
 from farhand.common.whole_file import fault_of, read_whole
 
 MAX_NUMBERS = 6_000_000
-"""No file has more numbers, all its arrays together."""
+"""Largest count of numbers in one file, all its arrays together."""
 _MAX_MEMBERS = 4096
 _READER = Path(__file__).with_name("mat_reader.py")
 _PLAIN = "biufcU"
@@ -56,7 +56,7 @@ def matlab_structures(path: Path | str, name: str) -> list[dict[str, NDArray]]:
     """
     expected = f"a MATLAB file, version 7 or older, with the structure {name!r}"
     with fault_of(path, InvalidDemonstration, expected):
-        # -P: nothing is imported from the folder of the script or from where the user stands.
+        # -P: nothing is imported from the script's folder or the working directory.
         command = [sys.executable, "-P", str(_READER), name]
         reader = subprocess.run(
             command, input=read_whole(path), capture_output=True, timeout=120.0, check=False
@@ -73,7 +73,7 @@ def matlab_structures(path: Path | str, name: str) -> list[dict[str, NDArray]]:
 
 
 def _arrays_of(content: bytes) -> dict[str, NDArray]:
-    """The arrays in the bytes of a `.npz` file."""
+    """Return the arrays in the bytes of a `.npz` file."""
     if content.count(b"PK\x01\x02") > _MAX_MEMBERS:
         raise ValueError(f"more than {_MAX_MEMBERS} members")
     arrays: dict[str, NDArray] = {}
@@ -94,7 +94,7 @@ def _arrays_of(content: bytes) -> dict[str, NDArray]:
 
 
 def _array_of(data: bytes, most: int, name: str = "the array") -> NDArray:
-    """The array in the bytes of a `.npy` file, of so many numbers at most."""
+    """Return the array in the bytes of a `.npy` file; refuse more than `most` numbers."""
     if data[:6] != b"\x93NUMPY" or len(data) < 12:
         raise ValueError(f"{name} is no array of numpy's")
     start = 10 if data[6] == 1 else 12

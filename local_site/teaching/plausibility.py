@@ -1,8 +1,8 @@
-"""Plausibility of demonstrations, at the edge where they come in: the learner itself asks nothing.
+"""Plausibility of demonstrations, checked where they come in: the learner itself checks nothing.
 
-Every recording passes here before it is learned, whoever made it: its units are those that people
-demonstrate in, nothing is missing in its middle, it does not begin with a rest, it has the page's rate, and
-something moves. A recording that fails is refused under its own name.
+Every recording passes here before it is learned, whoever made it. Its units must be those in which people
+demonstrate, it must have no gap, and something must move; the rest at its beginning is cut, and its rate
+becomes the page's. A recording that fails is refused under its own name.
 """
 
 from __future__ import annotations
@@ -24,15 +24,17 @@ Array = NDArray[np.float64]
 PERIOD_S, ARM_PERIOD_S = 0.02, 0.01
 """Strokes are resampled to this period, whatever the rate of the hand's events; poses to the arm's [s]."""
 MOVED_PART = 0.1
-"""A demonstration moves at least by this part of lambda, or turns by what that part is worth: on less the learner
-sees no direction of travel."""
+"""Least movement of a demonstration as a share of lambda, or of the rotation worth that much.
+
+On less the learner would divide by zero or learn noise.
+"""
 REST_PART, REST_S = 0.02, 0.5
 """Within this part of lambda of its beginning a motion rests; rests at the beginning are cut to so long [s]."""
 _DURATION_S = (0.1, 300.0)
 _LONGEST_PERIOD_S = 0.5
 _LARGEST_M, _FARTHEST_M = 10.0, 20.0
 _MOST_APART = 30.0
-"""Demonstrations of one skill do not differ more than that in size or duration."""
+"""Largest ratio of size or duration between demonstrations of one skill."""
 _TIME_UNITS = {
     "milliseconds": 1e-3,
     "microseconds": 1e-6,
@@ -44,7 +46,7 @@ _LENGTH_UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254}
 
 
 def period_s(space: Manifold) -> float:
-    """Return the period at which demonstrations of a space are learned [s]."""
+    """Return the sampling period at which demonstrations of a space are learned [s]."""
     return ARM_PERIOD_S if space.oriented else PERIOD_S
 
 
@@ -76,7 +78,7 @@ def check_units(motion: Demonstration) -> None:
 
 
 def check_together(motions: Sequence[Demonstration], names: Sequence[str]) -> None:
-    """Refuse a motion among others that is so much larger, smaller, longer or shorter that its unit must be another.
+    """Refuse a motion whose size or duration differs so much from the others' that its unit must be another.
 
     Raises:
         InvalidDemonstration: Naming it.
@@ -86,7 +88,7 @@ def check_together(motions: Sequence[Demonstration], names: Sequence[str]) -> No
     for field, unit, sizes in (("position_m", "m", extents_m), ("time_s", "s", durations_s)):
         usual = float(np.median([size for size in sizes if size > 0.0] or [1.0]))
         for name, size in zip(names, sizes, strict=True):
-            # What does not move at all is refused for that, in better words.
+            # A motion that does not move at all is refused elsewhere, with a better reason.
             if size > 0.0 and not 1.0 / _MOST_APART <= size / usual <= _MOST_APART:
                 expected = (
                     f"about the {usual:g} {unit} of the others, got {size:g} {unit}: is its unit another?"
@@ -95,10 +97,10 @@ def check_together(motions: Sequence[Demonstration], names: Sequence[str]) -> No
 
 
 def check_moves(motion: Demonstration, settings: LearnerSettings) -> None:
-    """Refuse a demonstration in which nothing moves: a click, a forgotten End, a motion below the model's resolution.
+    """Refuse a demonstration without movement: a click, a forgotten End, or less than the model's resolution.
 
     Raises:
-        InvalidDemonstration: Saying what was moved and what is the least.
+        InvalidDemonstration: Giving the movement and the least movement required.
     """
     lambda_m, radian_m = settings.max_distance_m, metres_per_radian(settings)
     moved_m, turned_rad = _travel(motion)
@@ -116,10 +118,10 @@ def check_moves(motion: Demonstration, settings: LearnerSettings) -> None:
 
 
 def prepared(motion: Demonstration, settings: LearnerSettings) -> Demonstration:
-    """Return a recording as it is learned: without the rest at its beginning, at the rate of the page.
+    """Return a recording as it is learned: without the rest at its beginning, at the page's rate.
 
     Raises:
-        InvalidDemonstration: When its units are others, or there is a gap in it; naming the samples.
+        InvalidDemonstration: When its units are implausible or it has a gap; naming the samples.
     """
     check_units(motion)
     _check_gaps(motion)
@@ -132,17 +134,20 @@ def extent_m(motions: Sequence[Demonstration]) -> float:
 
 
 def turns(motions: Sequence[Demonstration]) -> bool:
-    """Decide whether one of the motions turns as far as a motion that is learned has to."""
+    """Decide whether one of the motions rotates far enough to be learned for its rotation."""
     return any(_travel(motion)[1] >= MOVED_PART for motion in motions if motion.space.oriented)
 
 
 def metres_per_radian(settings: LearnerSettings) -> float:
-    """Return what a radian is worth in the learner's distances [m/rad]."""
+    """Return the weight of a radian in the learner's distances [m/rad]."""
     return settings.rotation_weight * settings.max_distance_m
 
 
 def _travel(motion: Demonstration) -> tuple[float, float]:
-    """How far it ever is from its beginning [m, rad], both in the world and as the frame that sees most of it sees it."""
+    """Return the largest distance and rotation from the start [m, rad].
+
+    A distance counts as far as both the world and at least one task frame see it.
+    """
     seen_m = [_from_start(motion.in_frame(p)) for p in range(len(motion.frame_names))]
     moved_m = min(_from_start(motion.position_m), max(seen_m))
     if not motion.space.oriented:
@@ -179,7 +184,7 @@ def _without_rest(motion: Demonstration, settings: LearnerSettings) -> Demonstra
 
 
 def _resampled(motion: Demonstration, period_s: float) -> Demonstration:
-    """The motion at regular times from its first to its last sample, straight between two samples."""
+    """Return the motion at regular times from its first to its last sample, linear between two samples."""
     steps_s = np.diff(motion.time_s)
     if np.abs(steps_s - period_s).max() <= 1e-3 * period_s:
         return motion
@@ -205,14 +210,14 @@ def _resampled(motion: Demonstration, period_s: float) -> Demonstration:
 
 
 def _turned_at(motion: Demonstration, times_s: Array) -> Array:
-    """The orientations of task frames that turn, at other times. Shape (n, P, D, D)."""
+    """Return the orientations of turning task frames at other times. Shape (n, P, D, D)."""
     A = motion.frame_rotation
     if motion.n_dims == 2:
         angles = np.unwrap(np.arctan2(A[..., 1, 0], A[..., 0, 0]), axis=0)
         turns = np.stack([np.interp(times_s, motion.time_s, column) for column in angles.T], axis=1)
         c, s = np.cos(turns), np.sin(turns)
         return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
-    from scipy.spatial.transform import Rotation, Slerp  # takes long to import, and few recordings need it
+    from scipy.spatial.transform import Rotation, Slerp  # slow to import, and few recordings need it
 
     frames = [Slerp(motion.time_s, Rotation.from_matrix(A[:, p]))(times_s) for p in range(A.shape[1])]
     return np.stack([frame.as_matrix() for frame in frames], axis=1)

@@ -1,4 +1,4 @@
-"""The samples of the demonstration under way, on disk each second, so that a crash does not lose them."""
+"""Samples of the demonstration in progress, on disk each second, so that a crash does not lose them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PERIOD_S = 1.0
 
 
 class _Within(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The first line: the task frames, which stand still meanwhile."""
+    """First line of the file: the task frames, which stand still meanwhile."""
 
     frame_origin_m: list[list[float]]
     frame_rotation: list[list[list[float]]]
@@ -37,14 +37,14 @@ class _Within(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class RawRecording:
-    """One file of JSON lines: the task frames, then `[t, ...]` with a point's coordinates for each sample.
+    """File of JSON lines: the task frames, then `[t, ...]` with a point's coordinates for each sample.
 
     It exists only while a demonstration is recorded.
 
     Args:
-        path: Where it is; its folder is made.
-        space: Of the samples.
-        frame_names: Of the task frames.
+        path: Path of the file; its folder is made.
+        space: Space of the samples.
+        frame_names: Names of the task frames.
     """
 
     def __init__(self, path: Path, space: Manifold, frame_names: tuple[str, ...]):
@@ -54,17 +54,17 @@ class RawRecording:
         self._written_s = -np.inf
 
     def begin(self, frames: Sequence[TaskFrame]) -> None:
-        """A new demonstration begins within these task frames."""
+        """Begin a demonstration within these task frames."""
         self._within = msgspec.json.encode(_Within.of(frames)) + b"\n"
         self._written, self._written_s = 0, -np.inf
 
     def follow(self, points: list[NDArray[np.float64]], times_s: list[float]) -> None:
-        """Append what was recorded since the last second, if that is over. All samples so far are given."""
+        """Append the samples of the last second, once it is over. The arguments hold all samples so far."""
         if times_s and not 0.0 <= times_s[-1] - self._written_s < _PERIOD_S:
             self._write(points, times_s)
 
     def set_aside(self, points: list[NDArray[np.float64]], times_s: list[float]) -> Demonstration | None:
-        """Keep all samples of a demonstration that is given up; they are given back as `left_over` does."""
+        """Keep all samples of a demonstration that is given up; `left_over` returns them."""
         if times_s:
             self._write(points, times_s)
         self._written, self._written_s = 0, -np.inf
@@ -84,7 +84,7 @@ class RawRecording:
             self._written = len(times_s)
 
     def forget(self) -> None:
-        """The demonstration was ended or undone."""
+        """Remove the file: the demonstration was ended or undone."""
         self._written, self._written_s = 0, -np.inf
         try:
             self._path.unlink(missing_ok=True)
@@ -92,7 +92,7 @@ class RawRecording:
             _log.warning("%s could not be removed: %s", self._path, error.strerror)
 
     def left_over(self) -> Demonstration | None:
-        """What an earlier process had recorded and neither ended nor undone; None when there is nothing."""
+        """Return the unfinished demonstration of an earlier process; None when there is none."""
         try:
             with fault_of(self._path, InvalidDemonstration, "the samples of a demonstration"):
                 first, *lines = read_whole(self._path).splitlines()
@@ -100,10 +100,10 @@ class RawRecording:
                 table = np.array(self._rows(lines))
                 return Demonstration.within(frames, self._frame_names, table[:, 0], table[:, 1:])
         except InvalidDemonstration:
-            return None  # nothing there, or no motion
+            return None  # no file, or no motion in it
 
     def _rows(self, lines: list[bytes]) -> list[list[float]]:
-        """Time and coordinates of each sample.
+        """Return time and coordinates of each sample.
 
         Raises:
             ValueError: When one has another number of coordinates.
@@ -113,7 +113,7 @@ class RawRecording:
             try:
                 row = msgspec.json.decode(line, type=list[float])
             except ValueError:
-                break  # the crash came in the middle of this line
+                break  # a crash cut this line short
             if len(row) != 1 + self._space.n_coordinates:
                 raise ValueError(f"a sample of {len(row)} numbers")
             rows.append(row)

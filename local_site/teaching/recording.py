@@ -1,4 +1,4 @@
-"""The demonstration under way: the hand's events, resampled to one rate, on disk each second."""
+"""Demonstration in progress: the hand's events, resampled to one rate, on disk each second."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class Recording:
     """Points at regular times after the first event.
 
     Args:
-        folder: Where the samples are kept meanwhile.
-        space: Of the points.
-        frame_names: Of the task frames.
-        settings: Of the learner, whose lambda says what a rest is.
+        folder: Folder of the samples meanwhile.
+        space: Space of the points.
+        frame_names: Names of the task frames.
+        settings: Settings of the learner, whose lambda defines a rest.
     """
 
     def __init__(
@@ -41,33 +41,33 @@ class Recording:
         self._begins: int | None = None
         self._raw = RawRecording(folder / _RAW, space, frame_names)
         self.frames: tuple[TaskFrame, ...] = ()
-        """The task frames, which stand still meanwhile."""
+        """Task frames, which stand still meanwhile."""
         self.left_over = self._raw.left_over()
         """What was recorded and neither ended nor undone before it was rolled back, or its process ended; None
         when there is nothing."""
         self.points: list[Array] = []
-        """The resampled points. Each of shape (C,)."""
+        """Resampled points. Each of shape (C,)."""
         self.times_s: list[float] = []
-        """Their times since the first one [s]."""
+        """Times of the points since the first one [s]."""
         self._began_s = 0.0
         self._last: tuple[Array, float] = (np.zeros(space.n_coordinates), 0.0)
 
     def begin(self, frames: Sequence[TaskFrame]) -> None:
-        """A new demonstration begins; one that was left over is written over from now on."""
+        """Begin a demonstration; it overwrites an unfinished one."""
         self.left_over, self.frames = None, tuple(frames)
         self._raw.begin(frames)
         self._clear()
 
     def hand(self, point: Array, time_s: float) -> tuple[Array, Array]:
-        """Take an event; between two events the motion was straight.
+        """Take an event; between two events the motion is linear.
 
         Args:
-            point: A position or a pose. Shape (C,).
-            time_s: When [s].
+            point: Position or pose. Shape (C,).
+            time_s: Time of the event [s].
 
         Returns:
-            The new points (n, C) and their times (n,) [s]; none while the hand rests at the beginning, which is
-            cut short, then all so far.
+            The new points (n, C) and their times (n,) [s]: none while the hand rests at the beginning,
+            which is cut short, then all so far.
 
         Raises:
             InvalidDemonstration: When this is no point of the space, or time runs backwards or jumps; nothing
@@ -79,7 +79,7 @@ class Recording:
             self._began_s, points, times = time_s, point[None], np.zeros(1)
         else:
             before, from_s = self._last
-            # A point that is due within a rounding error is due.
+            # A point that is due within a rounding error counts as due.
             due = int(np.floor((time_s - self._began_s) / self._period_s + 1e-9)) + 1
             times: Array = self._period_s * np.arange(float(n), float(max(due, n)))
             part = np.clip((self._began_s + times - from_s) / max(time_s - from_s, 1e-9), 0.0, 1.0)[:, None]
@@ -97,33 +97,33 @@ class Recording:
         return points, self._times(n, n + len(points))
 
     def demonstration(self) -> Demonstration:
-        """All of it, without a rest at its beginning."""
+        """Return the whole demonstration, without a rest at its beginning."""
         begins, n = self._begins or 0, len(self.points)
         points = np.array(self.points[begins:])
         return Demonstration.within(self.frames, self._frame_names, self._times(begins, n), points)
 
     def forget(self) -> None:
-        """It was ended or undone."""
+        """Forget the demonstration: it was ended or undone."""
         self._clear()
         self._raw.forget()
 
     def forget_left_over(self) -> None:
-        """What was left over was learned."""
+        """Forget the unfinished demonstration: it was learned."""
         self.left_over = None
         self._raw.forget()
 
     def set_aside(self) -> None:
-        """It was given up; it can be had again, also by a later process."""
+        """Give the demonstration up, recoverably, also for a later process."""
         self.left_over = self._raw.set_aside(self.points, self.times_s)
         self._clear()
 
     @property
     def resting(self) -> bool:
-        """Whether the motion has not begun: nothing of it was given out to be learned."""
+        """True while the motion has not begun, so that nothing was given out to be learned."""
         return self._begins is None
 
     def _times(self, first: int, end: int) -> Array:
-        """Times of samples, from when the motion begins [s]."""
+        """Return the times of samples, from the beginning of the motion [s]."""
         begins = self._begins or 0
         return self._period_s * np.arange(float(first - begins), float(end - begins))
 

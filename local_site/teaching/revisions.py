@@ -1,4 +1,4 @@
-"""The revisions of a task: which demonstrations each one was learned from, and which one counts."""
+"""Revisions of a task: the demonstrations of each, and which one is current."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _NAME = re.compile(r"[A-Za-z0-9._-]{1,128}\.npz")
 
 
 class Revision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One state of a task.
+    """State of a task's lesson.
 
     Args:
         number: Counts from 1, never used twice.
-        parent: The revision that it was made from, 0 for none.
-        sha256: Of the model's bytes; empty without a demonstration.
+        parent: Number of the revision that it was made from, 0 for none.
+        sha256: SHA-256 of the model's bytes; empty without a demonstration.
         demonstrations: File names, in the order in which they were learned.
-        made: When, in wall time, for people.
-        held: Whether it stays until it is deleted: the operator left it for another one on purpose.
+        made: Wall time of its making, for people.
+        held: True if it stays until it is deleted, because the operator left it on purpose.
     """
 
     number: int
@@ -58,41 +58,41 @@ class _Index(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Revisions:
-    """The newest revisions, and the file that lists them.
+    """Newest revisions, and the file that lists them.
 
     Args:
-        path: Of the file.
+        path: Path of the file.
     """
 
     def __init__(self, path: Path):
         self._path = path
         self.faults: tuple[str, ...] = ()
-        """What was wrong with the file, for the operator."""
+        """Faults of the file, for the operator."""
         self._index = self._load()
 
     @property
     def kept(self) -> tuple[Revision, ...]:
-        """The newest last."""
+        """All kept revisions, the newest last."""
         return self._index.revisions
 
     @property
     def current(self) -> Revision | None:
-        """The one that counts; None before the first."""
+        """Current revision; None before the first."""
         return self.get(self._index.current)
 
     @property
     def names(self) -> set[str]:
-        """The demonstrations of them all."""
+        """File names of all revisions' demonstrations."""
         return {name for revision in self.kept for name in revision.demonstrations}
 
     def get(self, number: int) -> Revision | None:
-        """The revision with this number, if it is kept."""
+        """Return the revision with this number, if it is kept."""
         return next((revision for revision in self.kept if revision.number == number), None)
 
     def settle(self, demonstrations: tuple[str, ...], sha256: str) -> None:
-        """Have the revision with these demonstrations count; a new one, where none has just them.
+        """Make the revision with these demonstrations current; add one if none has exactly these.
 
-        The oldest that is not held is given up when there are too many.
+        When there are too many, the oldest that is not held is dropped.
         """
         for revision in self.kept:
             if (revision.demonstrations, revision.sha256) == (demonstrations, sha256):
@@ -106,7 +106,7 @@ class Revisions:
         self._index = _Index(_SCHEMA, number, number, (*rest, new))
 
     def hold(self) -> None:
-        """Have the one that counts stay until it is deleted, if it has demonstrations."""
+        """Keep the current revision until it is deleted, if it has demonstrations."""
         kept = tuple(
             msgspec.structs.replace(each, held=True)
             if each.number == self._index.current and each.demonstrations
@@ -116,7 +116,7 @@ class Revisions:
         self._index = msgspec.structs.replace(self._index, revisions=kept)
 
     def forget(self, number: int) -> None:
-        """Give a revision up."""
+        """Drop a revision."""
         rest = tuple(revision for revision in self.kept if revision.number != number)
         self._index = msgspec.structs.replace(self._index, revisions=rest)
 
@@ -124,7 +124,7 @@ class Revisions:
         """Write the list, whole or not at all.
 
         Raises:
-            OSError: When that cannot be done.
+            OSError: When it cannot be written.
         """
         write_whole(self._path, msgspec.json.format(msgspec.json.encode(self._index), indent=1))
 
@@ -143,7 +143,7 @@ class Revisions:
             )
 
     def _from_files(self, fault: str) -> _Index:
-        """A list that was lost, from the demonstrations that lie in the folder: one revision, which does not count yet."""
+        """Rebuild a lost list from the demonstrations in the folder: one revision, not current yet."""
         names = tuple(
             sorted(file.name for file in self._path.parent.glob("*.npz") if _NAME.fullmatch(file.name))
         )

@@ -1,4 +1,4 @@
-"""Demonstrations that come with a task, drawn the way a hand draws: smooth, slow at both ends."""
+"""Sample demonstrations of a task, drawn the way a hand draws: smooth, slow at both ends."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ _TREMOR_M = 0.004
 
 
 def sample_strokes(task: PointTask, seed: int | None = None) -> list[Demonstration]:
-    """The task's demonstrations, towards a target that stands still where it is in the mean.
+    """Return the task's demonstrations, towards a target that stands still at its mean place.
 
     Args:
         task: The task.
-        seed: Of a slow, slight deviation of the hand that vanishes at both ends; None: no deviation.
+        seed: Seed of a slow, slight deviation of the hand that vanishes at both ends; None for none.
     """
     random = np.random.default_rng(seed) if seed is not None else None
     return [_stroke(task, sample, random) for sample in task.samples]
 
 
 def still_frames(task: PointTask) -> list[TaskFrame]:
-    """The task frames on the operator's side. Length P."""
+    """Return the task frames on the operator's side. Length P."""
     return [TaskFrame.at(np.array(task.target.origin_m))] * len(task.frame_names)
 
 
 def _stroke(task: PointTask, sample: Sample, random: np.random.Generator | None) -> Demonstration:
-    """A spline through the waypoints under the minimum-jerk law of a hand."""
-    from scipy.interpolate import CubicSpline  # takes longer than all the rest of a site that starts
+    """Return a spline through the waypoints under the minimum-jerk law of a hand."""
+    from scipy.interpolate import CubicSpline  # its import takes longer than the rest of a site's start
 
     points = np.array(sample.waypoints_m)
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)

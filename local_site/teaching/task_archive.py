@@ -1,8 +1,8 @@
-"""A task's folder: its demonstrations, its revisions, its newest model.
+"""Folder of a task: its demonstrations, its revisions, its newest model.
 
-A model is a function of its demonstrations, in their order, so that any revision can be learned again, bit
-for bit. The list of revisions is written after what it names: a process that is killed leaves at most a
-file that no revision names.
+A model is a function of its demonstrations in their order, so any revision can be learned again bit for bit.
+The list of revisions is written after the files that it names: a process that is killed leaves at most a file
+that no revision names.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ _INDEX = "library.json"
 
 
 class NotSaved(FarhandError):
-    """What was learned or undone counts, but could not be written to disk."""
+    """Failure to write to disk what was learned or undone; in memory it is done."""
 
 
 @dataclass(frozen=True)
 class StoredDemonstration:
-    """A demonstration and the name of its file."""
+    """Demonstration with the name of its file."""
 
     name: str
     demonstration: Demonstration
 
     @classmethod
     def made_now(cls, demonstration: Demonstration) -> StoredDemonstration:
-        """One that was made just now."""
+        """Return a demonstration with a new file name, made from the present time."""
         name = f"demonstration-{time.strftime('%Y%m%dT%H%M%S')}-{time.time_ns() % 10**9 // 1000:06d}.npz"
         return cls(name, demonstration)
 
 
 class TaskArchive:
-    """One task on disk.
+    """Files of one task.
 
     Args:
-        folder: Made when something is written.
+        folder: Folder; made when something is written.
     """
 
     def __init__(self, folder: Path):
@@ -51,7 +51,7 @@ class TaskArchive:
         self.revisions = Revisions(folder / _INDEX)
 
     def load(self, revision: Revision) -> tuple[StoredDemonstration, ...]:
-        """The demonstrations of a revision.
+        """Load the demonstrations of a revision.
 
         Raises:
             InvalidDemonstration: When a file is missing or damaged.
@@ -59,34 +59,34 @@ class TaskArchive:
         return tuple(self.load_one(name) for name in revision.demonstrations)
 
     def load_one(self, name: str) -> StoredDemonstration:
-        """The demonstration in a file of the folder; errors as `load`."""
+        """Load the demonstration in a file of the folder; errors as `load`."""
         return StoredDemonstration(name, Demonstration.load(self._folder / name))
 
     def set_aside(self, name: str) -> None:
-        """Give a damaged file a name under which nothing looks for it, or removes it."""
+        """Rename a damaged file so that nothing looks for it, or remove it."""
         with contextlib.suppress(OSError):
             (self._folder / name).rename(self._folder / f"{name}.damaged")
 
     def settle(self, kept: tuple[StoredDemonstration, ...], sha256: str, content: bytes) -> None:
-        """Have these demonstrations count, in this order.
+        """Store these demonstrations, in this order, as the current revision.
 
         Args:
-            kept: All of them.
-            sha256: Of the model that was learned from them; empty without any.
-            content: Its bytes.
+            kept: All its demonstrations.
+            sha256: SHA-256 of the model learned from them; empty without any.
+            content: Bytes of the model.
 
         Raises:
-            NotSaved: When it counts, but not on disk.
+            NotSaved: When it is current, but could not be written to disk.
         """
         before = self.revisions.names
         self.revisions.settle(tuple(each.name for each in kept), sha256)
         self._save(before, kept, content)
 
     def forget(self, number: int) -> None:
-        """Give a revision up that does not count, with the demonstrations that it alone has.
+        """Drop a revision that is not current, with the demonstrations that it alone has.
 
         Raises:
-            NotSaved: When it was given up, but not on disk.
+            NotSaved: When it was dropped, but not on disk.
         """
         before = self.revisions.names
         self.revisions.forget(number)

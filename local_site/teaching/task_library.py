@@ -1,4 +1,4 @@
-"""Teaching one task: demonstrations as they are made, one after the other, and back again."""
+"""Teaching of one task: record demonstrations one after the other, undo them, return to revisions."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _MIN_SAMPLES = 5
 
 
 class TaskLibrary:
-    """Record, end, undo, go back, start anew. It begins with what was taught before.
+    """Demonstrations and revisions of one task; earlier ones are loaded at first.
 
     Args:
-        task: The task.
-        data_dir: Where demonstrations and models are kept.
+        task: Task that is taught.
+        data_dir: Folder of demonstrations and models.
     """
 
     def __init__(self, task: AnyTask, data_dir: Path):
@@ -37,67 +37,67 @@ class TaskLibrary:
         self._recording = Recording(folder, task.space, task.frame_names, self._taught.settings)
         self._forming: tuple[int, TPHSMM] | None = None
 
-    # What there is ------------------------------------------------------------------------------
+    # State ----------------------------------------------------------------------------------
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What could not be had again, or not be kept, when it began."""
+        """Losses found at the start: files that could not be read or kept."""
         return self._taught.faults
 
     @property
     def recording(self) -> bool:
-        """Whether a demonstration is being made."""
+        """True while a demonstration is recorded."""
         return self._taught.learner.demonstrating
 
     @property
     def current(self) -> list[Array]:
-        """The points of the demonstration under way. Each of shape (C,)."""
+        """Points of the demonstration in progress. Each of shape (C,)."""
         return self._recording.points
 
     @property
     def left_over(self) -> Demonstration | None:
-        """A demonstration that was rolled back, or whose process ended; None when there is none."""
+        """Demonstration that was rolled back, or whose process ended; None when there is none."""
         return self._recording.left_over
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is something to forget."""
+        """True if a demonstration can be undone."""
         return self.recording or bool(self._taught.demonstrations)
 
     @property
     def demonstrations(self) -> tuple[Demonstration, ...]:
-        """Those that count."""
+        """Demonstrations of the current revision."""
         return tuple(each.demonstration for each in self._taught.demonstrations)
 
     @property
     def strokes(self) -> tuple[Array, ...]:
-        """Those that count, and the one under way. Each of shape (T, C)."""
+        """Demonstrations of the current revision, and the one in progress. Each of shape (T, C)."""
         ended = tuple(seen_from_goal(each) for each in self.demonstrations)
         return (*ended, np.array(self.current)) if self.recording and self.current else ended
 
     @property
     def stroke_frames(self) -> tuple[tuple[TaskFrame, ...], ...]:
-        """The task frames at the end of each of the strokes. Each of length P."""
+        """Task frames at the end of each stroke. Each of length P."""
         ended = tuple(tuple(each.frames_at(-1)) for each in self.demonstrations)
         return (*ended, self._recording.frames) if self.recording and self.current else ended
 
     @property
     def learned(self) -> LearnedModel | None:
-        """The model of them all; None without any."""
+        """Model of all demonstrations; None without any."""
         return self._taught.learned
 
     @property
     def revisions(self) -> tuple[Revision, ...]:
-        """The newest ones, the newest last."""
+        """Newest revisions, the newest last."""
         return self._taught.revisions
 
     @property
     def revision(self) -> int:
-        """The one that counts, 0 before the first."""
+        """Number of the current revision, 0 before the first."""
         return self._taught.revision
 
     def forming(self) -> TPHSMM | None:
-        """The model as it is in the middle of a demonstration; None without one, or before it moves."""
+        """Return the model in the middle of a demonstration; None without one, or before it moves."""
         n = len(self.current)
         if self._recording.resting:
             return None
@@ -111,10 +111,10 @@ class TaskLibrary:
         """Begin a demonstration.
 
         Args:
-            frames: The task frames where it is made; they stand still meanwhile. Length P.
+            frames: Task frames of the place where it is made; they stand still meanwhile. Length P.
 
         Raises:
-            NotNow: When one is being made already.
+            NotNow: When one is being recorded already.
         """
         self._not_while_recording()
         self._recording.begin(frames)
@@ -122,10 +122,12 @@ class TaskLibrary:
         self._taught.learner.start()
 
     def hand(self, point: Array, time_s: float) -> None:
-        """Learn from where the hand, or its arm, is now, at the learning rate, see `Recording.hand`.
+        """Learn from the present point of the hand, or of its arm, at the learning rate.
+
+        See `Recording.hand`.
 
         Raises:
-            InvalidDemonstration: When none is being made, or this is no motion; nothing is learned.
+            InvalidDemonstration: When none is being recorded, or this is no motion; nothing is learned.
         """
         if not self.recording:
             raise InvalidDemonstration("demonstration", "", "start the demonstration first")
@@ -134,10 +136,10 @@ class TaskLibrary:
             self._taught.learner.observe_many(points, self._recording.frames, times_s)
 
     def end(self) -> LearnedModel:
-        """Keep the demonstration and make the model.
+        """End the demonstration, keep it, and make the model.
 
         Raises:
-            NotNow: When none is being made, or nothing moves in it; then it is forgotten.
+            NotNow: When none is being recorded, or nothing moves in it; then it is forgotten.
             NotSaved: When it was learned, but could not be written to disk.
         """
         if not self.recording:
@@ -155,10 +157,10 @@ class TaskLibrary:
         return self.learned
 
     def recover(self) -> None:
-        """Learn what was left over.
+        """Learn the unfinished demonstration.
 
         Raises:
-            NotNow: When there is nothing, or a demonstration is being recorded.
+            NotNow: When there is none, or a demonstration is being recorded.
         """
         if self.left_over is None:
             raise NotNow("there is no demonstration to recover")
@@ -177,14 +179,14 @@ class TaskLibrary:
         self._taught.learn(demonstrations)
 
     def set_aside(self) -> None:
-        """Put everything back to before the demonstration under way, and offer its samples again."""
+        """Roll back to before the demonstration in progress, and keep its samples recoverable."""
         self._recording.set_aside()
         self._discard()
 
-    # Back and forth -----------------------------------------------------------------------------
+    # Undo and revisions -------------------------------------------------------------------------
 
     def undo(self) -> None:
-        """Put everything back to before the last demonstration, bit for bit.
+        """Roll back to before the last demonstration, bit for bit.
 
         Raises:
             NotNow: When there is none.
@@ -199,7 +201,7 @@ class TaskLibrary:
             raise NotNow("there is no demonstration to undo")
 
     def go_to(self, number: int) -> None:
-        """Have another revision count, see `Lesson.go_to`.
+        """Make another revision current, see `Lesson.go_to`.
 
         Raises:
             NotNow: When there is no such revision, or a demonstration is being recorded.
@@ -208,7 +210,7 @@ class TaskLibrary:
         self._taught.go_to(number)
 
     def start_anew(self) -> None:
-        """Begin without a demonstration; what was taught can be gone back to.
+        """Begin without demonstrations; the present ones stay available as a revision.
 
         Raises:
             NotNow: When a demonstration is being recorded.
@@ -218,10 +220,10 @@ class TaskLibrary:
         self._taught.start_anew()
 
     def delete(self, number: int) -> None:
-        """Give up a revision that does not count, see `Lesson.delete`."""
+        """Delete a revision that is not current, see `Lesson.delete`."""
         self._taught.delete(number)
 
-    # How it is done -----------------------------------------------------------------------------
+    # Implementation -----------------------------------------------------------------------------
 
     def _not_while_recording(self) -> None:
         if self.recording:

@@ -1,4 +1,4 @@
-"""What the two kinds of an operator's arm have in common: its receptacle's frame and its samples."""
+"""Common part of the two kinds of operator's arm: the receptacle's frame and the sample demonstrations."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from farhand.local_site.workcell.workcell import SampleFiles, no_files
 
 
 class ArmPlace:
-    """An arm before its receptacle, the one task frame.
+    """Workcell with an arm in front of its receptacle, the one task frame.
 
     Args:
-        task: What is demonstrated at first.
-        sample_files: The demonstrations that come with a task.
-        seed: Of where arm and receptacle are at first.
+        task: First task.
+        sample_files: Returns the files of demonstrations that come with a task.
+        seed: Seed of the first placement of arm and receptacle.
     """
 
     def __init__(self, task: ArmTask, sample_files: SampleFiles = no_files, seed: int = 0):
         self._task, self._sample_files = task, sample_files
         self._arm = HeldArm(task.skill, seed)
         self.view: ArmView = self._arm.view()
-        """The arm as it was last."""
+        """Newest snapshot of the arm."""
 
     @property
     def frames(self) -> list[TaskFrame]:
-        """The task frames. Length 1."""
+        """Task frames. Length 1."""
         return [TaskFrame.at(self.view.receptacle)]
 
     def become(self, task: AnyTask) -> None:

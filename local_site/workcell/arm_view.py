@@ -1,4 +1,4 @@
-"""The operator's arm at one moment, as it is shown."""
+"""Snapshot of the operator's arm for display."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ArmView:
-    """An arm before its receptacle. All poses from the arm's base.
+    """Arm in front of its receptacle. All poses are relative to the arm's base.
 
     Args:
         joints_rad: Angles of the arm. Shape (6,) [rad].
         tip: Pose of the plug's tip. Shape (7,).
         receptacle: Pose of its mouth, z into the bore. Shape (7,).
-        depth_m: How far the tip is behind the mouth, negative before it [m].
-        lateral_m: How far it is from the bore's axis [m].
-        tilt_rad: Between the axes of plug and bore [rad].
-        held: Whether a hand holds the arm.
-        saturated: Whether the hand wants what the arm cannot do.
-        seed: Of where arm and receptacle were put; another one after each renewal.
+        depth_m: Depth of the tip behind the mouth, negative in front of it [m].
+        lateral_m: Distance of the tip from the bore's axis [m].
+        tilt_rad: Angle between the axes of plug and bore [rad].
+        held: True while a hand holds the arm.
+        saturated: True while the arm cannot do what the hand wants.
+        seed: Seed of the placement of arm and receptacle; changes with each reset.
     """
 
     joints_rad: Array

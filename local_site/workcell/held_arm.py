@@ -1,4 +1,4 @@
-"""The operator's arm and the hand that holds it, one control period after the other, in the arm's own time."""
+"""Operator's arm with the hand that holds it, stepped one control period at a time, in the arm's own time."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ SkillName = Literal["insert", "extract"]
 _REST_S = 1.0
 _STILL_M_S, _AWAY_M, _STUCK_S = 0.01, 0.025, 0.3
 _ALIGNED_S = 0.3
-"""A plug that turns by itself and has stood for so long is where it was to be [s]."""
+"""A plug that is being aligned and has stood still for this time is aligned [s]."""
 _RADIAN_M = 0.2
-"""What a radian is worth beside metres [m/rad]."""
+"""Weight of a radian beside metres [m/rad]."""
 _FAR_M = 10.0
 
 
 class Moved(NamedTuple):
-    """Where the arm was while a hand held it.
+    """Path of the arm while a hand held it.
 
     Args:
         points: Poses of the plug's tip. Shape (n, 7).
-        times_s: In the arm's own time. Shape (n,) [s].
+        times_s: Times in the arm's own time. Shape (n,) [s].
     """
 
     points: Array
@@ -40,11 +40,11 @@ class Moved(NamedTuple):
 
 
 class HeldArm:
-    """An arm that follows the hand which holds it, and stays where it is without one.
+    """Arm that follows the hand which holds it, and stays where it is without one.
 
     Args:
-        skill: Whether the plug is to go into the receptacle, or sits in it at first and is to come out.
-        seed: Of where arm and receptacle are at first.
+        skill: Whether the plug is to be inserted, or is seated at first and to be extracted.
+        seed: Seed of the first placement of arm and receptacle.
     """
 
     def __init__(self, skill: SkillName, seed: int):
@@ -59,34 +59,34 @@ class HeldArm:
 
     @property
     def seed(self) -> int:
-        """Of where arm and receptacle were put."""
+        """Seed of the present placement of arm and receptacle."""
         return self._seed
 
     @property
     def asleep(self) -> bool:
-        """Nothing moves and no hand holds it: time need not pass."""
+        """True while nothing moves and no hand holds it: time need not pass."""
         return self._target is None and self._n_still * TICK_S >= _REST_S
 
     @property
     def held(self) -> bool:
-        """Whether a hand holds it, or it turns by itself."""
+        """True while a hand holds it, or while it aligns the plug."""
         return self._target is not None
 
     def hold(self, target: Array) -> None:
-        """The hand is there from now on. A pose from the arm's base. Shape (7,)."""
+        """Move the hand to a pose relative to the arm's base; it holds the arm from now on. Shape (7,)."""
         self._target, self._n_still, self._aligns = target, 0, False
 
     def align(self) -> None:
-        """Turn on the spot until the plug points along the bore, as if a hand did it, and let go there."""
+        """Turn on the spot, as if a hand did it, until the plug points along the bore; then let go."""
         self.hold(np.concatenate([self._arm.tip[:3], self._arm.receptacle[3:]]))
         self._aligns = True
 
     def let_go(self) -> None:
-        """No hand holds it any more."""
+        """Release the arm."""
         self._target, self._n_still, self._n_stuck, self._aligns = None, 0, 0, False
 
     def tick(self) -> None:
-        """Let one control period pass."""
+        """Step one control period."""
         self._n_ticks += 1
         if self._target is None:
             self._arm.brake()
@@ -99,7 +99,7 @@ class HeldArm:
             self.let_go()
 
     def take(self) -> Moved:
-        """What was not taken before."""
+        """Return the path since the last call."""
         moved = Moved(np.array(self._points).reshape(-1, POSE.n_coordinates), np.array(self._times_s))
         self._points, self._times_s = [], []
         return moved
@@ -112,7 +112,7 @@ class HeldArm:
         self.take()
 
     def view(self) -> ArmView:
-        """As it is now."""
+        """Return a snapshot of the arm."""
         arm, insertion = self._arm, self._arm.insertion
         return ArmView(
             joints_rad=arm.joints_rad,
@@ -131,7 +131,7 @@ class HeldArm:
         return place(np.random.default_rng(seed), ACCEPTANCE, self._dimensions)
 
     def _notice(self) -> None:
-        """Whether it stands still, and whether it comes no nearer to where the hand wants it."""
+        """Detect whether the arm stands still, and whether it no longer approaches the hand."""
         before, self._tip = self._tip, self._arm.tip
         least_m = _STILL_M_S * TICK_S
         still = POSE.distance(before, self._tip, _RADIAN_M) < least_m
@@ -147,7 +147,7 @@ class HeldArm:
 
 
 def hand_pose(point: ArrayLike) -> Array:
-    """Where a hand wants the arm, brought within a distance that can be computed with. Shape (7,).
+    """Return the hand's pose, limited to a distance that can be computed with. Shape (7,).
 
     Raises:
         InvalidDemonstration: When it is no pose.

@@ -1,4 +1,4 @@
-"""The operator's arm in real time, in a thread of its own that never holds the console up."""
+"""Operator's arm in real time, in a thread of its own that never blocks the console."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from farhand.local_site.workcell.workcell import OnMoved, SampleFiles, no_files
 _log = loop_logger(__name__)
 
 _TICKS_TOLD = 3
-"""The console is told every so many control periods."""
+"""The console gets a report every this many control periods."""
 
 
 class LiveArm(ArmPlace):
-    """Steps its arm a hundred times a second while something moves, and not at all otherwise.
+    """Workcell that steps its arm a hundred times a second while something moves, and otherwise not at all.
 
-    A period that comes too late makes everything later: there is never a burst to catch up, and what is
-    recorded is in the arm's own time.
+    A late period delays everything after it: the arm never catches up in a burst, and recordings are in the
+    arm's own time.
     """
 
     def __init__(self, task: ArmTask, sample_files: SampleFiles = no_files, seed: int = 0):
@@ -36,7 +36,10 @@ class LiveArm(ArmPlace):
         self._thread = threading.Thread(target=self._run, name="operator's arm", daemon=True)
         self._n_untold = self._n_renewed = self._n_asked = self._n_done = 0
         self.asleep = False
-        """Whether nothing moves, nothing is computed, and all was told: known to the console's thread alone."""
+        """True while nothing moves, nothing is computed and all is reported.
+
+        Used by the console's thread alone.
+        """
 
     def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
         """See `Workcell.start`."""
@@ -44,7 +47,7 @@ class LiveArm(ArmPlace):
         self._thread.start()
 
     def hand(self, point: tuple[float, ...], time_s: float, released: bool) -> None:
-        """See `Workcell.hand`. Its time is now, whatever it says."""
+        """See `Workcell.hand`. Its time is the present, whatever `time_s` says."""
         target = hand_pose(point)
         self._ask(self._arm.let_go if released else partial(self._arm.hold, target))
 
@@ -109,15 +112,15 @@ class LiveArm(ArmPlace):
         self._put(partial(self._told, self._n_renewed, arm.view(), arm.take(), sleeps_after))
 
     def _told(self, n_renewed: int, view: ArmView, moved: Moved, sleeps_after: int | None) -> None:
-        """Take a report in the console's thread; one from before a renewal is not taken.
+        """Take a report in the console's thread; ignore one from before a reset.
 
         Args:
-            n_renewed: How many renewals were before it.
-            view: The arm as it was then.
-            moved: Where it was since the last report.
-            sleeps_after: How many jobs were done when it fell asleep; None when it is awake.
+            n_renewed: Number of resets before the report.
+            view: Snapshot of the arm at the report.
+            moved: Path of the arm since the last report.
+            sleeps_after: Number of jobs that were done when it fell asleep; None while it is awake.
         """
-        self.asleep = sleeps_after == self._n_asked  # what was asked since wakes it
+        self.asleep = sleeps_after == self._n_asked  # a later job wakes it
         if n_renewed == self._n_renewed:
             self.view = view
             self._moved(*moved)

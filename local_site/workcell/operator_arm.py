@@ -1,4 +1,4 @@
-"""The operator's own arm: simulated, with its own receptacle and contact, it follows the operator's hand."""
+"""Operator's own arm: simulated, with its own receptacle and contact; it follows the operator's hand."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ Array = NDArray[np.float64]
 FRAME_NAME = "receptacle"
 _SPEED_M_S = 0.25
 _SEATED_M, _LATERAL_M = 0.075, 0.004
-_STANDOFF_M = 0.015  # so near it a plug is out
+_STANDOFF_M = 0.015  # a plug at least this far before the mouth is out
 
 
 class OperatorArm:
-    """An arm in calm water before a receptacle that stands still and is known exactly.
+    """Arm in calm water in front of a receptacle that stands still and is known exactly.
 
     Args:
-        placement: Where both are at first.
-        dimensions: Of both.
-        presses: Whether a plug in the bore is to be pressed in, and not to come out.
+        placement: First placement of both.
+        dimensions: Dimensions of both.
+        presses: True if a plug in the bore is to be pressed in, False if it is to be extracted.
     """
 
     def __init__(self, placement: Placement, dimensions: Dimensions | None = None, presses: bool = True):
@@ -41,7 +41,7 @@ class OperatorArm:
         self.put(placement, presses)
 
     def put(self, placement: Placement, presses: bool = True) -> None:
-        """Put both somewhere, at rest."""
+        """Place arm and receptacle, at rest."""
         receptacle, joints_rad = placement
         self._around = Surroundings.still(self._simulation.dimensions).with_receptacle(receptacle)
         self._simulation.reset(joints_rad, self._around)
@@ -50,11 +50,11 @@ class OperatorArm:
         self.receptacle, self.frame = receptacle, TaskFrame.at(receptacle)
 
     def follow(self, pose: Array) -> None:
-        """Follow the hand for one control period. A pose from the arm's base. Shape (7,)."""
+        """Follow the hand for one control period. A pose relative to the arm's base. Shape (7,)."""
         self._step(self._servo.follow(pose, _SPEED_M_S, TICK_S))
 
     def brake(self) -> None:
-        """Come to rest and stay there, for one control period."""
+        """Brake, or hold still, for one control period."""
         self._step(self._servo.brake(TICK_S))
 
     def _step(self, joint_velocities: Array) -> None:
@@ -63,30 +63,30 @@ class OperatorArm:
 
     @property
     def joints_rad(self) -> Array:
-        """Angles of the arm. Shape (6,) [rad]."""
+        """Joint angles. Shape (6,) [rad]."""
         return self._simulation.joints_rad
 
     @property
     def tip(self) -> Array:
-        """Pose of the plug's tip from the arm's base. Shape (7,)."""
+        """Pose of the plug's tip relative to the arm's base. Shape (7,)."""
         return self._servo.tip
 
     @property
     def insertion(self) -> Insertion:
-        """Where the plug is in the receptacle."""
+        """Place of the plug in the receptacle."""
         return self._simulation.insertion
 
 
 class NotDemonstrated(FarhandError):
-    """The scripted operator did not do what was to be shown."""
+    """Failure of the scripted operator to demonstrate the task."""
 
 
 def hot_stab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
-    """One insertion by the scripted operator, recorded at 100 Hz.
+    """Return one insertion by the scripted operator, recorded at 100 Hz.
 
     Args:
-        seed: Of where it begins and of the hand.
-        dimensions: Of arm and receptacle.
+        seed: Seed of the start and of the hand.
+        dimensions: Dimensions of arm and receptacle.
 
     Raises:
         NotDemonstrated: When the plug is not seated at the end.
@@ -102,11 +102,11 @@ def hot_stab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
 
 
 def hot_unstab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
-    """The seated plug taken out by the scripted operator and held before the mouth, recorded at 100 Hz.
+    """Return one extraction by the scripted operator, held before the mouth, recorded at 100 Hz.
 
     Args:
-        seed: Of where it begins and of the hand.
-        dimensions: Of arm and receptacle.
+        seed: Seed of the start and of the hand.
+        dimensions: Dimensions of arm and receptacle.
 
     Raises:
         NotDemonstrated: When the plug is not held before the mouth at the end.
@@ -121,7 +121,7 @@ def hot_unstab(seed: int, dimensions: Dimensions | None = None) -> Demonstration
 
 
 DEMONSTRATIONS: dict[str, Callable[[int], Demonstration]] = {"hot-stab": hot_stab, "hot-unstab": hot_unstab}
-"""How the scripted operator shows each task: one demonstration for each seed."""
+"""Scripted demonstration of each task, as a function of its seed."""
 
 
 def _demonstrate(

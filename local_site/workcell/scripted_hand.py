@@ -1,8 +1,8 @@
-"""A scripted operator's hand: where it wants the plug at any time.
+"""Scripted operator's hand: where it wants the plug at any time.
 
-It goes a way as hands do: with a slow drift that fades towards the mouth, and tremor. Everything is in the
-frame of the receptacle: the mouth is the origin, and z points into the bore. Its target is sampled as a dragged
-gizmo in a browser is.
+It follows a path the way hands do: with a slow drift that fades towards the mouth, and tremor. Everything is
+in the frame of the receptacle: the mouth is the origin, and z points into the bore. The target is sampled as
+that of a gizmo dragged in a browser.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ Array = NDArray[np.float64]
 
 _DRIFT_M, _DRIFT_RAD, _DRIFT_S = 0.004, math.radians(1.0), 1.0
 _TREMOR_M, _TREMOR_HZ = (0.0002, 0.0006), (8.0, 11.0)
-# The drift is whole beyond this distance before the mouth, and this part of it is left in the bore.
+# The drift is complete beyond this distance before the mouth; this share remains in the bore.
 _CALM_FROM_M, _CALM = 0.12, 0.1
 _SAMPLED_HZ, _GRID_S = 20.0, 0.05
 
 
 class ScriptedHand:
-    """One demonstration's hand.
+    """Hand of one demonstration.
 
     Args:
-        way: What it goes.
-        random: Of drift and tremor.
+        way: Path to follow.
+        random: Random generator of drift and tremor.
     """
 
     def __init__(self, way: ScriptedPath, random: np.random.Generator):
@@ -40,11 +40,14 @@ class ScriptedHand:
 
     @property
     def duration_s(self) -> float:
-        """From rest to rest [s]."""
+        """Time from rest to rest [s]."""
         return self._way.duration_s
 
     def target(self, time_s: float) -> Array:
-        """Where it wants the plug's tip, in the frame of the receptacle; steps 20 times a second. Shape (7,)."""
+        """Return where it wants the plug's tip, in the receptacle's frame; 20 steps per second.
+
+        Shape (7,).
+        """
         t = math.floor(time_s * _SAMPLED_HZ + 1e-9) / _SAMPLED_HZ
         position, turn, free = self._way.at(t)
         drift = self._drift[min(int(t / _GRID_S), len(self._drift) - 1)]
@@ -55,7 +58,7 @@ class ScriptedHand:
 
 
 def _ornstein_uhlenbeck(random: np.random.Generator, n: int) -> Array:
-    """Noise of unit variance that is correlated over a second. Shape (n, 6)."""
+    """Return noise of unit variance that is correlated over a second. Shape (n, 6)."""
     keep = math.exp(-_GRID_S / _DRIFT_S)
     out = random.normal(size=(n, 6))
     for k in range(1, n):

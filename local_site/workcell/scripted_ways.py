@@ -1,6 +1,6 @@
-"""The ways that a scripted hand takes with a hot stab: into the receptacle, and out of it.
+"""Paths of a scripted hand with a hot stab: into the receptacle, and out of it.
 
-Each varies as people do: the path, where it waits and for how long, how fast it is. Everything is in the frame
+Each varies as people do: in path, speed, and the places and durations of pauses. Everything is in the frame
 of the receptacle: the mouth is the origin, and z points into the bore.
 """
 
@@ -15,34 +15,34 @@ from scipy.spatial.transform import Rotation, Slerp
 Array = NDArray[np.float64]
 
 STANDOFF_M = 0.12
-"""So far before the mouth a plug that was taken out is held [m]."""
+"""Distance before the mouth at which an extracted plug is held [m]."""
 
 _REACH_S, _PAUSE_S, _INSERT_S, _WITHDRAW_S, _REST_S = (3.5, 5.0), (0.2, 0.8), (4.0, 5.5), (4.5, 6.0), 0.8
 _BEFORE_M, _ASIDE_M, _VIA_M, _STANDOFF_STD_M = (0.10, 0.14), 0.006, 0.025, 0.003
-_DEEPER_M = -0.002  # than the bore: where the hand stops pushing
+_DEEPER_M = -0.002  # beyond the bore's bottom: where the hand stops pushing
 _ALIGNED = (1.0, 0.0, 0.0, 0.0)
 
 
 class ScriptedPath(Protocol):
-    """Where the plug's tip should be at any time."""
+    """Path of the plug's tip over time."""
 
     @property
     def duration_s(self) -> float:
-        """From rest to rest [s]."""
+        """Time from rest to rest [s]."""
         ...
 
     def at(self, time_s: float) -> tuple[Array, Rotation, float]:
-        """Position (3,) [m], orientation, and how freely the hand drifts, from 0 to 1."""
+        """Return position (3,) [m], orientation, and how freely the hand drifts, from 0 to 1."""
         ...
 
 
 class ScriptedInsertion:
-    """To a point before the mouth, a pause, and into the bore.
+    """Path to a point before the mouth, a pause, and into the bore.
 
     Args:
-        start: Where the plug's tip is at first. A pose. Shape (7,).
-        depth_m: Of the bore [m].
-        random: Of everything that varies.
+        start: First pose of the plug's tip. Shape (7,).
+        depth_m: Depth of the bore [m].
+        random: Random generator of everything that varies.
     """
 
     def __init__(self, start: Array, depth_m: float, random: np.random.Generator):
@@ -68,21 +68,21 @@ class ScriptedInsertion:
         return self._reached(reached) + self._inserted(inserted), self._turn(reached), min(5.0 * reached, 1.0)
 
     def _reached(self, part: float) -> Array:
-        """On a curve through the via point to beside the point before the mouth."""
+        """Return a point on the curve through the via point to beside the point before the mouth."""
         before = self._before + self._aside
         return (1 - part) ** 2 * self._start + 2 * (1 - part) * part * self._via + part**2 * before
 
     def _inserted(self, part: float) -> Array:
-        """From there: to the axis in the first half, and along it."""
+        """Return a point on the rest of the path: to the axis in the first half, then along it."""
         return _minimum_jerk(part) * (self._end - self._before) - _minimum_jerk(2.0 * part) * self._aside
 
 
 class WayOut:
-    """A pause, and straight out of the bore to a point before the mouth.
+    """Path of an extraction: a pause, and straight out of the bore to a point before the mouth.
 
     Args:
-        start: Where the plug's tip is at first, in the bore. A pose. Shape (7,).
-        random: Of everything that varies.
+        start: First pose of the plug's tip, in the bore. Shape (7,).
+        random: Random generator of everything that varies.
     """
 
     def __init__(self, start: Array, random: np.random.Generator):
@@ -107,7 +107,7 @@ class WayOut:
 
 
 def _aligning(start: Array) -> Slerp:
-    """From an orientation at 0 to that of the receptacle at 1."""
+    """Return the rotation from a start's orientation (at 0) to the receptacle's (at 1)."""
     return Slerp([0.0, 1.0], Rotation.from_quat([start[3:], _ALIGNED], scalar_first=True))
 
 

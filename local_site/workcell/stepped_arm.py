@@ -1,4 +1,4 @@
-"""The operator's arm, its time passing with the hand's: as fast as can be, and the same every time."""
+"""Operator's arm whose time passes with the hand's events: as fast as possible, and reproducible."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from farhand.local_site.workcell.held_arm import hand_pose
 from farhand.local_site.workcell.workcell import OnMoved, SampleFiles, no_files
 
 _LONGEST_S = 1.0
-"""A hand that says nothing for longer has rested: the arm stands by then [s]."""
+"""A hand that reports nothing for longer has rested, and the arm has come to rest [s]."""
 
 _TURN_S = 5.0
-"""No plug takes longer to be turned along the bore [s]."""
+"""Upper bound of the time to align a plug with the bore [s]."""
 
 
 class SteppedArm(ArmPlace):
-    """For a scripted operator: between two events of the hand the arm does what the first one says."""
+    """Workcell for a scripted operator: between two events of the hand the arm follows the first one."""
 
     def __init__(self, task: ArmTask, sample_files: SampleFiles = no_files, seed: int = 0):
         super().__init__(task, sample_files, seed)

@@ -1,4 +1,4 @@
-"""The operator's own place: what the hand moves there, and the task frames of what is demonstrated."""
+"""Operator's own workcell: what the hand moves there, and the task frames of demonstrations."""
 
 from __future__ import annotations
 
@@ -19,48 +19,48 @@ from farhand.local_site.workcell.arm_view import ArmView
 
 Array = NDArray[np.float64]
 OnMoved = Callable[[Array, Array], None]
-"""Points (n, C) that were moved through, and their times (n,) [s]."""
+"""Takes the points (n, C) of a path, and their times (n,) [s]."""
 SampleFiles = Callable[[str], Sequence[Path]]
-"""The demonstrations that come with a task, by its name, where they are not in its own file."""
+"""Returns the demonstrations that come with a task, by its name, if they are not in its own file."""
 
 
 def no_files(_task: str) -> Sequence[Path]:
-    """Where no demonstrations come with any task."""
+    """Return no files: no demonstrations come with any task."""
     return ()
 
 
 class Workcell(Protocol):
-    """Used by the console's thread alone."""
+    """Interface of a workcell, used by the console's thread alone."""
 
     @property
     def frames(self) -> Sequence[TaskFrame]:
-        """The task frames. Length P."""
+        """Task frames. Length P."""
         ...
 
     @property
     def view(self) -> ArmView | None:
-        """The arm, where there is one."""
+        """Snapshot of the arm; None without one."""
         ...
 
     def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
         """Begin.
 
         Args:
-            put: Has something done in the console's thread.
-            moved: Called in the console's thread with what the hand, or its arm, moved through.
+            put: Has a function called in the console's thread.
+            moved: Called in the console's thread with the path of the hand, or of its arm.
         """
         ...
 
     def hand(self, point: tuple[float, ...], time_s: float, released: bool) -> None:
-        """The hand is there, see `intents.Hand`.
+        """Take the hand's place, see `intents.Hand`.
 
         Raises:
-            InvalidDemonstration: When that is nowhere; nothing moves.
+            InvalidDemonstration: When it is impossible; nothing moves.
         """
         ...
 
     def become(self, task: AnyTask) -> None:
-        """Be the place of another task of the same robot: an arm is put where that one begins."""
+        """Switch to another task of the same robot: an arm is put where that task begins."""
         ...
 
     def renew(self, seed: int | None) -> None:
@@ -72,7 +72,7 @@ class Workcell(Protocol):
         ...
 
     def align(self) -> None:
-        """Turn the arm's plug, where it is, until it points along the bore. Begun when it returns.
+        """Begin to turn the arm's plug, where it is, until it points along the bore.
 
         Raises:
             NotNow: When there is no arm.
@@ -80,7 +80,7 @@ class Workcell(Protocol):
         ...
 
     def samples(self) -> list[Demonstration]:
-        """The demonstrations that come with its task.
+        """Return the demonstrations that come with its task.
 
         Raises:
             InvalidDemonstration: When a file is missing or damaged.
@@ -93,10 +93,10 @@ class Workcell(Protocol):
 
 
 class BoardWorkcell:
-    """A board before a target that stands still: the hand itself makes the motion.
+    """Workcell with a board in front of a target that stands still: the hand itself makes the motion.
 
     Args:
-        task: What is demonstrated at first.
+        task: First task.
     """
 
     def __init__(self, task: PointTask):
@@ -135,17 +135,18 @@ class BoardWorkcell:
 def make_workcell(
     task: AnyTask, sample_files: SampleFiles = no_files, seed: int = 0, stepped: bool = False
 ) -> Workcell:
-    """The place that the tasks of one robot need.
+    """Make the workcell that the tasks of one robot need.
 
     Args:
-        task: The first of them.
-        sample_files: The demonstrations that come with each, where they are not in its file.
-        seed: Of where an arm and its receptacle are at first.
-        stepped: Whether an arm's time passes with the hand's, as fast as can be, instead of by itself.
+        task: First task.
+        sample_files: Returns the demonstrations that come with each task, if they are not in its file.
+        seed: Seed of the first placement of an arm and its receptacle.
+        stepped: Whether an arm's time passes with the hand's events, as fast as possible, instead of in
+            real time.
     """
     if isinstance(task, PointTask):
         return BoardWorkcell(task)
-    # The physics take a second to import, which a board need not wait for.
+    # Importing the physics takes a second, and a board does not need them.
     from farhand.local_site.workcell.live_arm import LiveArm
     from farhand.local_site.workcell.stepped_arm import SteppedArm
 
