@@ -1,4 +1,4 @@
-"""The Kinova Jaco with its hand, which grips the plug: MJCF."""
+"""Kinova Jaco with its hand, which grips the plug: MJCF."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from farhand.common.arm.lathe import add_lathe
 JOINTS = tuple(f"jaco_arm/joint_{i}" for i in range(1, 7))
 TIP = "jaco_arm/jaco_hand/tip"
 TOOL = "jaco_arm/jaco_hand/hand"
-"""Body of everything behind the wrist."""
+"""Name of the body with everything behind the wrist."""
 HELD = "jaco_arm/jaco_hand/plug"
-"""Body of what the hand grips."""
+"""Name of the body with everything that the hand grips."""
 
 _FORWARDS = (0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0)
-"""Quaternion of the wrist's axes in those of the hand."""
+"""Quaternion of the wrist's axes in the hand's axes."""
 _GRIP_RAD = {"b_finger": 0.95, "b_finger_tip": 0.55}
-"""How far the fingers are closed."""
+"""Angle by which the fingers are closed."""
 
 
 def make_arm(dimensions: Dimensions) -> Any:
@@ -29,7 +29,7 @@ def make_arm(dimensions: Dimensions) -> Any:
     arm.wrist_site.attach(_make_tool(dimensions))
     root = arm.mjcf_model
     for body in root.find_all("body"):
-        if not body.full_identifier.endswith("/"):  # frames of attachment have no such attribute
+        if not body.full_identifier.endswith("/"):  # attachment frames have no such attribute
             body.gravcomp = dimensions.water.buoyancy
     for geom in root.find_all("geom"):
         geom.group = geom.group if geom.group is not None else SHOWN
@@ -113,7 +113,7 @@ def _plug_profiles(plug: Plug) -> dict[str, list[tuple[float, float]]]:
 
 
 def _paint(root: Any) -> None:
-    """Materials that take the light: dark composite links with pale rings."""
+    """Add materials that react to light: dark composite links with pale rings."""
     for material in root.find_all("material"):
         if material.name == "dark_gray":
             material.rgba, material.specular, material.shininess = (0.20, 0.21, 0.23, 1.0), 0.7, 0.5

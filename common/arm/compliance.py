@@ -1,4 +1,4 @@
-"""The arm's compliance: admittance sideways and in tilt, a force governor along the bore."""
+"""Compliance of the arm: admittance sideways and in tilt, a force governor along the bore."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ComplianceSettings:
-    """Gains and limits.
+    """Gains and limits of the compliance.
 
     Args:
-        lateral_m_s_n: Velocity per force beside the plug's axis [m/s per N].
+        lateral_m_s_n: Velocity per force across the plug's axis [m/s per N].
         tilt_rad_s_nm: Angular velocity per torque about the tip [rad/s per Nm].
-        lateral_dead_n: Forces below this are none [N].
-        tilt_dead_nm: Torques below this are none [Nm].
-        lateral_most_m_s: Fastest that the tip gives way [m/s].
-        tilt_most_rad_s: Fastest that the tool gives way [rad/s].
-        insertion_n: Largest force along the bore on the way in [N].
+        lateral_dead_n: Dead band of the force [N].
+        tilt_dead_nm: Dead band of the torque [Nm].
+        lateral_most_m_s: Largest velocity with which the tip yields [m/s].
+        tilt_most_rad_s: Largest angular velocity with which the tool yields [rad/s].
+        insertion_n: Largest force along the bore during the insertion [N].
         seated_n: Force along the bore once seated [N].
         hold_n: Largest force along the bore while the arm holds still [N].
-        axial_m_s_n: Velocity per force that is missing or too much along the bore [m/s per N].
-        pressing_m_s_n: The same once seated: a third, or plug and receptacle would bounce [m/s per N].
-        lifted_n: When more force than this is missing, contact is being lost, and the gain is high again [N].
-        seated_from_m: Seated from this depth on, if the force is felt [m].
-        seated_felt_n: That force [N].
+        axial_m_s_n: Velocity per missing or excess force along the bore [m/s per N].
+        pressing_m_s_n: The same once seated; with more, plug and receptacle would bounce [m/s per N].
+        lifted_n: Missing force from which contact is being lost, so that the high gain applies again [N].
+        seated_from_m: Least depth of a seated plug [m].
+        seated_felt_n: Least force felt by a seated plug [N].
     """
 
     lateral_m_s_n: float = 0.001
@@ -52,7 +52,7 @@ class ComplianceSettings:
 
 
 class SeenReceptacle(NamedTuple):
-    """The estimated pose and velocity of the receptacle.
+    """Estimated pose and velocity of the receptacle.
 
     Args:
         pose: Shape (7,).
@@ -99,37 +99,37 @@ def _yielding(load: Array, dead: float, gain: float, most: float) -> Array:
 
 
 class Governor:
-    """Bounds the speed along the bore so that the force stays below its limit, and presses once seated.
+    """Limiter of the speed along the bore: keeps the force below its limit, and presses once seated.
 
     Args:
-        settings: Forces and gain.
+        settings: Forces and gains.
     """
 
     _BEFORE_M, _BESIDE_M = 0.030, 0.060
     _SLOWEST_M_S, _FASTEST_M_S = -0.10, 0.06
     _LEAVING_M, _LEAVING_M_S = -0.009, -0.02
     LEAD_M = 0.002
-    """How far a setpoint may be ahead of an arm that must not follow it [m]."""
+    """Largest lead of a setpoint over an arm that must not follow it [m]."""
 
     def __init__(self, settings: ComplianceSettings):
         self._settings = settings
         self.seated = False
         self.active = False
-        """Whether the plug is in the receptacle or close before it."""
+        """True while the plug is in the receptacle or close in front of it."""
         self.depth_m = -np.inf
-        """Of the tip, as far as the receptacle is known [m]."""
+        """Depth of the tip, as far as the receptacle is known [m]."""
         self.axis = np.zeros(3)
-        """Of the bore, inwards, in the axes of the base. Shape (3,)."""
+        """Inward axis of the bore, in the axes of the base. Shape (3,)."""
         self.force_n = 0.0
-        """Against the insertion [N]."""
+        """Force against the insertion [N]."""
 
     def look(self, seen: SeenReceptacle | None, tip: Array, force: Array) -> None:
-        """Find out where the plug is and what it feels.
+        """Update where the plug is and which force it feels.
 
         Args:
-            seen: The receptacle, None while it is not known.
+            seen: Receptacle, None while it is unknown.
             tip: Pose of the tip. Shape (7,).
-            force: On the tool, in the axes of the base [N]. Shape (3,).
+            force: Force on the tool, in the axes of the base [N]. Shape (3,).
         """
         if seen is None:
             self.active = self.seated = False
@@ -144,8 +144,8 @@ class Governor:
         """Return the speed along the bore, relative to the receptacle [m/s].
 
         Args:
-            wanted_m_s: What the motion asks for [m/s].
-            lead_m: How far the setpoint is ahead of the tip [m].
+            wanted_m_s: Speed of the commanded motion [m/s].
+            lead_m: Lead of the setpoint over the tip [m].
             lead_m_s: The setpoint's own speed [m/s].
             holds: Whether the arm only holds still.
         """

@@ -16,33 +16,33 @@ Joints = Annotated[tuple[float, ...], Meta(min_length=6, max_length=6)]
 
 
 class Plug(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The tool in the hand: a cylinder with a round tip."""
+    """Tool in the hand: a cylinder with a round tip."""
 
     radius_m: Positive = 0.0195
     length_m: Positive = 0.120
     reach_m: Positive = 0.280
-    """From the wrist to the tip [m]."""
+    """Distance from the wrist to the tip [m]."""
     mass_kg: Positive = 0.6
 
 
 class Receptacle(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A bore with a chamfered mouth in a panel.
+    """Bore with a chamfered mouth in a panel.
 
-    It gives way a little, as a panel on a frame does. What bounds the forces is this spring: an arm with an
-    effective mass of 56 kg that runs into it with 0.1 m/s is stopped with 0.1 sqrt(56 * 25e3) = 118 N.
+    It yields a little, as a panel on a frame does. This spring bounds the forces: it stops an arm with an
+    effective mass of 56 kg and a speed of 0.1 m/s with 0.1 sqrt(56 * 25e3) = 118 N.
     """
 
     bore_radius_m: Positive = 0.0205
     depth_m: Positive = 0.085
     chamfer_m: Positive = 0.015
-    """Of 45 degrees."""
+    """Width of the chamfer of 45 degrees [m]."""
     outer_radius_m: Positive = 0.055
     bottom_m: Positive = 0.080
     """Thickness of the bottom: nothing comes through [m]."""
     panel_m: tuple[Positive, Positive] = (0.60, 0.60)
-    """Width and height of the panel."""
+    """Width and height of the panel [m]."""
     panel_behind_m: Positive = 0.045
-    """How far the panel's face is behind the mouth [m]."""
+    """Distance of the panel's face behind the mouth [m]."""
     mass_kg: Positive = 12.0
     stiffness_n_m: Positive = 25e3
     inertia_kg_m2: Positive = 0.3
@@ -53,7 +53,7 @@ class Contact(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Contact parameters between plug and receptacle."""
 
     friction: Positive = 0.2
-    """Wet steel, guessed."""
+    """Friction of wet steel, assumed."""
     solref: tuple[Positive, Positive] = (0.02, 1.0)
     solimp: Annotated[tuple[Positive, ...], Meta(min_length=5, max_length=5)] = (0.9, 0.95, 0.001, 0.5, 2.0)
 
@@ -64,11 +64,11 @@ class Water(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     density_kg_m3: Positive = 1000.0
     viscosity_pa_s: Positive = 0.001
     buoyancy: Fraction = 0.9
-    """How much of the weight of arm and tool the water carries."""
+    """Share of the weight of arm and tool that the water carries."""
 
 
 class Dimensions(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """All of it."""
+    """All dimensions of a scene."""
 
     plug: Plug = Plug()
     receptacle: Receptacle = Receptacle()
@@ -77,7 +77,7 @@ class Dimensions(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     home_rad: Joints = (3.427, 3.508, 0.846, 3.094, 1.311, -0.513)
     """Joint angles at rest: the plug points forwards, its tip 0.62 m before and 0.40 m above the base [rad]."""
     receptacle_m: Triple = (0.78, 0.0, 0.38)
-    """Where the mouth is at first, from the arm's base [m]."""
+    """First place of the mouth, from the arm's base [m]."""
 
     def __post_init__(self) -> None:
         if self.plug.radius_m >= self.receptacle.bore_radius_m:
@@ -86,7 +86,7 @@ class Dimensions(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
             raise ValueError("receptacle.outer_radius_m must exceed bore_radius_m + chamfer_m")
 
 
-# Bits of contype and conaffinity. The arm's own links are 3 and 2, as dm_control has them.
+# Bits of contype and conaffinity. dm_control gives the arm's own links 3 and 2.
 LINK = 2
 PLUG = 4
 
@@ -96,4 +96,4 @@ HIDDEN = 3
 """Group of geoms that only touch."""
 
 UNTOUCHABLE = {"contype": 0, "conaffinity": 0, "mass": 0, "group": SHOWN}
-"""For geoms that are only drawn."""
+"""Attributes of geoms that are only drawn."""

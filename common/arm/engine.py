@@ -1,7 +1,8 @@
 """MuJoCo, dm_control, mink and daqp, imported here alone, in the one order that works.
 
-MUJOCO_GL is read once, at the first import, and dm_control then fails when that OpenGL is not installed. Physics needs none, so both are told to load none, and `rendering` opens a context by itself when
-there is something to draw. Their bindings carry no types: what is exported here is `Any`.
+MUJOCO_GL is read once, at the first import, and dm_control then fails when that OpenGL is not installed. Physics
+needs none, so both are told to load none, and `rendering` opens its own context when it has something to draw. Their
+bindings carry no types: everything exported here is `Any`.
 """
 
 # ruff: noqa: E402
@@ -12,7 +13,7 @@ import os
 from typing import Any, TypeAlias
 
 WANTED_GL = os.environ.get("MUJOCO_GL", "")
-"""What the user chose for drawing, empty for no choice."""
+"""The user's choice of OpenGL for drawing, empty for none."""
 
 os.environ["MUJOCO_GL"] = "disable"
 

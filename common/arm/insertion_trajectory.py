@@ -1,4 +1,4 @@
-"""The straight way into a receptacle, gone in thought: joint angles for one pose after the other."""
+"""Straight trajectory into a receptacle, computed without moving: joint angles for successive poses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from farhand.common.arm.poses import compose, difference, moved
 Array = NDArray[np.float64]
 
 WAY_M = 0.20
-"""How long the way is: it begins so far before the bottom [m]."""
+"""Length of the trajectory: it begins this far before the bottom [m]."""
 
 _STEP_M, _STEP_RAD = 0.005, 0.05
 _ITERATIONS = 4
@@ -23,7 +23,7 @@ _DAMPING = 1e-6
 
 
 class InsertionTrajectory:
-    """Goes the way with one arm.
+    """Trajectory of one arm into a receptacle.
 
     Args:
         kinematics: A copy for this purpose alone.
@@ -31,19 +31,19 @@ class InsertionTrajectory:
 
     def __init__(self, kinematics: Kinematics):
         self.kinematics = kinematics
-        """Where the arm has got to."""
+        """Kinematics at the point of the trajectory reached so far."""
         self._limits = [mink.ConfigurationLimit(kinematics.model)]
         self._task = mink.FrameTask(arm.TIP, "site", position_cost=1.0, orientation_cost=0.3)
 
     def go(self, joints_rad: Array, receptacle: Array) -> Iterator[Array]:
-        """Go from these angles straight to before the receptacle, then to its bottom.
+        """Move from these angles straight to a point before the receptacle, then to its bottom.
 
         Args:
-            joints_rad: Where the arm is. Shape (6,) [rad].
-            receptacle: Its pose. Shape (7,).
+            joints_rad: Present joint angles. Shape (6,) [rad].
+            receptacle: Pose of the receptacle. Shape (7,).
 
         Yields:
-            On the way in the poses where the tip should be now. Shape (7,).
+            Each pose where the tip should be. Shape (7,).
         """
         self.kinematics.update(joints_rad)
         depth_m = self.kinematics.dimensions.receptacle.depth_m
@@ -55,7 +55,7 @@ class InsertionTrajectory:
             yield pose
 
     def reach(self, pose: Array) -> None:
-        """Go to a pose that is near, as near as the joints allow. Shape (7,)."""
+        """Move to a nearby pose, as closely as the joints allow. Shape (7,)."""
         configuration = self.kinematics.configuration
         self._task.set_target(mink.SE3(np.concatenate([pose[3:], pose[:3]])))
         for _ in range(_ITERATIONS):
@@ -71,7 +71,7 @@ def in_bore(receptacle: Array, depth_m: float) -> Array:
 
 
 def _straight(start: Array, end: Array) -> list[Array]:
-    """Poses on the way from one to another, not further apart than a step."""
+    """Interpolate poses between two poses, at most a step apart."""
     way = difference(start, end)
     steps = max(np.linalg.norm(way[:3]) / (4 * _STEP_M), np.linalg.norm(way[3:]) / _STEP_RAD, 1.0)
     return [moved(start, part * way) for part in np.linspace(0.0, 1.0, int(np.ceil(steps)) + 1)[1:]]

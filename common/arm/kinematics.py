@@ -1,7 +1,7 @@
-"""Kinematics of the arm alone, as its controller knows them: no physics, no surroundings but the panel.
+"""Kinematics of the arm alone, as its controller knows them: no physics, and no surroundings but the panel.
 
-Twists are tangents of `farhand.common.model.manifold.POSE` at the tool: [m/s, in the axes of the base] and [rad/s, in the
-axes of the tool].
+Twists are tangents of `farhand.common.model.manifold.POSE` at the tool: [m/s, in the axes of the base] and
+[rad/s, in the axes of the tool].
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from farhand.common.arm.poses import compose
 Array = NDArray[np.float64]
 
 BOARD = "board"
-"""The panel, for collisions."""
+"""Name of the panel's geom, for collisions."""
 
 _METRES_PER_RADIAN = 0.3
 _BOARD_HALF_M = 0.01
@@ -27,7 +27,7 @@ _ELSEWHERE = np.array([0.0, 0.0, -10.0, 1.0, 0.0, 0.0, 0.0])
 
 
 class Kinematics:
-    """The arm at some joint angles.
+    """Kinematics of the arm at some joint angles.
 
     Args:
         dimensions: Of the arm.
@@ -36,7 +36,7 @@ class Kinematics:
     def __init__(self, dimensions: Dimensions):
         self.dimensions = dimensions
         self.configuration = mink.Configuration(_model(dimensions).__copy__())
-        """For mink's tasks and limits."""
+        """Configuration for mink's tasks and limits."""
         self.model: MjModel = self.configuration.model
         self._tip = self.model.site(arm.TIP).id
         self._tool = self.model.body(arm.TOOL).id
@@ -69,20 +69,20 @@ class Kinematics:
         return out
 
     def jacobian(self) -> Array:
-        """From joint velocities to the tip's twist. Shape (6, 6)."""
+        """Return the Jacobian from joint velocities to the tip's twist. Shape (6, 6)."""
         data, J = self.configuration.data, np.zeros((6, 6))
         mujoco.mj_jacSite(self.model, data, J[:3], J[3:], self._tip)
         J[3:] = data.site_xmat[self._tip].reshape(3, 3).T @ J[3:]
         return J
 
     def least_singular_value(self) -> float:
-        """Least singular value of the Jacobian, a radian counted as 0.3 m; zero at a singularity."""
+        """Return the Jacobian's least singular value, a radian weighted as 0.3 m; zero at a singularity."""
         J = self.jacobian()
         J[3:] *= _METRES_PER_RADIAN
         return float(np.linalg.svd(J, compute_uv=False)[-1])
 
     def tool_weight(self) -> tuple[float, Array]:
-        """Mass of what the wrist carries [kg], and its centre in the axes of the tool from the wrist [m]."""
+        """Return the mass behind the wrist [kg], and its centre from the wrist in the tool's axes [m]."""
         data, model = self.configuration.data, self.model
         axes = data.site_xmat[self._tip].reshape(3, 3)
         wrist = data.site_xpos[self._tip] - axes[:, 2] * self.dimensions.plug.reach_m

@@ -1,4 +1,4 @@
-"""A body of revolution as a mesh, for the eye: contacts are between boxes and capsules."""
+"""Body of revolution as a mesh, for display only: contacts are between boxes and capsules."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from farhand.common.arm.engine import MjcfElement
 
 _SEGMENTS = 64
 _SMOOTH = np.cos(np.radians(30.0))
-"""Corners of a profile that turn less than this look round."""
+"""Corners of a profile that turn less than this are drawn round."""
 
 
 def add_lathe(root: MjcfElement, name: str, profile_m: Sequence[tuple[float, float]]) -> MjcfElement:
@@ -37,8 +37,8 @@ def turned(
     """Turn a profile about z into a mesh.
 
     Args:
-        profile_m: Radius and height of each corner, with the body to the left of the way along them [m].
-        n_segments: Flat faces around the axis.
+        profile_m: Radius and height of each corner, with the body to the left of the path along them [m].
+        n_segments: Number of flat faces around the axis.
 
     Returns:
         Vertices (V, 3) [m], their normals (V, 3), and triangles of them (F, 3).
@@ -64,7 +64,7 @@ def _ring(point: NDArray[np.float64], n: int) -> NDArray[np.float64]:
 
 
 def _band(starts_open: bool, ends_open: bool, n: int) -> NDArray[np.int64]:
-    """Triangles between two rings of n points, of which one ring may be a point. Shape (F, 3)."""
+    """Return the triangles between two rings of n points; one ring may be a point. Shape (F, 3)."""
     here = np.arange(n)
     there = np.roll(here, -1)
     faces = []

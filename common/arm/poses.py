@@ -1,4 +1,7 @@
-"""Poses of rigid bodies, composed: points of `farhand.common.model.manifold.POSE`, as MuJoCo computes with them."""
+"""Composition of rigid-body poses, as MuJoCo computes with them.
+
+Poses are points of `farhand.common.model.manifold.POSE`.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from farhand.common.model.manifold import exp_at, log_at
 Array = NDArray[np.float64]
 
 AT_ORIGIN = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-"""The pose of what stands at the origin, unturned."""
+"""Pose at the origin, without rotation."""
 
 
 def compose(first: Array, second: Array) -> Array:

@@ -1,6 +1,7 @@
-"""Kinematic pre-flight: can the arm go the last 20 cm into a receptacle, with the wrist never straight?
+"""Kinematic pre-flight check: whether the arm can move the last 20 cm into a receptacle with a bent wrist.
 
-Where the arm cannot turn its tool freely any more it jams in the bore, so that is found out before it starts.
+An arm that can no longer turn its tool freely jams in the bore; the check finds this before the motion
+starts.
 """
 
 from __future__ import annotations
@@ -17,21 +18,22 @@ from farhand.common.arm.poses import difference
 Array = NDArray[np.float64]
 
 REFUSED_BELOW = 0.02
-"""Least singular value with which an insertion is refused."""
+"""Least singular value below which an insertion is refused."""
 WARNED_BELOW = 0.03
-"""The same for a warning."""
+"""Least singular value below which the operator is warned."""
 
 _WORST_M, _WORST_RAD = 0.002, np.radians(1.0)
 
 
 @dataclass(frozen=True)
 class Preflight:
-    """The result of a pre-flight.
+    """Result of a pre-flight check.
 
     Args:
-        least_singular_value: Of the Jacobian along the way, with a radian worth 0.3 m.
-        worst_m: Largest distance between the tip and where it should be [m].
-        worst_rad: Largest angle between the tool and what it should have [rad].
+        least_singular_value: Least singular value of the Jacobian along the path, with a radian weighted as
+            0.3 m.
+        worst_m: Largest position error of the tip [m].
+        worst_rad: Largest orientation error of the tool [rad].
     """
 
     least_singular_value: float
@@ -57,7 +59,7 @@ class Preflight:
 
 
 class Preflights:
-    """Examines insertions of one arm.
+    """Pre-flight checks of one arm.
 
     Args:
         kinematics: A copy for this purpose alone.
@@ -67,11 +69,11 @@ class Preflights:
         self._way_in = InsertionTrajectory(kinematics)
 
     def examine(self, joints_rad: Array, receptacle: Array) -> Preflight:
-        """Go from these angles straight to before the receptacle, then into it.
+        """Move from these angles straight to a point before the receptacle, then into it.
 
         Args:
-            joints_rad: Where the arm is. Shape (6,) [rad].
-            receptacle: Its pose. Shape (7,).
+            joints_rad: Present joint angles. Shape (6,) [rad].
+            receptacle: Pose of the receptacle. Shape (7,).
         """
         kinematics = self._way_in.kinematics
         least, worst = np.inf, np.zeros(2)

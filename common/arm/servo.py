@@ -20,9 +20,9 @@ Array = NDArray[np.float64]
 
 _GAIN_FREE_1_S, _GAIN_CONTACT_1_S = 10.0, 5.0
 _FOLLOW_RAD_S = 8.0
-"""Bandwidth of following a pose."""
+"""Bandwidth of following a pose [rad/s]."""
 _BRAKE_S = 0.1
-"""Time constant of coming to rest."""
+"""Time constant of braking [s]."""
 _OVERDRIVE_M, _OVERDRIVE_FROM_M, _OVERDRIVE_FULL_M = 0.015, 0.040, 0.070
 """How much deeper than its setpoint the plug is pushed, since the receptacle may be deeper than believed."""
 
@@ -32,8 +32,8 @@ class ServoSettings:
     """Settings of the servo.
 
     Args:
-        limits: Of its motion.
-        compliance: In contact.
+        limits: Limits of the motion.
+        compliance: Compliance in contact.
     """
 
     limits: MotionLimits = field(default_factory=MotionLimits)
@@ -41,12 +41,14 @@ class ServoSettings:
 
 
 class Servo:
-    """Moves one arm. Each control period call one of `accelerate`, `follow` and `brake`, then `measure`.
+    """Controller of one arm.
+
+    Each control period call one of `accelerate`, `follow` and `brake`, then `measure`.
 
     Args:
         dimensions: Of the arm.
-        settings: How it moves.
-        joints_rad: Where it is. Shape (6,) [rad].
+        settings: Settings of the motion.
+        joints_rad: Present joint angles. Shape (6,) [rad].
     """
 
     def __init__(self, dimensions: Dimensions, settings: ServoSettings, joints_rad: Array):
@@ -63,15 +65,15 @@ class Servo:
         self._velocities = np.zeros(6)
         self.tip = self.kinematics.tip
         self.solution = Solution(np.zeros(6), 0.0, 0.0)
-        """The newest, with what the limits took away from it."""
+        """Newest solution, including what the limits took away from it."""
 
     def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
         """Set the estimated pose of the receptacle, None while it is unknown; valid until the next call.
 
         Args:
-            receptacle: Its pose and velocity.
-            presses: Whether the plug is to be pressed to the bottom of the bore; else, for a plug that is to
-                come out, it is never pushed further in than the motion asks for.
+            receptacle: Pose and velocity of the receptacle.
+            presses: Whether to press the plug to the bottom of the bore. A plug that is to be extracted is
+                never pushed further in than the motion asks for.
         """
         self._seen, self._presses = receptacle, presses
         self.kinematics.place_panel(receptacle.pose if receptacle else None)
@@ -81,7 +83,7 @@ class Servo:
 
         Args:
             joints_rad: Shape (6,) [rad].
-            wrench: On the tool about the wrist, in the tool's axes [N, Nm]. Shape (6,).
+            wrench: Wrench on the tool about the wrist, in the tool's axes [N, Nm]. Shape (6,).
         """
         self.kinematics.update(joints_rad)
         self.tip = self.kinematics.tip
@@ -105,7 +107,7 @@ class Servo:
 
         Args:
             pose: Shape (7,).
-            speed_m_s: Not faster than this [m/s]; the rotation in proportion.
+            speed_m_s: Speed limit [m/s]; the rotation is limited in proportion.
             dt_s: Control period [s].
 
         Returns:
@@ -122,7 +124,7 @@ class Servo:
         return self._track(acceleration, dt_s, holds=not self._presses)
 
     def brake(self, dt_s: float) -> Array:
-        """Come to rest and hold still: in the bore relative to the receptacle, else to the base.
+        """Brake, or hold still: in the bore relative to the receptacle, otherwise relative to the base.
 
         Args:
             dt_s: Control period [s].
@@ -135,21 +137,21 @@ class Servo:
 
     @property
     def carried(self) -> Array | None:
-        """Velocity at the setpoint of the receptacle, where that is near; None in free water. Shape (6,)."""
+        """Velocity of the receptacle at the setpoint, if it is near; None in free water. Shape (6,)."""
         return self._carried() if self.governor.active else None
 
     def _look(self) -> None:
         self.governor.look(self._seen, self.tip, self.wrist.force)
 
     def _carried(self) -> Array:
-        """Velocity of what the motion is relative to: the receptacle where that is near. Shape (6,)."""
+        """Return the velocity of the motion's reference: the receptacle if it is near. Shape (6,)."""
         if self._seen is None or not self.governor.active:
             return np.zeros(6)
         return self._seen.velocity_at(self.setpoint.pose)
 
     def _track(self, acceleration: Array, dt_s: float, holds: bool) -> Array:
         governor, setpoint, carried = self.governor, self.setpoint, self._carried()
-        if holds and not self._held and governor.active:  # what was pressed in is not drawn back
+        if holds and not self._held and governor.active:  # a pressed-in plug is not drawn back
             ahead_m = float((self.tip[:3] - setpoint.pose[:3]) @ governor.axis)
             setpoint.pose[:3] += max(ahead_m, 0.0) * governor.axis
         self._held = holds
@@ -169,7 +171,7 @@ class Servo:
         return self._velocities
 
     def _govern(self, twist: Array, lead_m: float, carried: Array, holds: bool) -> None:
-        """Bound a twist along the bore; a setpoint that would run away is pulled back."""
+        """Limit a twist along the bore; pull back a setpoint that would run away."""
         governor, setpoint, axis = self.governor, self.setpoint, self.governor.axis
         with_it = float(carried[:3] @ axis)
         wanted = float(twist[:3] @ axis) - with_it

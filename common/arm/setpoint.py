@@ -24,11 +24,11 @@ class MotionLimits:
     """Limits that the arm never exceeds, whatever is commanded.
 
     Args:
-        speed_m_s: Of the tip, relative to the receptacle where that is near [m/s].
-        angular_speed_rad_s: Of the tool [rad/s].
-        acceleration_m_s2: Of the tip [m/s^2].
-        angular_acceleration_rad_s2: Of the tool [rad/s^2].
-        low_m: Corner of the box that the tip stays in, from the base. Length 3 [m].
+        speed_m_s: Speed of the tip, relative to the receptacle if that is near [m/s].
+        angular_speed_rad_s: Angular speed of the tool [rad/s].
+        acceleration_m_s2: Acceleration of the tip [m/s^2].
+        angular_acceleration_rad_s2: Angular acceleration of the tool [rad/s^2].
+        low_m: Corner of the box that confines the tip, from the base. Length 3 [m].
         high_m: The opposite corner. Length 3 [m].
 
     Raises:
@@ -54,8 +54,8 @@ class Setpoint:
     """Pose and velocity that the arm should have.
 
     Args:
-        limits: Of the motion.
-        pose: At first. Shape (7,).
+        limits: Limits of the motion.
+        pose: First pose. Shape (7,).
     """
 
     def __init__(self, limits: MotionLimits, pose: Array):
@@ -63,10 +63,10 @@ class Setpoint:
         self._low, self._high = np.array(limits.low_m), np.array(limits.high_m)
         self.pose = pose.copy()
         self.velocity = np.zeros(6)
-        """A tangent at the pose [m/s, rad/s]. Shape (6,)."""
+        """Tangent at the pose [m/s, rad/s]. Shape (6,)."""
 
     def accelerate(self, acceleration: Array, carried: Array, dt_s: float) -> Array:
-        """Move under an acceleration for one period; the mean velocity meanwhile. Shape (6,).
+        """Apply an acceleration for one period; return the mean velocity meanwhile. Shape (6,).
 
         Args:
             acceleration: Shape (6,) [m/s^2, rad/s^2].
@@ -92,19 +92,19 @@ class Setpoint:
         return mean
 
     def follow(self, tip: Array) -> None:
-        """Stay near the arm, which could not follow."""
+        """Stay near an arm that could not follow."""
         lead = difference(tip, self.pose)
         near = np.concatenate([shortened(lead[:3], _LEAD_M), shortened(lead[3:], _LEAD_RAD)])
         if not np.array_equal(near, lead):
             self.pose = moved(tip, near)
 
     def pull_back(self, axis: Array, by_m: float, speed_m_s: float) -> None:
-        """Go back along an axis, and not faster along it than this.
+        """Move back along an axis, and limit the speed along it.
 
         Args:
             axis: Unit vector, in the axes of the base. Shape (3,).
-            by_m: How far, nothing when negative [m].
-            speed_m_s: Fastest velocity along the axis [m/s].
+            by_m: Distance, no movement when negative [m].
+            speed_m_s: Largest velocity along the axis [m/s].
         """
         self.pose[:3] -= max(by_m, 0.0) * axis
         self.velocity[:3] -= max(float(self.velocity[:3] @ axis) - speed_m_s, 0.0) * axis

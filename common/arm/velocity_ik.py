@@ -1,7 +1,7 @@
 """Differential inverse kinematics: the joint velocities that come closest to a twist within all limits.
 
-The quadratic program is that of ``mink.solve_ik`` with the same task and limits, to the last bit. Only what is
-constant in it is assembled once, and daqp is called without what lies between: that takes half the time.
+The quadratic program is that of ``mink.solve_ik`` with the same task and limits, to the last bit. Its
+constant parts are assembled only once, and daqp is called directly: that takes half the time.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from farhand.common.arm.poses import moved
 
 Array = NDArray[np.float64]
 
-# mink seeks a displacement, here that of so long a time: joints approach their limits with this time constant.
+# mink seeks a displacement, here over this time: joints approach their limits with this time constant.
 _AHEAD_S = 0.1
-# A radian is worth 0.3 m.
+# Weight of a radian in metres.
 _POSITION_COST, _ORIENTATION_COST = 1.0, 0.3
 _DAMPING = 1e-4
 # Links approach each other and the panel at most with (distance - minimum) * gain / _AHEAD_S^2.
@@ -32,18 +32,18 @@ _HAND = "jaco_arm/jaco_hand/palm"
 _FOREARM = ("jaco_arm/link_3", "jaco_arm/link_4", "jaco_arm/link_5")
 _TRUNK = ("jaco_arm/base", "jaco_arm/link_1", "jaco_arm/link_2")
 JOINT_SPEEDS = np.radians([36.0, 36.0, 36.0, 48.0, 48.0, 48.0])
-"""What Kinova's firmware allows [rad/s]. Shape (6,)."""
+"""Joint speeds that Kinova's firmware allows [rad/s]. Shape (6,)."""
 JOINT_ACCELERATIONS = np.array([6.0, 6.0, 6.0, 2.5, 2.5, 2.5])
-"""What the drives' torques can do with some load on them [rad/s^2]. Shape (6,)."""
+"""Joint accelerations that the drives' torques achieve under some load [rad/s^2]. Shape (6,)."""
 
 
 class Solution(NamedTuple):
-    """A solution of the inverse kinematics.
+    """Solution of the inverse kinematics.
 
     Args:
         joint_velocities: Shape (6,) [rad/s].
-        missing_m_s: How much of the twist's velocity the limits, or a singularity, took away [m/s].
-        missing_rad_s: The same of its rotation [rad/s].
+        missing_m_s: Velocity that the limits, or a singularity, took away from the twist [m/s].
+        missing_rad_s: Angular velocity that they took away [rad/s].
     """
 
     joint_velocities: Array
@@ -52,10 +52,10 @@ class Solution(NamedTuple):
 
 
 class VelocityIk:
-    """Solves one quadratic program per control period.
+    """Solver of one quadratic program per control period.
 
     Args:
-        kinematics: Of the arm, up to date.
+        kinematics: Kinematics of the arm, up to date.
     """
 
     def __init__(self, kinematics: Kinematics):
@@ -72,7 +72,7 @@ class VelocityIk:
             collision_detection_distance=_NEAR_M,
         )
         self.limits = [mink.VelocityLimit(model, speeds), self._ranges, self._collisions]
-        """As mink has them: speeds, ranges, collisions."""
+        """Limits of speeds, ranges and collisions, as mink objects."""
         rows = [limit.compute_qp_inequalities(kinematics.configuration, _AHEAD_S) for limit in self.limits]
         self._G, self._h = np.vstack([row.G for row in rows]), np.concatenate([row.h for row in rows])
         n_speeds, n_ranges = len(rows[0].h), len(rows[1].h)
@@ -82,11 +82,12 @@ class VelocityIk:
         self._inequalities = np.zeros(self._h.size, dtype=np.int32)
 
     def solve(self, twist: Array, fastest_m_s: float = np.inf) -> Solution:
-        """Joint velocities for a twist of the tip; none when the limits leave no way.
+        """Return joint velocities for a twist of the tip; zero when the limits leave no solution.
 
         Args:
             twist: Shape (6,) [m/s, rad/s].
-            fastest_m_s: Of the tip; where the twist cannot be had, the next best one may be faster [m/s].
+            fastest_m_s: Speed limit of the tip, needed because the closest feasible twist may be faster
+                than the wanted one [m/s].
         """
         kinematics = self._kinematics
         target = moved(kinematics.tip, _AHEAD_S * twist)
@@ -126,9 +127,10 @@ def _length(vector: Array) -> float:
 
 
 def ramped(before: Array, wanted: Array, dt_s: float) -> Array:
-    """Joint velocities on the way from one to another that the drives can reach in a period. Shape (6,).
+    """Limit the change from joint velocities to wanted ones to what the drives reach in a period. Shape (6,).
 
-    All joints go the same share of the way, so that the tool changes its velocity along a straight line.
+    All joints cover the same share of the change, so that the tool changes its velocity along a straight
+    line.
     """
     change = wanted - before
     share = float((np.abs(change) / (JOINT_ACCELERATIONS * dt_s)).max())

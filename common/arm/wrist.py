@@ -1,4 +1,4 @@
-"""The wrist's sensor of force and torque, made useful: without the tool's weight, tared, about the tip."""
+"""Force and torque sensor of the wrist: tool weight removed, tared, and expressed about the tip."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 _GRAVITY_M_S2 = 9.81
 _SMOOTHING = 0.2
-"""Of the low-pass filter, per control period."""
+"""Coefficient of the low-pass filter, per control period."""
 _TARE_TICKS = 40
 
 
@@ -20,7 +20,7 @@ class Wrist:
     """Compensated force and torque sensor at the wrist.
 
     Args:
-        kinematics: Of the arm, up to date.
+        kinematics: Kinematics of the arm, up to date.
     """
 
     def __init__(self, kinematics: Kinematics):
@@ -31,14 +31,17 @@ class Wrist:
         """What is measured when nothing is touched, without the tool's weight [N, Nm]. Shape (6,)."""
         self._to_tare = 0
         self.force = np.zeros(3)
-        """In the axes of the base, as measured [N]. Shape (3,)."""
+        """Measured force in the axes of the base [N]. Shape (3,)."""
         self.torque = np.zeros(3)
-        """About the tip, in the axes of the tool, as measured [Nm]. Shape (3,)."""
+        """Measured torque about the tip, in the axes of the tool [Nm]. Shape (3,)."""
         self.smooth = np.zeros(6)
-        """Force and torque about the tip in the axes of the tool, low-passed [N, Nm]. Shape (6,)."""
+        """Low-passed force and torque about the tip in the axes of the tool [N, Nm]. Shape (6,)."""
 
     def tare(self) -> None:
-        """Tare the sensor: the mean of the next 0.4 s becomes its zero. Nothing may be touched meanwhile."""
+        """Tare the sensor: the mean of the next 0.4 s becomes its zero.
+
+        Nothing may touch the tool meanwhile.
+        """
         self._to_tare, self._sum = _TARE_TICKS, np.zeros(6)
 
     def restore(self, bias: Array) -> None:
@@ -46,7 +49,7 @@ class Wrist:
         self.bias, self._to_tare = bias, 0
 
     def update(self, measured: Array, tip: Array) -> None:
-        """Take a measurement into account.
+        """Process a measurement.
 
         Args:
             measured: Force and torque on the tool about the wrist, in the tool's axes [N, Nm]. Shape (6,).

@@ -1,4 +1,4 @@
-"""A slow link's effect on a stream of bytes, and the clock of a line, which stands still while the line is stalled.
+"""Delay of a byte stream on a slow link, and the clock of a line, which stands still during a stall.
 
 A byte never overtakes an earlier one, whatever its jitter.
 """
@@ -14,11 +14,11 @@ from farhand.common.impairment.jitter import Jitter
 
 
 class DelayLine:
-    """One direction of one connection: decides when each piece arrives, and how much may still be sent.
+    """One direction of a connection: decides when each piece arrives, and how much may still be sent.
 
     Args:
-        settings: The line's parameters. Those of messages (loss, duplicate, reorder) are without meaning.
-        stream: Name of the stream; each has a random sequence of its own.
+        settings: Parameters of the line; those of messages (loss, duplicate, reorder) do not apply.
+        stream: Name of the stream; each has its own random sequence.
     """
 
     def __init__(self, settings: DirectionSettings, stream: str = ""):
@@ -26,14 +26,14 @@ class DelayLine:
         self._stream = stream
         self._jitter = self._new_jitter()
         self._time = LineTime()
-        self._queue: deque[tuple[float, int]] = deque()  # (due in the line's own time, bytes)
+        self._queue: deque[tuple[float, int]] = deque()  # (arrival in the line's own time, bytes)
         self._queued_bytes = 0
-        self._sent_s = -math.inf  # when the last bit has left the sender
+        self._sent_s = -math.inf  # time when the last bit leaves the sender
         self._last_due_s = -math.inf
 
     @property
     def settings(self) -> DirectionSettings:
-        """The parameters in force."""
+        """Present parameters."""
         return self._settings
 
     @property
@@ -48,18 +48,18 @@ class DelayLine:
 
     @property
     def next_due_s(self) -> float | None:
-        """Arrival time of the oldest piece [s], None if nothing is under way."""
+        """Arrival time of the oldest piece [s], None for none."""
         return self._time.of_caller(self._queue[0][0]) if self._queue else None
 
     def push(self, now_s: float, n_bytes: int) -> float:
-        """Send a piece; one of no bytes (the end of the stream) takes its place in the order, too.
+        """Send a piece; an empty one (the end of the stream) keeps its place in the order, too.
 
         Args:
             now_s: The time [s], on any clock that does not go back.
             n_bytes: Size of the piece.
 
         Returns:
-            When it arrives [s], unless the line is stalled before that.
+            Time of its arrival [s], unless the line is stalled before that.
         """
         start_s = max(self._time.on_line(now_s), self._sent_s)
         rate_bps = self._settings.rate_bps
@@ -70,33 +70,33 @@ class DelayLine:
         return self._time.of_caller(self._last_due_s)
 
     def pop(self) -> int:
-        """Take the oldest piece off the line; returns its size [B].
+        """Remove the oldest piece from the line; return its size [B].
 
         Raises:
-            IndexError: Nothing is under way.
+            IndexError: No piece is in transit.
         """
         _, n_bytes = self._queue.popleft()
         self._queued_bytes -= n_bytes
         return n_bytes
 
     def clear(self) -> None:
-        """Lose everything under way."""
+        """Lose everything in transit."""
         self._queue.clear()
         self._queued_bytes = 0
 
     def change(self, settings: DirectionSettings) -> None:
-        """Replace the parameters for what is pushed from now on; what is under way keeps its times."""
+        """Replace the parameters for later pieces; pieces in transit keep their times."""
         reseed = settings.seed != self._settings.seed
         self._settings = settings
         if reseed:
             self._jitter = self._new_jitter()
 
     def stall(self, now_s: float, until_s: float) -> None:
-        """Let time stand still on the line.
+        """Stop the line's time.
 
         Args:
             now_s: The time [s].
-            until_s: When it goes on [s]; replaces an earlier stall, and `now_s` ends it.
+            until_s: End of the stall [s]; replaces that of an earlier one, and `now_s` ends it.
         """
         self._time.stall(now_s, until_s)
 
@@ -105,10 +105,10 @@ class DelayLine:
 
 
 class LineTime:
-    """Maps the caller's time to the line's own and back.
+    """Conversion between the caller's time and the line's own.
 
-    A stall is a stretch of the caller's time that does not exist on the line; so order, rate and spacing
-    hold after it as before.
+    A stall is a stretch of the caller's time that does not exist on the line, so order, rate and spacing hold
+    after it as before.
     """
 
     def __init__(self) -> None:
@@ -124,11 +124,11 @@ class LineTime:
         return line_s + self._behind_s
 
     def stall(self, now_s: float, until_s: float) -> None:
-        """Stand still.
+        """Stop the line's time.
 
         Args:
             now_s: The caller's time [s].
-            until_s: When it goes on [s]; replaces an earlier stall, and `now_s` or less ends it.
+            until_s: End of the stall [s]; replaces that of an earlier one, and `now_s` or less ends it.
         """
         frozen_s = self.on_line(now_s)
         self._resume_s = max(now_s, until_s)

@@ -1,12 +1,12 @@
-"""The settings of an impaired link: what each direction does to what passes.
+"""Settings of an impaired link: what each direction does to the traffic.
 
-Names and units are those of netem (ms, %, bit/s). The models that obey them are pure, seeded and without a
-clock; the caller brings the time, so that the same model runs in real and in virtual time:
+Names and units are those of netem (ms, %, bit/s). The models that apply them are pure, seeded and without a
+clock; the caller passes the time, so that the same model runs in real and in virtual time:
 
     jitter.py        the scatter of the delay
-    loss.py          loss at random and in bursts
+    loss.py          random loss and bursts of loss
     delay_line.py    a stream, which keeps its order: what the TCP relay is
-    message_line.py  messages, which may be lost, doubled and overtaken: what the in-process link is
+    message_line.py  messages, which may be lost, duplicated and overtaken: what the in-process link is
     timeline.py      settings that change with time
 """
 
@@ -30,14 +30,14 @@ MIN_QUEUE_BYTES = 4096
 """Smallest automatic queue of a link with a rate."""
 
 MESSAGES_ONLY = ("loss", "gemodel_p", "duplicate", "reorder")
-"""Fields that only a link of messages can obey."""
+"""Fields that only a link of messages can apply."""
 
 _RANGES = {
     "delay_ms": MAX_DELAY_MS,
     "jitter_ms": MAX_DELAY_MS,
     "correlation": 100.0,
     "loss": 100.0,
-    "loss_correlation": 99.9,  # at 100 % the first message would decide for all
+    "loss_correlation": 99.9,  # at 100 % the first message would decide about all
     "gemodel_p": 100.0,
     "gemodel_r": 100.0,
     "gemodel_1_h": 100.0,
@@ -61,13 +61,13 @@ class DirectionSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     jitter_ms: float = 0.0
     """Scatter of the delay [ms]: half width (uniform) or standard deviation (the others)."""
     correlation: float = 0.0
-    """Rank correlation of a delay with the one before it [%]."""
+    """Rank correlation of a delay with the previous one [%]."""
     distribution: Distribution = "uniform"
-    """How the jitter is distributed; `none` goes with a jitter of 0."""
+    """Distribution of the jitter; `none` goes with a jitter of 0."""
     loss: float = 0.0
-    """Share of the messages that is lost [%]."""
+    """Share of lost messages [%]."""
     loss_correlation: float = 0.0
-    """Correlation of a loss with the one before it [%]; the share stays."""
+    """Correlation of a loss with the previous one [%]; the share stays."""
     gemodel_p: float = 0.0
     """Gilbert-Elliott: probability per message to turn from good to bad [%]; 0 switches the model off."""
     gemodel_r: float = 100.0
@@ -77,17 +77,17 @@ class DirectionSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     gemodel_1_k: float = 0.0
     """Loss while good [%]."""
     duplicate: float = 0.0
-    """Share of the messages that arrives twice [%]."""
+    """Share of messages that arrive twice [%]."""
     reorder: float = 0.0
-    """Share of the messages that skips the delay and so overtakes [%]."""
+    """Share of messages that skip the delay and so overtake [%]."""
     gap: int = 1
-    """Only every so many-th message may skip the delay."""
+    """Only every n-th message may skip the delay, with this n."""
     rate_bps: float = 0.0
     """Data rate [bit/s]; 0 is unlimited."""
     queue_bytes: int = 0
-    """Most bytes under way at once; 0 chooses twice the product of rate and delay."""
+    """Largest number of bytes in transit; 0 chooses twice the product of rate and delay."""
     seed: int = 0
-    """Seed of all that is random."""
+    """Seed of all random numbers."""
 
     def __post_init__(self) -> None:
         for name, highest in _RANGES.items():
@@ -111,12 +111,12 @@ class DirectionSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
     @property
     def bandwidth_delay_bytes(self) -> float:
-        """Bytes that fill the line at its rate [B]; 0 where the rate is unlimited."""
+        """Bytes that fill the line at its rate [B]; 0 if the rate is unlimited."""
         return self.rate_bps / 8 * (self.delay_ms + self.jitter_ms) / 1000
 
     @property
     def queue_limit_bytes(self) -> int:
-        """The bound of the queue [B], chosen where `queue_bytes` is 0."""
+        """Bound of the queue [B]; computed if `queue_bytes` is 0."""
         if self.queue_bytes:
             return self.queue_bytes
         if not self.rate_bps:
@@ -125,7 +125,7 @@ class DirectionSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class LinkSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Both directions of the link."""
+    """Settings of both directions of the link."""
 
     uplink: DirectionSettings = msgspec.field(default_factory=DirectionSettings)
     """From the local site to the remote site."""
@@ -142,14 +142,14 @@ class LinkSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         ]
 
     def require_stream(self, source: str = "link", field: str = "") -> None:
-        """See that a TCP relay can obey.
+        """Check that a TCP relay can apply the settings.
 
         Args:
             source: Name for errors.
-            field: What the settings are part of, for errors.
+            field: Name for errors of what the settings are part of.
 
         Raises:
-            InvalidConfiguration: It cannot; names the first field that asks too much.
+            InvalidConfiguration: It cannot; names the first field that it cannot apply.
         """
         for direction in ("uplink", "downlink"):
             for name in MESSAGES_ONLY:

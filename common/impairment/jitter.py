@@ -1,4 +1,4 @@
-"""The scatter of the delay: four distributions, each delay correlated with the one before it."""
+"""Scatter of the delay: four distributions, each delay correlated with the previous one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from random import Random
 from farhand.common.impairment.impairment import DirectionSettings
 
 NORMAL_CUTOFF = 3.0
-"""A normal deviate is truncated at so many standard deviations."""
+"""Number of standard deviations at which a normal deviate is truncated."""
 
 # A Pareto variable of shape 3 from 1 on, truncated at 5, has this mean and this standard deviation:
 # m = 3/2 - 1/(2 5^2), s^2 = 3 - 2/5 - m^2.
@@ -18,13 +18,13 @@ _NORMAL_SHARE, _PARETO_SHARE, _MIXTURE_DEVIATION = 0.25, 0.75, 0.9647463219
 
 
 class Jitter:
-    """Draws one delay after another.
+    """Source of successive delays.
 
-    A normal sequence z with a correlation of r between neighbours is mapped to the distribution wanted, so
+    A normal sequence z with a correlation of r between neighbours is mapped to the wanted distribution, so
     the correlation changes no distribution. (netem's own mixing of neighbours does.)
 
     Args:
-        random: Source of chance, for this alone.
+        random: Random generator for this purpose alone.
     """
 
     def __init__(self, random: Random):
@@ -40,7 +40,7 @@ class Jitter:
         if settings.distribution == "uniform":
             deviate = math.erf(z / math.sqrt(2))
         elif settings.distribution == "normal":
-            # Truncated on both sides alike: the mean stays the delay and nothing arrives before it was sent.
+            # Truncated symmetrically: the mean stays the delay, and nothing arrives before it was sent.
             deviate = _truncated(z, min(NORMAL_CUTOFF, delay_ms / jitter_ms))
         elif settings.distribution == "pareto":
             deviate = _pareto(z)

@@ -29,42 +29,42 @@ MAX_LINE_BYTES = 65536
 
 
 class _Request(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The common base of all requests."""
+    """Common base of all requests."""
 
 
 class StatusRequest(_Request, frozen=True, tag_field="request", tag="status"):
-    """Say what goes on."""
+    """Request for the present state."""
 
 
 class ProfileRequest(_Request, frozen=True, tag_field="request", tag="profile"):
-    """Take the settings of a profile."""
+    """Request to take the settings of a profile."""
 
     name: str
 
 
 class SetRequest(_Request, frozen=True, tag_field="request", tag="set"):
-    """Replace some fields of `DirectionSettings`, both directions or neither."""
+    """Request to replace some fields of `DirectionSettings`, in both directions or neither."""
 
     uplink: dict[str, Any] = {}
     downlink: dict[str, Any] = {}
 
 
 class OutageRequest(_Request, frozen=True, tag_field="request", tag="outage"):
-    """Interrupt the link."""
+    """Request to interrupt the link."""
 
     kind: Outage
     duration_s: float = 0.0
 
 
 class ClearRequest(_Request, frozen=True, tag_field="request", tag="clear"):
-    """End the outage under way."""
+    """Request to end the present outage."""
 
 
 Request = StatusRequest | ProfileRequest | SetRequest | OutageRequest | ClearRequest
 
 
 class Refusal(msgspec.Struct, frozen=True, kw_only=True):
-    """The reason of a refused request; the arguments of `InvalidInput`."""
+    """Reason of a refused request: the arguments of `InvalidInput`."""
 
     source: str
     field: str
@@ -72,21 +72,21 @@ class Refusal(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """One of the two is there."""
+    """Answer with exactly one of its two fields."""
 
     status: dict[str, Any] | None = None
     error: Refusal | None = None
 
 
 class ForeignLine(InvalidMessage):
-    """A line of another protocol: whoever sent it did not mean this one."""
+    """Line of another protocol; its sender did not mean this one."""
 
 
 def decode_request(line: bytes | None) -> Request:
-    """Return the request in a line; None is one that is too long.
+    """Return the request in a line; a line of None was too long.
 
     Raises:
-        ForeignLine: When it is no JSON object.
+        ForeignLine: When it is not a JSON object.
         InvalidMessage: When it is not a request; names the field.
     """
     try:
@@ -96,7 +96,7 @@ def decode_request(line: bytes | None) -> Request:
 
 
 def _object(line: bytes | None) -> msgspec.Raw:
-    """Return the line, known to be a JSON object in UTF-8."""
+    """Return the line's JSON object in UTF-8."""
     if line is None:
         raise ForeignLine("link request", "", f"expected a line of at most {MAX_LINE_BYTES} bytes")
     try:
@@ -115,12 +115,12 @@ def refuse(error: InvalidInput) -> Answer:
 
 
 class RelayControl:
-    """A client of the link process. It connects anew for each request, so it outlives a restart of the link.
+    """Client of the link process. It opens a connection per request, so it outlives a restart of the link.
 
     Every method returns the link's status after the request.
 
     Args:
-        host: Where the link's control socket listens.
+        host: Host of the link's control socket.
         port: Its port.
         timeout_s: Longest wait for an answer [s].
 
@@ -145,11 +145,11 @@ class RelayControl:
         return self._ask(SetRequest(uplink=dict(uplink), downlink=dict(downlink)))
 
     def outage(self, kind: Outage, duration_s: float) -> dict[str, Any]:
-        """Interrupt the link for so many seconds: `stall`, `reset` or `blackhole`."""
+        """Interrupt the link for a duration [s]: `stall`, `reset` or `blackhole`."""
         return self._ask(OutageRequest(kind=kind, duration_s=duration_s))
 
     def clear(self) -> dict[str, Any]:
-        """End the outage under way."""
+        """End the present outage."""
         return self._ask(ClearRequest())
 
     def _ask(self, request: Request) -> dict[str, Any]:

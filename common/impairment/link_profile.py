@@ -15,18 +15,18 @@ from farhand.common.wire.codec import field_of
 
 
 class LinkProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A kind of link."""
+    """Named kind of link."""
 
     source: dict[str, str]
-    """Where each figure comes from, by its field; begins with `assumed` where nobody has measured it."""
+    """Source of each figure, by its field; begins with `assumed` if nobody has measured it."""
     uplink: DirectionSettings
     """From the local site to the remote site."""
     downlink: DirectionSettings
     """From the remote site back."""
     timeline: tuple[TimelineStep, ...] = ()
-    """What differs from that at certain times, counted from when the profile is taken."""
+    """Changes at certain times, counted from when the profile is taken."""
     repeat_s: float = 0.0
-    """After so long the timeline begins anew [s]; 0 runs through it once."""
+    """Period of the timeline [s]; 0 runs through it once."""
 
     @property
     def settings(self) -> LinkSettings:
@@ -37,13 +37,13 @@ class LinkProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         """The profile's settings with its timeline.
 
         Raises:
-            InvalidConfiguration: A step is malformed; names it. A loaded profile has none such.
+            InvalidConfiguration: A step is malformed; names it. A loaded profile has none of these.
         """
         return Timeline(self.settings, self.timeline, self.repeat_s, source)
 
 
 def load_profiles(path: Path) -> dict[str, LinkProfile]:
-    """Read the profiles of a TOML file: one table each, named as the profile.
+    """Read the profiles of a TOML file: one table each, whose name is the profile's.
 
     Raises:
         InvalidConfiguration: The file is unreadable or a profile malformed; names file and field.
@@ -59,7 +59,7 @@ def find_profile(profiles: Mapping[str, LinkProfile], name: str) -> LinkProfile:
     """Return the profile with this name.
 
     Raises:
-        InvalidConfiguration: There is none; names those there are.
+        InvalidConfiguration: There is none; names the known ones.
     """
     if name not in profiles:
         raise InvalidConfiguration("link", "profile", f"expected one of {', '.join(profiles)}, not {name!r}")
@@ -86,7 +86,7 @@ def _profile_of(table: object, source: str, name: str) -> LinkProfile:
 
 
 def _figures(profile: LinkProfile) -> set[str]:
-    """Return the fields that a profile sets; a seed is no claim about the world."""
+    """Return the fields that a profile sets, without the seed, which claims nothing about the world."""
     named = [name for step in profile.timeline for name in (*step.uplink, *step.downlink)]
     directions = (msgspec.to_builtins(each) for each in (profile.uplink, profile.downlink))
     defaults = msgspec.to_builtins(DirectionSettings())

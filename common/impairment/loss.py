@@ -1,7 +1,7 @@
-"""Loss of messages: a chain of two conditions of the link, of which each loses its own share.
+"""Loss of messages: a Markov chain of two conditions of the link, each with its own share of losses.
 
-Gilbert and Elliott's model is such a chain. Loss at random with a correlation C is one, too: bad loses all,
-good loses nothing, and the chain turns bad with P (1 - C) and good with (1 - P) (1 - C).
+Gilbert and Elliott's model is such a chain. Random loss with a correlation C is one, too: bad loses all, good
+loses nothing, and the chain turns bad with P (1 - C) and good with (1 - P) (1 - C).
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from farhand.common.impairment.impairment import DirectionSettings
 
 @dataclass(frozen=True)
 class GilbertElliott:
-    """The chain's probabilities, in netem's letters.
+    """Probabilities of the chain, in netem's letters.
 
     Args:
-        p: From good to bad, per message.
-        r: From bad to good, per message.
+        p: Probability per message to turn from good to bad.
+        r: Probability per message to turn from bad to good.
         one_minus_h: Loss while bad.
         one_minus_k: Loss while good.
     """
@@ -30,7 +30,7 @@ class GilbertElliott:
 
     @classmethod
     def of(cls, settings: DirectionSettings) -> GilbertElliott | None:
-        """Make the chain of these settings; None where nothing is lost."""
+        """Make the chain of these settings; None if nothing is lost."""
         if settings.gemodel_p:
             return cls(
                 settings.gemodel_p / 100,
@@ -45,16 +45,16 @@ class GilbertElliott:
 
     @property
     def bad_share(self) -> float:
-        """Share of the messages that meet a bad link in the long run."""
+        """Long-run share of the messages that meet a bad link."""
         return self.p / (self.p + self.r)
 
 
 class Loss:
-    """Says of one message after another whether it is lost. Begins as the chain is in the long run.
+    """Decides for one message after another whether it is lost. Begins in the chain's long-run state.
 
     Args:
-        settings: The parameters; `change` replaces them.
-        random: Source of chance, for this alone.
+        settings: Parameters; `change` replaces them.
+        random: Random generator for this purpose alone.
     """
 
     def __init__(self, settings: DirectionSettings, random: Random):
@@ -69,7 +69,7 @@ class Loss:
             self._bad = None
 
     def strikes(self) -> bool:
-        """Whether the next message is lost."""
+        """Decide whether the next message is lost."""
         chain = self._chain
         if chain is None:
             return False

@@ -1,4 +1,4 @@
-"""A bad link's effect on messages: each may be late, lost, duplicated or reordered."""
+"""Effect of an impaired link on messages: each may be late, lost, duplicated or reordered."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from farhand.common.impairment.loss import Loss
 class MessageLine:
     """One direction of a link of messages: decides when each arrives, how often, and whether at all.
 
-    Chance has a sequence of its own for each impairment, so that a change of one leaves the others as they
-    are. A message that is lost on the way has still taken its time to send.
+    Each impairment has its own random sequence, so that a change of one leaves the others as they are. A
+    message that is lost in transit has still taken its time to send.
 
     Args:
-        settings: The line's parameters.
-        stream: Name of the line; each has random sequences of its own.
+        settings: Parameters of the line.
+        stream: Name of the line; each has its own random sequences.
     """
 
     def __init__(self, settings: DirectionSettings, stream: str = ""):
         self._settings = settings
         self._stream = stream
-        self._sent_s = -math.inf  # when the last bit has left the sender
+        self._sent_s = -math.inf  # time when the last bit leaves the sender
         self._under_way: list[tuple[float, int]] = []  # heap of (due, bytes)
         self._under_way_bytes = 0
         self._since_reordered = 0
@@ -33,7 +33,7 @@ class MessageLine:
 
     @property
     def settings(self) -> DirectionSettings:
-        """The parameters in force."""
+        """Present parameters."""
         return self._settings
 
     def push(self, now_s: float, n_bytes: int) -> list[float]:
@@ -41,11 +41,11 @@ class MessageLine:
 
         Args:
             now_s: The time [s], on any clock that does not go back.
-            n_bytes: Its size.
+            n_bytes: Size of the message.
 
         Returns:
-            When it arrives [s]: nothing if it is lost, two times if it is doubled. A later message may
-            arrive earlier where jitter or reorder have it so.
+            Times of its arrival [s]: none if it is lost, two if it is duplicated. A later message may
+            arrive earlier because of jitter or reordering.
         """
         settings = self._settings
         sending_s = 8 * n_bytes / settings.rate_bps if settings.rate_bps else 0.0
@@ -62,22 +62,22 @@ class MessageLine:
 
     @property
     def next_arrival_s(self) -> float | None:
-        """Arrival time of the next message under way [s]; None for none."""
+        """Arrival time of the next message in transit [s]; None for none."""
         return self._under_way[0][0] if self._under_way else None
 
     def free_bytes(self, now_s: float) -> int:
-        """Room for bytes at that time; a sender who finds none has to wait or to drop."""
+        """Return the room for bytes at that time; a sender without room has to wait or to drop."""
         self._forget_arrived(now_s)
         return max(0, self._settings.queue_limit_bytes - self._under_way_bytes)
 
     def clear(self) -> None:
-        """Forget what is under way: it is lost, and no longer in the way of what follows."""
+        """Lose everything in transit, so that it no longer delays later messages."""
         self._sent_s = -math.inf
         self._under_way.clear()
         self._under_way_bytes = 0
 
     def change(self, settings: DirectionSettings) -> None:
-        """Replace the parameters for what is pushed from now on; what is under way keeps its times."""
+        """Replace the parameters for later messages; messages in transit keep their times."""
         reseed = settings.seed != self._settings.seed
         self._settings = settings
         if reseed:

@@ -1,4 +1,4 @@
-"""Settings of the link that change with time, once or again and again."""
+"""Settings of the link that change with time, once or periodically."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.wire.codec import field_of
 
 _ROUNDING_S = 1e-9
-"""A moment that was computed to be that of a change counts as reached."""
+"""Tolerance within which a computed time of a change counts as reached."""
 
 
 class TimelineStep(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Changes to the profile from a moment on, until the next step."""
+    """Changes to the profile from one time to the next step."""
 
     at_s: float
-    """When it begins [s]."""
+    """Time of its beginning [s]."""
     uplink: dict[str, bool | int | float | str] = {}
     """New values of fields of `DirectionSettings`; the others are the profile's."""
     downlink: dict[str, bool | int | float | str] = {}
@@ -28,12 +28,12 @@ class TimelineStep(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class Timeline:
-    """The settings of a link over time. Before the first step, those it began with.
+    """Settings of the link over time. Before the first step, the base settings apply.
 
     Args:
-        base: The settings that the steps differ from.
-        steps: In the order of their times.
-        repeat_s: After so long it begins anew [s]; 0 leaves the last step in force.
+        base: Settings that the steps modify.
+        steps: Steps in the order of their times.
+        repeat_s: Period [s]; 0 leaves the last step in force.
         source: Name for errors.
 
     Raises:
@@ -62,14 +62,14 @@ class Timeline:
 
     @property
     def base(self) -> LinkSettings:
-        """The settings that the steps differ from."""
+        """Settings that the steps modify."""
         return self._settings[0]
 
     def require_stream(self) -> None:
-        """See that a TCP relay can obey at all times.
+        """Check that a TCP relay can apply the settings at all times.
 
         Raises:
-            InvalidConfiguration: It cannot; names the first field that asks too much.
+            InvalidConfiguration: It cannot; names the first field that it cannot apply.
         """
         for number, settings in enumerate(self._settings):
             settings.require_stream(self._source, f"timeline[{number - 1}]" if number else "")
@@ -100,14 +100,14 @@ def update_settings(
     source: str = "link",
     field: str = "",
 ) -> LinkSettings:
-    """Settings with some fields replaced; `current` stays as it is.
+    """Return settings with some fields replaced; `current` stays as it is.
 
     Args:
         current: The settings to begin with.
         uplink: New values of fields of `DirectionSettings`.
         downlink: The same for the other direction.
         source: Name for errors.
-        field: What the fields are part of, for errors.
+        field: Name for errors of what the fields are part of.
 
     Raises:
         InvalidConfiguration: A field is unknown or its value is wrong; names the field.

@@ -1,7 +1,7 @@
-"""A link inside one process and in virtual time: each message may be late, lost, doubled and overtaken.
+"""In-process link in virtual time: each message may be late, lost, duplicated or reordered.
 
-Both ends offer what `farhand.common.link.link.Link` asks for. What Zenoh and TCP do beyond that (retransmission, order,
-the handshake) is not modelled: this link is worse than any of theirs, and says nothing about their times.
+Both ends offer the protocol `farhand.common.link.link.Link`. What Zenoh and TCP add (retransmission, order,
+the handshake) is not modelled: this link is worse than any of theirs, and shows nothing about their timing.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class VirtualEnd:
 
     Args:
         time: The time.
-        out: The way to the other site.
-        back: The way from it; an end that takes it over takes it from the one before.
+        out: Direction to the other site.
+        back: Direction from the other site; a new end takes it over from the previous one.
     """
 
     _numbers = count(1)  # of all ends: an answer to an end of before must not look like one to this
@@ -63,7 +63,7 @@ class VirtualEnd:
         self._out.limit(channel, bytes_per_s)
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
-        """See `Link.ask`. While the link is cut the answer is None at once, as it is where nobody serves."""
+        """See `Link.ask`. While the link is cut, or without a server, the answer is None at once."""
         number = next(self._numbers)
         self._asking[number] = answered
         self._time.call_later(timeout_s if self._out.up else 0.0, partial(self._end, number, None))
@@ -98,11 +98,11 @@ class VirtualEnd:
 
 
 class VirtualLink:
-    """Both ways between the sites. Nothing is connected until the ends are made.
+    """Both directions between the sites. Nothing is connected until the ends are made.
 
     Args:
         time: The time.
-        settings: Both directions at first.
+        settings: First settings of both directions.
     """
 
     def __init__(self, time: VirtualTime, settings: LinkSettings):
@@ -111,36 +111,36 @@ class VirtualLink:
         self.downlink = OneWay(time, settings.downlink, "downlink")
 
     def local_end(self) -> VirtualEnd:
-        """Open a new end at the operator's site and close the one before."""
+        """Open a new end at the operator's site and close the previous one."""
         return VirtualEnd(self._time, self.uplink, self.downlink)
 
     def remote_end(self) -> VirtualEnd:
-        """Open a new end at the robot's site and close the one before."""
+        """Open a new end at the robot's site and close the previous one."""
         return VirtualEnd(self._time, self.downlink, self.uplink)
 
     def change(self, settings: LinkSettings) -> None:
-        """Replace the settings for what is sent from now on."""
+        """Replace the settings for later messages."""
         self.uplink.change(settings.uplink)
         self.downlink.change(settings.downlink)
 
     def cut(self) -> None:
-        """Lose what is under way and let nothing through, as an outage with a reset does."""
+        """Lose everything in transit and let nothing through, like an outage with a reset."""
         for way in (self.uplink, self.downlink):
             way.cut()
 
     def mend(self) -> None:
-        """Let through again what is sent from now on."""
+        """Let later messages through again."""
         for way in (self.uplink, self.downlink):
             way.up = True
 
     def stall(self, duration_s: float) -> None:
-        """Hold everything for so long [s], and then deliver all of it at once."""
+        """Hold everything for a duration [s], then deliver all of it at once."""
         for way in (self.uplink, self.downlink):
             way.hold(self._time.now_s() + duration_s)
 
     def swallow(self, duration_s: float) -> None:
-        """Let nothing arrive for so long [s], unnoticed by who sends, and then lose all of it."""
-        self._time.call_later(duration_s, self._lose_all)  # before what is held is due at the same moment
+        """Deliver nothing for a duration [s], unnoticed by the senders, then lose all of it."""
+        self._time.call_later(duration_s, self._lose_all)  # before held messages are due at the same moment
         self.stall(duration_s)
 
     def _lose_all(self) -> None:

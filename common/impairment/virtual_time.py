@@ -1,4 +1,4 @@
-"""Time that passes only when somebody moves it on: what is due is done in order, at once."""
+"""Virtual time, which passes only when somebody advances it: due jobs are done in order, at once."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ Job = Callable[[], None]
 
 
 class VirtualTime:
-    """A clock and what is to be done when.
+    """Clock with a schedule of jobs.
 
     Args:
-        start_s: The time at first [s].
+        start_s: First time [s].
     """
 
     def __init__(self, start_s: float = 0.0):
@@ -22,27 +22,30 @@ class VirtualTime:
         self._order = count()
 
     def now_s(self) -> float:
-        """Return the time [s]."""
+        """Return the present time [s]."""
         return self._now_s
 
     def now_ns(self) -> int:
-        """Return the time [ns], for a `BootClock`."""
+        """Return the present time [ns], for a `BootClock`."""
         return round(self._now_s * 1e9)
 
     def call_at(self, time_s: float, job: Job) -> None:
-        """Have a job done at a time [s]; at once when that is over. Of two at the same time the earlier call first."""
+        """Schedule a job at a time [s], or at once if that has passed.
+
+        Jobs of the same time run in the order of their calls.
+        """
         heapq.heappush(self._due, (max(time_s, self._now_s), next(self._order), job))
 
     def call_later(self, delay_s: float, job: Job) -> None:
-        """Have a job done after so long [s]."""
+        """Schedule a job after a delay [s]."""
         self.call_at(self._now_s + delay_s, job)
 
     def run_until(self, time_s: float, after_each: Job = lambda: None) -> None:
-        """Let time pass.
+        """Advance the time.
 
         Args:
-            time_s: Until when [s].
-            after_each: Done after each job.
+            time_s: Time to advance to [s].
+            after_each: Called after each job.
         """
         while self._due and self._due[0][0] <= time_s:
             self._now_s, _, job = heapq.heappop(self._due)

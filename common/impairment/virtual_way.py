@@ -1,4 +1,4 @@
-"""One direction of a link in virtual time: what waits to be sent, what is under way, what arrives when."""
+"""One direction of a link in virtual time: what waits to be sent, what is in transit, what arrives when."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from farhand.common.wire.keys import Channel, Urgency
 
 
 class Kind(Enum):
-    """The kind of a packet."""
+    """Kind of a packet."""
 
     PUT = auto()
     QUESTION = auto()
@@ -25,14 +25,14 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Packet:
-    """One message under way.
+    """Message in transit.
 
     Args:
-        kind: What it is.
-        channel: Where it belongs.
-        data: The message.
-        sent_s: When it was handed over [s].
-        number: Of the question that it asks or answers.
+        kind: Kind of the packet.
+        channel: Channel of the message.
+        data: Content of the message.
+        sent_s: Time when it was handed over [s].
+        number: Number of the question that it asks or answers.
     """
 
     kind: Kind
@@ -50,8 +50,8 @@ class OneWay:
 
     Args:
         time: The time.
-        settings: How it treats what passes.
-        name: Of its random sequences.
+        settings: Impairment of the direction.
+        name: Name of its random sequences.
     """
 
     def __init__(self, time: VirtualTime, settings: DirectionSettings, name: str):
@@ -62,13 +62,13 @@ class OneWay:
         self._epoch = 0
         self._held_until_s = 0.0
         self.up = True
-        """Whether anything gets in."""
+        """True unless the direction is cut."""
         self.receiver: Tap = lambda packet: None
         self.tap: Tap = lambda packet: None
         """Sees each packet that arrives, before its receiver."""
 
     def submit(self, packet: Packet) -> None:
-        """Have a packet sent as soon as there is room; nothing gets in while the way is cut."""
+        """Send a packet as soon as there is room; drop it while the direction is cut."""
         if self.up:
             newest_only = None if packet.channel.must_arrive else packet.channel.key
             self._queues[packet.channel.urgency].put(packet, newest_only, len(packet.data) + OVERHEAD_BYTES)
@@ -79,12 +79,12 @@ class OneWay:
         self._queues[channel.urgency].limit(channel.key, bytes_per_s)
 
     def change(self, settings: DirectionSettings) -> None:
-        """Replace the settings for what is sent from now on."""
+        """Replace the settings for later messages."""
         self._line.change(settings)
         self._flush()
 
     def cut(self) -> None:
-        """Lose all that waits and all that is under way, and let nothing in."""
+        """Lose everything that waits or is in transit, and accept nothing more."""
         self.up = False
         self._epoch += 1
         self._line.clear()
@@ -92,11 +92,11 @@ class OneWay:
             queue.clear()
 
     def hold(self, until_s: float) -> None:
-        """Let nothing arrive before that time [s]; then all that has gathered arrives at once."""
+        """Deliver nothing before a time [s]; then everything held arrives at once."""
         self._held_until_s = until_s
 
     def deliver(self, packet: Packet) -> None:
-        """Have a packet arrive now."""
+        """Deliver a packet now."""
         self.tap(packet)
         self.receiver(packet)
 

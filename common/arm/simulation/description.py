@@ -1,4 +1,4 @@
-"""The description of the scene for those who draw it, read off the compiled model."""
+"""Description of the scene for drawing, read from the compiled model."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Shape = tuple[Array, NDArray[np.int64]]
 
 _ARM = arm.JOINTS[0].partition("/")[0]
 _ROUND = 20
-"""Flat faces around a cylinder."""
+"""Number of flat faces around a cylinder."""
 
 
 @cache
@@ -32,7 +32,7 @@ def describe(dimensions: Dimensions) -> SceneDescription:
 
 
 class _Reader:
-    """Reads a compiled model at rest, its joints at zero."""
+    """Reader of a compiled model at rest, its joints at zero."""
 
     def __init__(self, model: MjModel):
         self._model, self._data = model, mujoco.MjData(model)
@@ -76,7 +76,7 @@ class _Reader:
         return self._drawn(origin, np.flatnonzero(shown).tolist())
 
     def _drawn(self, origin: Array, geoms: list[int]) -> tuple[Mesh, ...]:
-        """Some geoms seen from a pose: one mesh for each colour."""
+        """Collect some geoms seen from a pose: one mesh for each colour."""
         model, data = self._model, self._data
         parts: dict[Colour, list[Shape]] = {}
         for geom in geoms:
@@ -112,7 +112,7 @@ def _asset(model: MjModel, mesh: int) -> Shape:
 
 
 def _box(half: Array) -> Shape:
-    """Each face with vertices of its own."""
+    """Return a box whose faces have vertices of their own."""
     vertices = []
     for axis in range(3):
         for sign in (-1.0, 1.0):

@@ -22,20 +22,20 @@ from farhand.common.model.manifold import POSE
 
 Array = NDArray[np.float64]
 
-# When a step and a push begin: after the robot did, and before it is usually inserted [s].
+# Earliest and latest beginning of a step and a push: during the usual insertion [s].
 _STEP_FROM_S, _PUSH_FROM_S = (3.0, 6.0), (2.0, 6.0)
-# The current's speed and direction vary by this [share of the speed, rad], with periods between these [s].
+# Variation of the current's speed and direction [share of the speed, rad], and range of its periods [s].
 _GUST, _VEER_RAD, _GUST_S = 0.25, 0.25, (6.0, 25.0)
 
 
 @dataclass(frozen=True)
 class Sway:
-    """A plain oscillation along and about a line.
+    """Harmonic oscillation along and about a line.
 
     Args:
-        amplitude_m: Of the position [m].
-        hz: How often [Hz].
-        amplitude_rad: Of the orientation [rad].
+        amplitude_m: Amplitude of the position [m].
+        hz: Frequency [Hz].
+        amplitude_rad: Amplitude of the orientation [rad].
     """
 
     amplitude_m: float = 0.0
@@ -50,12 +50,12 @@ class DisturbanceSettings:
     Args:
         receptacle: Sway of the receptacle.
         vehicle: Sway of the vehicle that carries the arm.
-        step_m: How far the receptacle is displaced, once and for good [m].
-        step_for_s: How long that takes [s].
-        step_at_s: When it begins [s]; at a random moment when not given.
+        step_m: Distance of the receptacle's single, lasting step [m].
+        step_for_s: Duration of the step [s].
+        step_at_s: Time of its beginning [s]; random when not given.
         current_m_s: Mean speed of the water [m/s].
-        push_n: Largest force of one push on the arm's hand [N].
-        push_for_s: How long it lasts [s].
+        push_n: Largest force of a single push on the arm's hand [N].
+        push_for_s: Duration of the push [s].
 
     Raises:
         InvalidConfiguration: When a number is negative or not finite, or a duration is zero.
@@ -90,21 +90,21 @@ class Disturbances:
     """Disturbances as functions of time; equal seeds give equal disturbances.
 
     Args:
-        settings: How much.
-        seed: Of directions, phases and moments.
+        settings: Amplitudes.
+        seed: Seed of directions, phases and times.
     """
 
     def __init__(self, settings: DisturbanceSettings, seed: int | Sequence[int]):
         random = np.random.default_rng(seed)
         self.settings, self._seed = settings, seed
-        # All are drawn in any case, so that one seed means the same in all settings.
+        # All are drawn in any case, so that a seed gives the same random numbers in all settings.
         self._receptacle = _Swaying(settings.receptacle, random)
         self._vehicle = _Swaying(settings.vehicle, random)
         self._step, self._push = _direction(random), _direction(random)
         step_s, self._push_s = random.uniform(*_STEP_FROM_S), random.uniform(*_PUSH_FROM_S)
         self._step_s = step_s if settings.step_at_s is None else settings.step_at_s
         self._heading_rad = random.uniform(0.0, 2.0 * np.pi)
-        self._gust_hz = 1.0 / random.uniform(*_GUST_S, (2, 3))  # of the speed, and of the heading
+        self._gust_hz = 1.0 / random.uniform(*_GUST_S, (2, 3))  # phases of the speed and of the heading
         self._gust_phases = random.uniform(0.0, 2.0 * np.pi, (2, 3))
 
     def stepping_at(self, time_s: float) -> Disturbances:
@@ -122,7 +122,7 @@ class Disturbances:
         return self._vehicle.at(time_s)
 
     def current_m_s(self, time_s: float) -> Array:
-        """Velocity of the water; it is level [m/s]. Shape (3,)."""
+        """Return the velocity of the water; it is horizontal [m/s]. Shape (3,)."""
         if not self.settings.current_m_s:
             return np.zeros(3)
         swing = np.sin(2.0 * np.pi * self._gust_hz * time_s + self._gust_phases).mean(axis=1)
@@ -131,7 +131,7 @@ class Disturbances:
         return speed * np.array([np.cos(heading), np.sin(heading), 0.0])
 
     def push_n(self, time_s: float) -> Array:
-        """Force on the hand [N]. Shape (3,)."""
+        """Return the force on the hand [N]. Shape (3,)."""
         part = (time_s - self._push_s) / self.settings.push_for_s
         if not 0.0 < part < 1.0:
             return np.zeros(3)
@@ -143,7 +143,7 @@ class Disturbances:
 
 
 class _Swaying:
-    """A sway along and about lines of its own."""
+    """Sway along and about random lines."""
 
     def __init__(self, sway: Sway, random: np.random.Generator):
         self._along = sway.amplitude_m * _direction(random)
@@ -166,16 +166,16 @@ def _direction(random: np.random.Generator) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """All that disturbs the arm, in the axes of the earth, z up.
+    """Disturbances of the arm at one time, in the axes of the earth, z up.
 
     Args:
-        receptacle: Where its spring pulls it. A pose. Shape (7,).
-        vehicle: What the arm's base stands on. A pose. Shape (7,).
-        current_m_s: Of the water. Shape (3,).
+        receptacle: Pose to which its spring pulls the receptacle. Shape (7,).
+        vehicle: Pose of the vehicle under the arm's base. Shape (7,).
+        current_m_s: Velocity of the water. Shape (3,).
         push_n: Force on the hand. Shape (3,).
 
     Raises:
-        InvalidInput: When a pose is none.
+        InvalidInput: When a pose is not one.
     """
 
     receptacle: Array
@@ -189,7 +189,7 @@ class Surroundings:
 
     @classmethod
     def still(cls, dimensions: Dimensions) -> Surroundings:
-        """Everything at rest, the receptacle facing the arm at its first place."""
+        """Return surroundings at rest, the receptacle facing the arm at its first place."""
         return cls(np.concatenate([dimensions.receptacle_m, FACING_QUAT]))
 
     def with_receptacle(self, pose: Array) -> Surroundings:

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 DEPTH_M, LATERAL_M = (0.075, 0.095), 0.004
 
 MAX_DRAGGED_M = 0.005
-"""A receptacle that was pulled farther from its rest than this is not left as it was [m]."""
+"""Largest distance that a receptacle may have been dragged from its rest [m]."""
 STANDOFF_M, AWAY_M = 0.12, 0.015
 """A plug that is out is so far before the mouth on the axis, and at most so far from there [m]."""
 AT_REST_M_S, REST_S, TOUCHED_N = 0.015, 0.5, 5.0
@@ -25,24 +25,24 @@ AT_REST_M_S, REST_S, TOUCHED_N = 0.015, 0.5, 5.0
 
 
 class Goal(Protocol):
-    """Watches a trial."""
+    """Goal of a trial, checked in each control period."""
 
     enters: bool
-    """Whether the plug is to go into the bore, and not to come out of it."""
+    """True for a plug that enters the bore, False for one that is extracted."""
 
     def reached(self, local: Array, force_n: float, simulation: Simulation) -> bool:
         """Decide whether the goal is reached in this control period.
 
         Args:
-            local: The tip in the true frame of the receptacle. A pose. Shape (7,).
-            force_n: On the tool, tared [N].
-            simulation: The truth.
+            local: Pose of the tip in the true frame of the receptacle. Shape (7,).
+            force_n: Force on the tool, tared [N].
+            simulation: Source of the true poses.
         """
         ...
 
 
 class Seated:
-    """The plug is in: deep enough, not through, and on the axis."""
+    """Goal of an insertion: deep enough, not through the bottom, and on the axis."""
 
     enters = True
 
@@ -53,11 +53,11 @@ class Seated:
 
 
 class Withdrawn:
-    """The plug is out: at rest at the stand-off, touches nothing, and the receptacle was never dragged along.
+    """Goal of an extraction: at rest at the stand-off, without contact, the receptacle never dragged along.
 
     Args:
-        away_m: How far from the stand-off it may be [m].
-        at_rest_m_s: How fast it may move relative to the receptacle [m/s].
+        away_m: Largest distance from the stand-off [m].
+        at_rest_m_s: Largest speed relative to the receptacle [m/s].
     """
 
     enters = False
@@ -65,9 +65,9 @@ class Withdrawn:
     def __init__(self, away_m: float = AWAY_M, at_rest_m_s: float = AT_REST_M_S):
         self._away_m, self._at_rest_m_s = away_m, at_rest_m_s
         self.dragged_m = 0.0
-        """How far the receptacle was pulled from its rest at most [m]."""
+        """Largest distance that the receptacle was dragged from its rest [m]."""
         self.out_s = math.nan
-        """When the tip had left the mouth [s]."""
+        """Time when the tip left the mouth [s]."""
         self._way = deque[Array](maxlen=round(REST_S / TICK_S) + 1)
 
     def reached(self, local: Array, force_n: float, simulation: Simulation) -> bool:

@@ -21,12 +21,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Box:
-    """The box that contains the receptacle's mouth, from the arm's base.
+    """Box that contains the receptacle's mouth, from the arm's base.
 
     Args:
         low_m: Least coordinates. Length 3 [m].
         high_m: Largest coordinates. Length 3 [m].
-        tilt_rad: How far its axis may be turned away from facing the arm [rad].
+        tilt_rad: Largest angle between its axis and the direction to the arm [rad].
     """
 
     low_m: tuple[float, float, float]
@@ -44,17 +44,17 @@ class Box:
 ACCEPTANCE = Box((0.74, -0.10, 0.30), (0.82, 0.10, 0.45))
 WIDE = Box((0.74, -0.15, 0.25), (0.86, 0.15, 0.50))
 
-# How a plug sits in its bore at first: a little before the bottom, within the clearance, touching nothing.
+# First place of a seated plug: a little before the bottom, within the clearance, without contact.
 _OFF_BOTTOM_M, _ASIDE_M, _TILT_RAD = (0.0005, 0.002), 0.0003, math.radians(0.15)
 _JOINT_STD_RAD = np.array([0.12, 0.12, 0.12, 0.07, 0.07, 0.07])
 
 
 class Placement(NamedTuple):
-    """The initial state of arm and receptacle.
+    """Initial state of arm and receptacle.
 
     Args:
-        receptacle: Its pose from the arm's base. Shape (7,).
-        joints_rad: Angles of the arm. Shape (6,) [rad].
+        receptacle: Pose of the receptacle from the arm's base. Shape (7,).
+        joints_rad: Joint angles of the arm. Shape (6,) [rad].
     """
 
     receptacle: Array

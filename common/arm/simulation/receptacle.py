@@ -1,8 +1,8 @@
-"""The receptacle and its panel: MJCF.
+"""Receptacle and its panel: MJCF.
 
-Contacts see a ring of boxes about the bore, another for the chamfer and a thick bottom: primitives, which
-MuJoCo handles exactly. The body has six joints with a servo each that pulls it to where it should be, so that
-it gives way like a panel on a frame, and moves with a velocity that the contacts feel.
+Contacts see a ring of boxes around the bore, another for the chamfer, and a thick bottom: primitives, which
+MuJoCo handles exactly. The body has six joints, each with a servo that pulls it to its place, so that it
+yields like a panel on a frame, and moves with a velocity that the contacts feel.
 """
 
 from __future__ import annotations
@@ -61,12 +61,12 @@ def _add_spring(root: Any, body: Any, receptacle: Receptacle) -> None:
         slides = len(name) == 1
         joint = body.add("joint", name=name, type="slide" if slides else "hinge", axis=axis)
         k, inertia = (receptacle.stiffness_n_m, m) if slides else (receptacle.stiffness_nm_rad, i)
-        damping = 2.0 * np.sqrt(k * inertia)  # critical
+        damping = 2.0 * np.sqrt(k * inertia)  # critical damping
         root.actuator.add("position", name=name, joint=joint, kp=k, kv=damping)
 
 
 def _add_bore(body: Any, receptacle: Receptacle, touching: dict[str, Any]) -> None:
-    """Each box's inner face is tangent to the bore: a prism with so many sides about it."""
+    """Add the bore, a prism of boxes whose inner faces are tangent to it."""
     r, depth, chamfer = receptacle.bore_radius_m, receptacle.depth_m, receptacle.chamfer_m
     outer = receptacle.outer_radius_m
     half_width = outer * np.tan(np.pi / _SIDES)
@@ -101,7 +101,7 @@ def _add_bore(body: Any, receptacle: Receptacle, touching: dict[str, Any]) -> No
 
 
 def _add_panel(body: Any, receptacle: Receptacle, touching: dict[str, Any]) -> None:
-    """Four boards about the receptacle, which the arm's links touch too."""
+    """Add four boards around the receptacle, which the arm's links can touch as well."""
     width, height = (0.5 * edge for edge in receptacle.panel_m)
     hole, half = receptacle.outer_radius_m, 0.01
     z = receptacle.panel_behind_m + half

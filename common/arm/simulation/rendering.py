@@ -1,4 +1,4 @@
-"""Pictures of the simulation, drawn without a screen by whichever OpenGL is there: EGL or OSMesa."""
+"""Pictures of the simulation, drawn without a screen by an available OpenGL: EGL or OSMesa."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _MOST_GEOMS = 2000
 
 
 class RenderingUnavailable(FarhandError):
-    """No OpenGL without a screen on this machine."""
+    """Lack of an OpenGL that works without a screen on this machine."""
 
 
 class Renderer:
-    """Draws a simulation as its cameras see it. Close it, or use it as a context manager.
+    """Renderer of a simulation through its cameras. Close it, or use it as a context manager.
 
     Args:
-        simulation: What is drawn.
-        width: Of the pictures, at most 1920 [pixels].
-        height: At most 1080 [pixels].
+        simulation: Simulation to draw.
+        width: Width of the pictures, at most 1920 [pixels].
+        height: Height of the pictures, at most 1080 [pixels].
 
     Raises:
         RenderingUnavailable: When this machine has neither EGL nor OSMesa.
@@ -69,7 +69,7 @@ class Renderer:
         return picture[::-1]
 
     def close(self) -> None:
-        """Give the OpenGL context back."""
+        """Release the OpenGL context."""
         self._context.make_current()
         self._drawing.free()
         self._context.free()
@@ -82,12 +82,12 @@ class Renderer:
 
 
 def _open_context(width: int, height: int) -> Any:
-    # PyOpenGL settles on one library for the whole process, so that it is chosen before the first attempt.
+    # PyOpenGL selects one library for the whole process, so it is chosen before the first attempt.
     installed = (name for name, library in _LIBRARIES.items() if find_library(library))
     backend = WANTED_GL if WANTED_GL in _LIBRARIES else next(installed, "egl")
     try:
         return importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
-    except (ImportError, AttributeError, RuntimeError) as error:  # what PyOpenGL raises without its library
+    except (ImportError, AttributeError, RuntimeError) as error:  # PyOpenGL raises this without its library
         raise RenderingUnavailable(
             f"nothing to draw with ({backend}: {error}); Debian: apt-get install libegl1 libegl-mesa0 "
             "libgl1-mesa-dri, or libosmesa6 with MUJOCO_GL=osmesa"

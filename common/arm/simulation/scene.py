@@ -1,4 +1,4 @@
-"""The whole scene as MJCF: arm and receptacle in water, with lights, cameras and all that is only for the eye."""
+"""Scene as MJCF: arm and receptacle in water, with lights, cameras and scenery for display only."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ OPERATOR, CLOSE_UP = "operator", "close-up"
 """Cameras: over the arm's shoulder, and beside the mouth."""
 
 DECK = ("mount", "deck")
-"""Geoms that the arm stands on."""
+"""Geoms on which the arm stands."""
 
 _WATER = (0.035, 0.18, 0.23)
 _SEA_BED_M = -1.30
@@ -68,7 +68,7 @@ _MATERIALS: dict[str, tuple[tuple[float, float, float], float, float]] = {
 
 
 def add_scenery(root: MjcfElement, dimensions: Dimensions) -> None:
-    """Add all of it to a scene with its receptacle."""
+    """Add the scenery to a scene with its receptacle."""
     for name, (colour, specular, shininess) in _MATERIALS.items():
         root.asset.add("material", name=name, rgba=(*colour, 1), specular=specular, shininess=shininess)
     _add_water(root)
@@ -81,7 +81,7 @@ def add_scenery(root: MjcfElement, dimensions: Dimensions) -> None:
 
 
 def _add_water(root: MjcfElement) -> None:
-    """Blue-green into which everything fades, and a sea bed."""
+    """Add the blue-green haze into which everything fades, and a sea bed."""
     visual = root.visual
     root.statistic.extent = 1.0
     root.statistic.center = (0.5, 0.0, 0.3)
@@ -120,7 +120,7 @@ def _add_water(root: MjcfElement) -> None:
 
 
 def _add_vehicle(world: MjcfElement) -> None:
-    """Add the porch that the arm stands on."""
+    """Add the porch on which the arm stands."""
 
     def box(pos: Point, size: Point, material: str, **named: str) -> None:
         world.add("geom", type="box", pos=pos, size=size, material=material, **UNTOUCHABLE, **named)
@@ -196,12 +196,12 @@ def _add_marker(root: MjcfElement, body: MjcfElement, pos: tuple[float, float, f
 
 
 def _add_geom(root: MjcfElement, body: MjcfElement, material: str, **attributes: object) -> None:
-    """Add one to a body of an attached model, with a material of the scene."""
+    """Add a geom to a body of an attached model, with a material of the scene."""
     body.add("geom", material=root.find("material", material), **attributes, **UNTOUCHABLE)
 
 
 def _add_lights(root: MjcfElement) -> None:
-    """Two lamps on the vehicle and the little that comes from above."""
+    """Add two lamps on the vehicle and a weak light from above."""
     head = root.visual.headlight
     head.ambient, head.diffuse, head.specular = (0.16, 0.20, 0.22), (0.06, 0.07, 0.08), (0.0, 0.0, 0.0)
     for pos, strength, shadow in (((-0.25, 0.55, 1.25), 0.85, True), ((-0.10, -0.65, 0.95), 0.45, False)):

@@ -1,7 +1,7 @@
-"""Simulation: arm, receptacle and water, one control period at a time.
+"""Simulation of arm, receptacle and water, one control period at a time.
 
 The world of the simulation is the vehicle: seen from there, sway of the vehicle is a motion of everything
-else. What is left out is its inertia on the arm: 0.4 N for a sway of 50 mm at 0.2 Hz.
+else. Its inertial forces on the arm are neglected: 0.4 N for a sway of 50 mm at 0.2 Hz.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _N = len(arm.JOINTS)
 
 
 class PhysicsFailed(FarhandError):
-    """MuJoCo warned of a number that is not finite, or of contacts that it left out."""
+    """Warning of MuJoCo about a number that is not finite, or about contacts that it left out."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class Insertion:
     """Pose of the plug's tip relative to the receptacle.
 
     Args:
-        depth_m: Behind the mouth, along the bore [m].
-        lateral_m: From the bore's axis [m].
-        tilt_rad: Between the axes of plug and bore [rad].
+        depth_m: Depth behind the mouth, along the bore [m].
+        lateral_m: Distance from the bore's axis [m].
+        tilt_rad: Angle between the axes of plug and bore [rad].
     """
 
     depth_m: float
@@ -49,10 +49,10 @@ class Insertion:
 
 
 class Simulation:
-    """The physics. Nothing in it is random: the same calls give the same bits.
+    """Deterministic physics: the same calls give the same bits.
 
     Args:
-        dimensions: Of everything.
+        dimensions: Dimensions of everything.
     """
 
     def __init__(self, dimensions: Dimensions | None = None):
@@ -69,11 +69,11 @@ class Simulation:
         self.reset(np.array(self.dimensions.home_rad), self._around)
 
     def reset(self, joints_rad: Array, surroundings: Surroundings) -> None:
-        """Put everything at rest.
+        """Reset everything to rest.
 
         Args:
-            joints_rad: Of the arm. Shape (6,) [rad].
-            surroundings: The receptacle is at its place at once.
+            joints_rad: Joint angles of the arm. Shape (6,) [rad].
+            surroundings: Surroundings; the receptacle is at its place at once.
 
         Raises:
             InvalidInput: When an angle is missing, not finite or beyond its joint's range.
@@ -96,8 +96,8 @@ class Simulation:
         """Simulate one control period.
 
         Args:
-            joint_velocities: What the arm's velocity servos are told. Shape (6,) [rad/s].
-            surroundings: At the period's end; the receptacle goes there steadily.
+            joint_velocities: Commands of the arm's velocity servos. Shape (6,) [rad/s].
+            surroundings: Surroundings at the period's end; the receptacle moves there steadily.
 
         Raises:
             PhysicsFailed: When MuJoCo warned.
@@ -110,20 +110,20 @@ class Simulation:
         for target in path:
             data.ctrl[_N:] = target
             mujoco.mj_step(self._model, data)
-            wrench -= data.sensordata[-6:]  # the sensor has what the arm does to the tool
+            wrench -= data.sensordata[-6:]  # the sensor measures the arm's action on the tool
         self._wrench = wrench / _STEPS
-        # After a step MuJoCo's positions are those of the step before.
+        # After a step, MuJoCo's positions are those of the previous step.
         mujoco.mj_kinematics(self._model, data)
         self._check()
 
     @property
     def time_s(self) -> float:
-        """Since the last reset [s]."""
+        """Time since the last reset [s]."""
         return self._data.time
 
     @property
     def joints_rad(self) -> Array:
-        """Angles of the arm. Shape (6,) [rad]."""
+        """Joint angles of the arm. Shape (6,) [rad]."""
         return self._data.qpos[:_N].copy()
 
     @property
@@ -135,9 +135,7 @@ class Simulation:
     def wrench(self) -> Array:
         """Wrench on the tool, mean over the last period: force [N] and torque about the wrist [Nm].
 
-        Shape (6,).
-
-        In the axes of the tool. Its weight is in it, as a real sensor has it.
+        Shape (6,), in the axes of the tool. The tool's weight is included, as in a real sensor.
         """
         return self._wrench.copy()
 
@@ -164,7 +162,7 @@ class Simulation:
         return self._spring.deflection_m(self._data)
 
     def model_and_data(self) -> tuple[MjModel, MjData]:
-        """MuJoCo's own, for `rendering` to read."""
+        """Return MuJoCo's model and data, for `rendering` to read."""
         return self._model, self._data
 
     def _surround(self, surroundings: Surroundings, vehicle_m_s: Array) -> None:
@@ -183,15 +181,15 @@ class Simulation:
 
 
 class _Spring:
-    """Says to the receptacle's servos where it should be.
+    """Driver of the receptacle's servos.
 
     Args:
-        model: Of the scene.
+        model: Model of the scene.
     """
 
     def __init__(self, model: MjModel):
         gain = model.actuator_gainprm[_N:, 0]
-        # With the damping against the water alone, the receptacle would trail behind.
+        # With damping against the water alone, the receptacle would lag behind.
         self._lag_s = -model.actuator_biasprm[_N:, 2] / gain
         self._target = np.zeros(6)
 
