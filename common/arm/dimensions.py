@@ -75,7 +75,7 @@ class Dimensions(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     contact: Contact = Contact()
     water: Water = Water()
     home_rad: Joints = (3.427, 3.508, 0.846, 3.094, 1.311, -0.513)
-    """Joint angles at rest: the plug points forwards, its tip 0.62 m before and 0.40 m above the base [rad]."""
+    """Joint angles at rest: the plug points forwards, its tip 0.62 m before and 0.40 m above the base."""
     receptacle_m: Triple = (0.78, 0.0, 0.38)
     """First place of the mouth, from the arm's base [m]."""
 

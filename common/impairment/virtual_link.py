@@ -36,7 +36,7 @@ class VirtualEnd:
         back: Direction from the other site; a new end takes it over from the previous one.
     """
 
-    _numbers = count(1)  # of all ends: an answer to an end of before must not look like one to this
+    _numbers = count(1)  # over all ends: no answer to a previous end may pass for one to this
 
     def __init__(self, time: VirtualTime, out: OneWay, back: OneWay):
         self._time, self._out = time, out
