@@ -21,7 +21,7 @@ _TWIST = np.array([0.05, 0.02, -0.03, 0.1, 0.0, 0.2])
 
 
 def rows() -> list[Row]:
-    """Physics, servo and both together, in free water and seated."""
+    """Time physics, servo and both together, in free water and seated."""
     free, seated = _plant(until_s=0.5), _plant(until_s=9.5)
     kinematics = Kinematics(Dimensions())
     ik = VelocityIk(kinematics)
@@ -45,7 +45,7 @@ def rows() -> list[Row]:
 
 
 def _plant(until_s: float) -> ArmPlant:
-    """An arm that has gone down the axis for so long."""
+    """Return an arm that has moved down the axis for a time."""
     plant = ArmPlant(Simulation(), lambda _: Surroundings.still(Dimensions()))
     plant.see(SeenReceptacle(plant.simulation.mouth, np.zeros(6)))
     while plant.time_s < until_s:

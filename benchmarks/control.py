@@ -25,7 +25,7 @@ _N_TICKS, _N_TICKS_BEFORE = 1_000_000, 50_000
 
 
 def rows() -> list[Row]:
-    """Every line about control."""
+    """Time everything about control."""
     found = []
     for name, space in SPACES.items():
         for n_steps in (20, 50, 100, 200):
@@ -38,7 +38,7 @@ def rows() -> list[Row]:
 
 
 def memory_growth_bytes() -> int:
-    """Resident memory after 1,000,000 ticks less that after 50,000 [bytes]."""
+    """Return the resident memory after 1,000,000 ticks less that after 50,000 [bytes]."""
     space = Manifold(3)
     path = path_with(space, 14)
     executor, frames = Executor(taught(space, path).model(), ExecutorSettings()), _moving_frames()

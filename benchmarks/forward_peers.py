@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 def naive(model: TPHSMM, component: int, n_steps: int, dt: float) -> Array:
-    """Three nested loops over time, component and duration, from the entry of a component."""
+    """Compute it by three nested loops over time, component and duration, from the entry of a component."""
     p = duration_probabilities(model, dt)
     K, d_max = p.shape
     survival = 1.0 - np.cumsum(p, axis=1)
@@ -34,7 +34,7 @@ def naive(model: TPHSMM, component: int, n_steps: int, dt: float) -> Array:
 
 
 def vectorised(model: TPHSMM, component: int, n_steps: int, dt: float) -> Array:
-    """The same with whole-array operations over components and durations."""
+    """Compute it by whole-array operations over components and durations."""
     p = duration_probabilities(model, dt)
     K, d_max = p.shape
     p = np.where(model.terminal[:, None], 0.0, p)

@@ -24,7 +24,10 @@ SPACES = {"D = 3": Manifold(3), "pose": POSE}
 
 
 def helix(space: Manifold, length_m: float, n_points: int, seed: int = 0) -> Array:
-    """A path of given length with slight noise; a pose turns steadily on its way. Shape (n_points, C)."""
+    """Return a path of given length with slight noise; a pose turns steadily along it.
+
+    Shape (n_points, C).
+    """
     random, s = np.random.default_rng(seed), np.linspace(0.0, length_m, n_points)
     position = np.stack([np.cos(s / 0.8), np.sin(s / 0.8), 0.6 * s], axis=1) * [0.64, 0.64, 1.0]
     turn = 0.1 * s[:, None] * [0.0, 0.6, 0.8]
@@ -34,7 +37,7 @@ def helix(space: Manifold, length_m: float, n_points: int, seed: int = 0) -> Arr
 
 
 def taught(space: Manifold, points: Array, n_demonstrations: int = 2) -> OnlineLearner:
-    """A learner of some demonstrations of the same path."""
+    """Return a learner of some demonstrations of the same path."""
     learner = OnlineLearner(LearnerSettings(LAMBDA_M), space)
     for _ in range(n_demonstrations):
         learner.start()
@@ -44,7 +47,7 @@ def taught(space: Manifold, points: Array, n_demonstrations: int = 2) -> OnlineL
 
 
 def path_with(space: Manifold, n_components: int) -> Array:
-    """A path on which as many components are learned, the terminal one apart."""
+    """Return a path on which as many components are learned, besides the terminal one."""
     low, high = 0.0, 1.0 * n_components
     while True:
         points = helix(space, 0.5 * (low + high), N_POINTS)
@@ -55,7 +58,7 @@ def path_with(space: Manifold, n_components: int) -> Array:
 
 
 def rows() -> list[Row]:
-    """Every line about learning."""
+    """Time everything about learning."""
     found = []
     for name, space in SPACES.items():
         for K in (5, 15, 50, 200):
@@ -97,7 +100,7 @@ def _per_point(name: str, space: Manifold, K: int) -> list[Row]:
 
 
 def _task() -> Row:
-    """Five demonstrations of the hot-stab approach, beside batch EM on the same."""
+    """Time five demonstrations of the hot-stab approach, beside batch EM on the same."""
     motions = [d.in_frame() for d in demonstrations(np.random.default_rng(0), N_DEMONSTRATIONS)]
     space, n_points = Manifold(3), sum(map(len, motions))
     learner = OnlineLearner(LearnerSettings(LAMBDA_M), space)
@@ -136,7 +139,7 @@ def _batch_em_us(space: Manifold, motions: list[Array], K: int) -> float:
 
 
 def _as_seen(space: Manifold, base: Array, points: Array) -> Array:
-    """Point, direction and distance travelled, weighted as in the assignment."""
+    """Return point, direction and distance travelled, weighted as in the assignment."""
     steps = space.log(points[:-1], points[1:])
     steps[:, space.n_dims :] *= LAMBDA_M
     steps = np.concatenate([steps[:1], steps])
@@ -146,12 +149,12 @@ def _as_seen(space: Manifold, base: Array, points: Array) -> Array:
 
 
 def _growth() -> Row:
-    """The last 100,000 of a million datapoints beside the first, in blocks that take turns."""
+    """Time the last 100,000 of a million datapoints beside the first, in alternating blocks."""
     space = Manifold(3)
     points, times = path_with(space, 15), PERIOD_S * np.arange(float(N_POINTS))
     learner, states = OnlineLearner(LearnerSettings(LAMBDA_M), space), []
     for n in range(1, 501):
-        if n in (2, 451):  # the first block begins when the components are there
+        if n in (2, 451):  # the first block begins when the components exist
             states.append(learner.snapshot())
         learner.start()
         learner.observe_many(points, FRAMES, times)

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 class DenseMpc:
-    """Eqs. 3 and 7 as printed; the prediction matrices are made beforehand."""
+    """Solver by Eqs. 3 and 7 as printed; the prediction matrices are precomputed."""
 
     def __init__(self, n_steps: int, n_dims: int, control_cost: float, dt: float):
         one, zero = np.eye(n_dims), np.zeros((n_dims, n_dims))
@@ -80,10 +80,10 @@ class BandedMpc:
 
 
 class SemiImplicitMpc:
-    """`scipy.linalg.solveh_banded` over the positions of a semi-implicit double integrator.
+    """Solver by `scipy.linalg.solveh_banded` over the positions of a semi-implicit double integrator.
 
-    Its input is a second difference of the positions, so the normal equations have 3 D bands. The
-    hold is not quite that of Eq. 2: the first command differs by some per cent, the work not at all.
+    Its input is a second difference of the positions, so the normal equations have 3 D bands. The hold is not
+    quite that of Eq. 2: the first command differs by some per cent, the work not at all.
     """
 
     def __init__(self, n_steps: int, n_dims: int, control_cost: float, dt: float):
@@ -103,7 +103,7 @@ class SemiImplicitMpc:
         for a in range(D):
             for b in range(a, D):
                 bands[2 * D - (b - a), b::D] += precisions[:, a, b]
-        free = np.zeros((N, D))  # what the past contributes to the second differences
+        free = np.zeros((N, D))  # contribution of the past to the second differences
         free[0], free[1] = -position / dt**2 - velocity / dt, position / dt**2
         right = np.einsum("kde,ke->kd", precisions, targets) - self._R * self._second.T @ free
         path = solveh_banded(bands, right.ravel(), overwrite_ab=True, check_finite=False).reshape(N, D)
@@ -111,7 +111,10 @@ class SemiImplicitMpc:
 
 
 class OsqpMpc:
-    """OSQP to 1e-6, its matrices' values replaced at every call; it keeps its structure, and starts warm."""
+    """Solver by OSQP to 1e-6.
+
+    Each call replaces its matrices' values, keeps their structure, and starts warm.
+    """
 
     def __init__(self, n_steps: int, n_dims: int, control_cost: float, dt: float, precisions: Array):
         self._shape, D = (n_steps, n_dims), n_dims

@@ -1,8 +1,8 @@
-"""What the operator's page costs: `.venv/bin/python -m benchmarks.page_cost [start] [board] [arm]`.
+"""Cost of the operator's page: `.venv/bin/python -m benchmarks.page_cost [start] [board] [arm]`.
 
 Prints how soon a page answers and shows the robot's mode after `farhand up --link geo` (this needs a
-Chromium), and how much of a core the local site needs, and sends to one client, while nothing moves and
-while the robot moves; all of these without an argument.
+Chromium), and how much of a core the local site needs, and sends to one client, while nothing moves and while
+the robot moves; all of these without an argument.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _READY = (("Load samples", "robot lacks it"), ("Send model", "robot has it"), ("
 
 
 def main() -> int:
-    """Measure and print all, or what is named: start, board, arm.
+    """Measure and print all, or the named parts: start, board, arm.
 
     Returns:
         The exit status: 0.
@@ -45,7 +45,7 @@ def main() -> int:
 
 
 def measure_start(folder: Path) -> None:
-    """Time from the command to the first answer and to the mode in a browser."""
+    """Measure the time from the command to the first answer and to the mode in a browser."""
     kinds: dict[str, type[OperatorPage]] = {"planar": OperatorPage, "hot-stab": ArmPage}
     with sync_playwright() as playwright:
         browser = launch(playwright)
@@ -81,7 +81,7 @@ def await_answer(address: str, process: FarhandProcess) -> None:
 
 
 def measure_board(folder: Path) -> None:
-    """The planar page while its U stands still, and while the robot tracks the swinging one."""
+    """Measure the planar page while its U stands still, and while the robot tracks the swinging one."""
     with (
         farhand_up(folder / "still", link="geo", task=still_task(folder)) as stack,
         raw_connection(stack.address) as connection,
@@ -98,7 +98,7 @@ def measure_board(folder: Path) -> None:
 
 
 def measure_arm(folder: Path) -> None:
-    """The arm's page while no arm moves, and while the robot's does, slowly so that it lasts."""
+    """Measure the arm's page while no arm moves, and while the robot's moves slowly."""
     with (
         farhand_up(folder / "arm", link="geo", task="hot-stab") as stack,
         raw_connection(stack.address) as connection,
@@ -122,14 +122,14 @@ def until(client: RawClient, words: str) -> None:
     """Wait until the page says something.
 
     Raises:
-        TimeoutError: When it does not.
+        TimeoutError: On a time-out.
     """
     if not client.shows(words, _PATIENCE_S):
         raise TimeoutError(f"the page did not say {words!r} within {_PATIENCE_S:g} s")
 
 
 def report(what: str, stack: Stack, client: RawClient) -> None:
-    """Processor time of the local site and what one client receives, over some seconds."""
+    """Measure the local site's processor time and one client's traffic over some seconds."""
     pid = stack.process.children()["local"]
     before_s, n_bytes, n_messages = processor_s(pid), client.n_bytes, 0
     began_s = time.monotonic()
@@ -146,7 +146,7 @@ def report(what: str, stack: Stack, client: RawClient) -> None:
 
 
 def processor_s(pid: int) -> float:
-    """Processor time of a process so far [s]."""
+    """Return the processor time of a process so far [s]."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 

@@ -1,7 +1,7 @@
-"""Times on a machine that others use too: each function in turn, and of all rounds the best.
+"""Timing on a shared machine: each function in turn, and the best of all rounds.
 
-Counted is the processor time of this thread, which does all the work: what others run meanwhile then costs
-only the caches and the shared core.
+It measures the processor time of this thread, which does all the work: other programs then only affect the
+caches and the shared core.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table.
+    """Line of the table.
 
     Args:
-        what: What was timed.
+        what: Name of what was timed.
         ours_us: Its time [us].
-        peer: What it is compared with; empty for none.
+        peer: Name of the peer; empty for none.
         peer_us: The peer's time [us].
-        target: What was promised; empty for nothing.
+        target: Promised figure; empty for none.
     """
 
     what: str
@@ -31,14 +31,14 @@ class Row:
 
 
 def best_times_us(functions: dict[str, Callable[[], object]], seconds: float = 1.0) -> dict[str, float]:
-    """Least time of one call of each function [us].
+    """Return the least time of one call of each function [us].
 
-    The functions take turns, so that what else happens on the machine meets all of them. A round of one
-    lasts about two milliseconds, or one call; there are at least five rounds.
+    The functions take turns, so that other load on the machine meets all of them. A round of one lasts about
+    two milliseconds, or one call; each gets at least five rounds.
 
     Args:
-        functions: What to call; each was compiled and warmed by a call of its own first.
-        seconds: How long to go on.
+        functions: Functions to time; a call of each has compiled and warmed it.
+        seconds: Total time [s].
     """
     calls, best = {}, {}
     for name, function in functions.items():

@@ -35,7 +35,7 @@ from farhand.remote_site.telemetry import Reporter
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = Path(__file__).parent / "architecture.md"
 _PACKAGES = ("common/", "local_site/", "remote_site/")
-_HARNESS = "common/impairment/"  # the link in virtual time; real links are `common/link` and `deploy/link`
+_HARNESS = "common/impairment/"  # link in virtual time; real links are `common/link` and `deploy/link`
 _TITLES = {
     "a datapoint": "A datapoint, from the operator's hand to the model",
     "Execute": "Execute, from the button to the robot's answer",
@@ -46,10 +46,10 @@ _BEGIN, _END = "<!-- flows: python -m docs.flows -->\n", "<!-- end of flows -->"
 
 
 class Watch:
-    """Notes the files of all calls below some functions.
+    """Recorder of the files of all calls below some functions.
 
     Args:
-        entries: The functions at which a flow enters.
+        entries: Functions at which a flow enters.
     """
 
     def __init__(self, *entries: Callable[..., object]):
@@ -88,7 +88,7 @@ def _file_of(name: str) -> str:
 
 def flows() -> dict[str, list[str]]:
     """Run the insertion task, and return the files that each flow passes, in the order of their first call."""
-    learning_warm_up(POSE)  # compiling while every call is watched takes minutes
+    learning_warm_up(POSE)  # compiling under observation would take minutes
     control_warm_up(POSE)
     with tempfile.TemporaryDirectory() as folder:
         library = Library(TaskSet([find_task("hot-stab")]), Path(folder))
@@ -108,7 +108,7 @@ def flows() -> dict[str, list[str]]:
 
 
 def _datapoint(sites: VirtualSites) -> list[str]:
-    """From the operator's hand to the statistics of the model, in the middle of a demonstration."""
+    """Run from the operator's hand to the statistics of the model, in the middle of a demonstration."""
     console, watch = sites.console, Watch(Console._hand)
     console.submit(intents.RecordDemonstration())
     sites.run(0.2)
@@ -126,7 +126,7 @@ def _datapoint(sites: VirtualSites) -> list[str]:
 
 
 def _execute(sites: VirtualSites, operator: ScriptedActions) -> list[str]:
-    """From the button to the robot's answer and the page's picture of it."""
+    """Run from the button to the robot's answer and the page's picture of it."""
     watch = Watch(Console._command, Robot._on_request, Supervisor.on_command, Commanding._on_reply)
     with watch.watching():
         operator.command(Action.EXECUTE, ControlMode.AUTONOMOUS)
@@ -134,7 +134,7 @@ def _execute(sites: VirtualSites, operator: ScriptedActions) -> list[str]:
 
 
 def _tick(sites: VirtualSites) -> list[str]:
-    """One control period of an execution, simulation included."""
+    """Run one control period of an execution, simulation included."""
     watch = Watch(Supervisor.tick)
     with watch.watching():
         sites.run(0.3)
@@ -142,7 +142,7 @@ def _tick(sites: VirtualSites) -> list[str]:
 
 
 def _report(sites: VirtualSites) -> list[str]:
-    """From the robot's state to the console's newest report."""
+    """Run from the robot's state to the console's newest report."""
     watch = Watch(Reporter.report, Robot._announce, Console._on_telemetry)
     with watch.watching():
         sites.run(0.3)
@@ -150,7 +150,7 @@ def _report(sites: VirtualSites) -> list[str]:
 
 
 def section(found: dict[str, list[str]]) -> str:
-    """Return the flows as Markdown, one folder a line, its files in the order of their first call."""
+    """Return the flows as Markdown, one folder per line, its files in the order of their first call."""
     parts = []
     for name, files in found.items():
         folders: dict[str, list[str]] = {}

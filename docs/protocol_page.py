@@ -1,4 +1,4 @@
-"""Writes docs/protocol.md from the code: `python -m docs.protocol_page`."""
+"""Generator of docs/protocol.md from the code: `python -m docs.protocol_page`."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _UNITS = {"_m": "m", "_s": "s", "_ms": "ms", "_ns": "ns", "_rad": "rad"}
 
 
 class Flow(NamedTuple):
-    """What travels on a channel.
+    """Messages of a channel.
 
     Args:
-        channel: It.
+        channel: The channel.
         sent: The message.
         answered: The answer to it, for a query.
     """
@@ -55,7 +55,7 @@ FLOWS = (
 
 
 def page() -> str:
-    """The whole page."""
+    """Return the whole page."""
     kinds = [kind for flow in FLOWS for kind in (flow.sent, flow.answered) if kind is not None]
     parts = [
         HEAD.format(schema=messages.SCHEMA, max_bytes=MAX_BYTES, telemetry=messages.MAX_TELEMETRY_BYTES),
@@ -73,7 +73,7 @@ def page() -> str:
 
 
 def meaning(kind: type[msgspec.Struct], field: str) -> str:
-    """What a field says: its own words, or those of its name wherever it is; empty when it has none."""
+    """Return the description of a field: its own, or that of its name elsewhere; empty when it has none."""
     return _docstrings(kind).get(field) or SHARED_FIELDS.get(field, "")
 
 
@@ -111,7 +111,7 @@ def _message(kind: type[msgspec.Struct], words: str = "") -> str:
 
 
 def _text(default: object) -> str:
-    """A default as it travels."""
+    """Return a default as it is sent."""
     if isinstance(default, str):
         return f'"{default}"'
     return {None: "nil", (): "empty"}.get(default, str(default).lower())
@@ -119,7 +119,7 @@ def _text(default: object) -> str:
 
 def _unit(kind: type[msgspec.Struct], name: str) -> str:
     if name.startswith("n_"):
-        return ""  # a number of things has none
+        return ""  # a count has no unit
     for suffix, unit in _UNITS.items():
         if name.endswith(suffix):
             return unit
@@ -135,7 +135,7 @@ def _type(kind: type[msgspec.Struct], name: str) -> str:
 
 
 def _described(kind: msgspec.inspect.Type) -> str:
-    """A type in words, with what bounds it."""
+    """Return a type in words, with its bounds."""
     match kind:
         case msgspec.inspect.UnionType(types=types):
             return " or ".join(map(_described, types))
@@ -160,7 +160,7 @@ def _described(kind: msgspec.inspect.Type) -> str:
 
 
 def _docstrings(kind: type) -> dict[str, str]:
-    """The string after each field of a class."""
+    """Return the string after each field of a class."""
     (tree,) = ast.parse(inspect.getsource(kind)).body
     assert isinstance(tree, ast.ClassDef)
     found: dict[str, str] = {}

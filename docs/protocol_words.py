@@ -1,4 +1,4 @@
-"""The words of docs/protocol.md that the code does not have: how it works, shared fields, errors."""
+"""Texts of docs/protocol.md that the code does not contain: how it works, shared fields, errors."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ SHARED_FIELDS = {
 _DROPPED = "a put is dropped and logged, a query not answered"
 _REFUSED = "refused in the first answer, written down"
 
-# where, words in it, when, then; and the file that says so.
+# channel, words of the reply, cause, remedy; and the file that writes them
 ERRORS = (
     ("any", "MessagePack was expected", "the bytes do not decode", _DROPPED, "common/wire/codec.py"),
     ("any", "version", "the other site speaks another version", _DROPPED, "common/wire/codec.py"),

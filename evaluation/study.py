@@ -88,7 +88,7 @@ Case = dict[str, Any]
 
 
 class Study(Protocol):
-    """The interface of a study's module."""
+    """Interface of a study's module."""
 
     def cases(self, trials: int | None, seed: int) -> list[Case]:
         """List the cases to run."""
@@ -99,18 +99,18 @@ class Study(Protocol):
         ...
 
     def summarise(self, results: list[Case]) -> tuple[Case, str]:
-        """Summary and Markdown."""
+        """Return summary and Markdown."""
         ...
 
 
 def tuning_seeds(seed: int, n: int) -> range:
-    """Seeds for choosing parameters; none of them is ever a reporting seed."""
+    """Return seeds for choosing parameters; none of them is ever a reporting seed."""
     first = seed % (_FIRST_REPORTING_SEED // _SEEDS_PER_STUDY) * _SEEDS_PER_STUDY
     return range(first, first + min(n, _SEEDS_PER_STUDY))
 
 
 def reporting_seeds(seed: int, n: int) -> range:
-    """Seeds for the figures that are reported."""
+    """Return seeds for the reported figures."""
     first = _FIRST_REPORTING_SEED + seed * _SEEDS_PER_STUDY
     return range(first, first + n)
 
@@ -120,13 +120,13 @@ def run(name: str, trials: int | None, seed: int, out_dir: Path | str, command: 
 
     Args:
         name: One of `STUDIES`.
-        trials: How many; the study's own number when not given.
+        trials: Number of trials; the study's own number when not given.
         seed: Chooses the reporting seeds.
         out_dir: Folder of the record; made when missing.
-        command: How it was called, for the record.
+        command: Command line, for the record.
 
     Returns:
-        The JSON file.
+        Path of the JSON file.
 
     Raises:
         InvalidConfiguration: When there is no such study or it cannot run here.
@@ -160,8 +160,8 @@ def run(name: str, trials: int | None, seed: int, out_dir: Path | str, command: 
 
 
 def _run_all(name: str, trial: Callable[[Case], Case], cases: list[Case]) -> list[Case]:
-    """Run the cases in other processes, in any order, and give their results in the cases' order."""
-    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):  # the children's, before they import numpy
+    """Run the cases in other processes, in any order, and return their results in the cases' order."""
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):  # for the children, before they import numpy
         os.environ.setdefault(variable, "1")
     results: dict[int, Case] = {}
     context = multiprocessing.get_context("spawn")
@@ -209,7 +209,7 @@ def _footer(record: Case) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Only what JSON knows; a number that is not finite becomes null."""
+    """Convert to types that JSON knows; a number that is not finite becomes null."""
     if isinstance(value, dict):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

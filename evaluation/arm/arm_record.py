@@ -1,4 +1,4 @@
-"""What happened in one trial of the arm, and what is told of it."""
+"""Record of one trial of the arm, and its summary."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from farhand.evaluation.study import Case
 Array = NDArray[np.float64]
 
 HELD_S = 1.0
-"""A plug that was in for so long was held."""
+"""Time for which a plug must be in to count as held [s]."""
 _TARED_TICKS = 50
 _APPROACH_M = 0.05
 _SINGULAR = 0.02
@@ -22,17 +22,19 @@ _SINGULAR = 0.02
 
 @dataclass
 class Record:
-    """What happened; the first two lists have one entry for each control period, the third for each in free water.
+    """Record of a trial.
+
+    The first two lists have one entry per control period, the third one per period in free water.
 
     Args:
-        local: The tip in the true frame of the receptacle. Poses.
-        force_n: On the tool, tared.
-        behind: In free water, the tangent from where the tip should be to where it is.
-        least_singular_value: Of the arm's Jacobian, ten times a second.
-        cause: Why it ended without success; empty when it did not.
-        refusal: Why the kinematic pre-flight would not let it begin; empty when it would.
-        inserted_s: When the plug was in for the first time.
-        tick_s: Time of the processor for each control period, all included [s].
+        local: Poses of the tip in the true frame of the receptacle.
+        force_n: Force on the tool, tared.
+        behind: In free water, the tangent from the setpoint to the tip.
+        least_singular_value: Least singular value of the arm's Jacobian, ten times a second.
+        cause: Reason why it ended without success; empty for a success.
+        refusal: Reason why the kinematic pre-flight refused the trial; empty if it did not.
+        inserted_s: Time when the plug was in for the first time.
+        tick_s: Processor time of each control period, everything included [s].
     """
 
     local: list[Array] = field(default_factory=list)
@@ -46,12 +48,12 @@ class Record:
 
     @property
     def success(self) -> bool:
-        """Whether the plug was held in."""
+        """True if the plug was held in."""
         return not self.cause
 
     @property
     def peak_n(self) -> float:
-        """Largest force once the sensor was tared [N]."""
+        """Largest force since the sensor was tared [N]."""
         return max(self.force_n[_TARED_TICKS:], default=math.nan)
 
     @property
@@ -61,7 +63,7 @@ class Record:
 
     @property
     def kind_of_failure(self) -> str:
-        """Why it failed, in words that can be counted; empty for a success."""
+        """Kind of failure, in words that can be counted; empty for a success."""
         singular = ", near a singularity" if min(self.least_singular_value, default=1.0) < _SINGULAR else ""
         if self.success:
             return ""
@@ -71,7 +73,7 @@ class Record:
 
     @property
     def approach_deg(self) -> float:
-        """Angle of the last 5 cm before the mouth with the axis; not a number when it never came there."""
+        """Angle of the last 5 cm before the mouth with the axis; NaN when the plug never came there."""
         local = np.stack(self.local)[:, :3]
         behind = np.flatnonzero(local[:, 2] >= 0.0)
         before = np.flatnonzero(local[: behind[0], 2] <= -_APPROACH_M) if behind.size else behind
@@ -81,13 +83,13 @@ class Record:
         return float(np.degrees(np.arctan2(np.hypot(way[0], way[1]), way[2])))
 
     def _free_rms(self, part: slice) -> float:
-        """Root mean square in free water of how far the tip is from its setpoint."""
+        """Return the root mean square distance of the tip from its setpoint in free water."""
         return (
             math.sqrt(np.mean([step[part] @ step[part] for step in self.behind])) if self.behind else math.nan
         )
 
     def row(self) -> Case:
-        """What a study keeps of it."""
+        """Return what a study keeps of the record."""
         end = self.local[-1]
         return {
             "success": self.success,

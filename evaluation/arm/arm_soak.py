@@ -1,8 +1,8 @@
-"""A thousand insertions by the arm in one process: memory stays flat, and MuJoCo has nothing to warn of.
+"""A thousand insertions by the arm in one process: memory stays flat, and MuJoCo gives no warning.
 
-The trials take the scenarios of `robustness` in turn. After every control period the physics looks at MuJoCo's
-counters of warnings; one that is not zero ends the trial, and is counted here. Memory is what the process holds
-(its resident set) after each trial.
+The trials take the scenarios of `robustness` in turn. After every control period the physics checks MuJoCo's
+counters of warnings; one that is not zero ends the trial, and is counted here. Memory is the process's
+resident set after each trial.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ from farhand.evaluation.study import Case, reporting_seeds
 
 _TRIALS = 1000
 _SETTLED = 0.1
-"""Of the trials, until memory is compared."""
+"""Number of trials before memory is compared."""
 _MIB = 2.0**20
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One, with all trials: they have one process in common."""
+    """Return one case with all trials, which share a process."""
     return [{"seeds": list(reporting_seeds(seed, trials or _TRIALS))}]
 
 
 def trial(case: Case) -> Case:
-    """Insertions in a row."""
+    """Run insertions in a row."""
     names, rows = list(SCENARIOS), []
     for number, seed in enumerate(case["seeds"]):
         scenario = {"scenario": names[number % len(names)], "seed": seed}
         row = Trial(taught(), conditions_of(scenario), seed).run().row()
-        gc.collect()  # what is still held is in use
+        gc.collect()  # memory that is still held is in use
         rows.append({**scenario, **row, "resident_mib": _resident_mib()})
     return {"rows": rows}
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Memory, warnings, successes and time."""
+    """Report memory, warnings, successes and time."""
     (result,) = results
     rows = result["rows"]
     memory = np.array([row["resident_mib"] for row in rows])
@@ -72,7 +72,7 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Memory over the trials."""
+    """Draw the memory over the trials."""
     figure = Figure(figsize=(7.0, 3.0), layout="constrained")
     axes = figure.subplots()
     axes.plot([row["resident_mib"] for row in results[0]["rows"]])

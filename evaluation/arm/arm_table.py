@@ -1,4 +1,4 @@
-"""What the trials of one scenario of the arm come to: numbers, and a row of a table."""
+"""Summary of the trials of one scenario of the arm: numbers, and a row of a table."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ HEADER = (
 
 
 def outcome_of(part: list[Case], required: float) -> Case:
-    """What counts in every task: successes and their wanted rate, the causes of failure, the force at its peak."""
+    """Summarise what every task needs: successes and the required rate, causes of failure, peak force."""
     success = [r["success"] for r in part]
     peak_n = np.array([r["peak_n"] for r in part])
     return {
@@ -39,13 +39,13 @@ def outcome_of(part: list[Case], required: float) -> Case:
 
 
 def outcome_cells(name: str, part: list[Case], summary: Case) -> tuple[str, ...]:
-    """The first three cells of a row: the scenario, its successes, the rate that is wanted."""
+    """Return the first three cells of a row: the scenario, its successes, the required rate."""
     wanted = f"{100 * summary['required']:g} %" if summary["required"] else ""
     return name, rate([r["success"] for r in part]), wanted
 
 
 def summary_of(part: list[Case], required: float) -> Case:
-    """What the trials of one scenario come to; forces while holding are those of the successes."""
+    """Summarise the trials of one scenario; forces while holding are those of the successes."""
     good = [r for r in part if r["success"]] or part
 
     def values(rows: list[Case], key: str) -> np.ndarray:
@@ -66,7 +66,7 @@ def summary_of(part: list[Case], required: float) -> Case:
 
 
 def row_of(name: str, part: list[Case], summary: Case) -> tuple[str, ...]:
-    """The row under `HEADER`."""
+    """Return the row under `HEADER`."""
     return (
         *outcome_cells(name, part, summary),
         f"{summary['peak_median_n']:.0f} / {summary['peak_p95_n']:.0f}",

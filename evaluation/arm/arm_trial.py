@@ -1,4 +1,4 @@
-"""One task of the arm, by commands: the robot as it is shipped, link included, in virtual time."""
+"""Trial of one task of the arm by commands: the shipped robot, link included, in virtual time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from farhand.remote_site.robots.simulated_arm import ArmConditions, SimulatedArm
 from farhand.remote_site.supervision.supervisor import Supervisor
 
 STIFF = ComplianceSettings(lateral_m_s_n=0.0, tilt_rad_s_nm=0.0)
-"""An arm that does not give way sideways."""
+"""Settings of an arm that does not yield sideways."""
 
 _ENOUGH_S = 2.0
 _NEVER_S = 1e6
@@ -39,13 +39,13 @@ _SINGULAR_EVERY = 10
 
 @dataclass(frozen=True)
 class Conditions(ArmConditions):
-    """What a trial has to cope with.
+    """Conditions of a trial.
 
     Args:
-        jump_within_m: The step of the receptacle begins when the tip is so far before the mouth [m]; at its
-            own time when not given.
-        lost_s: From 40 mm before the mouth on the receptacle is out of sight for so long [s].
-        obeying: Whether a preview that was refused keeps the operator from executing.
+        jump_within_m: Distance of the tip before the mouth at which the receptacle's step begins [m]; at
+            its own time when not given.
+        lost_s: Time for which the receptacle is out of sight, from 40 mm before the mouth on [s].
+        obeying: Whether a refused preview keeps the operator from executing.
     """
 
     jump_within_m: float | None = None
@@ -58,11 +58,11 @@ class Trial:
 
     Args:
         model: The learned task.
-        conditions: What it has to cope with.
-        seed: Of everything random.
-        placement: Where everything is at first; random when not given.
-        limit_s: It has failed after this time [s].
-        goal: What is to be reached; the plug seated when not given.
+        conditions: Conditions of the trial.
+        seed: Seed of all random numbers.
+        placement: First place of everything; random when not given.
+        limit_s: Time after which it has failed [s].
+        goal: Goal of the task; the seated plug when not given.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class Trial:
         limit_s: float = 18.0,
         goal: Goal | None = None,
     ):
-        if conditions.jump_within_m is not None:  # not before it is triggered
+        if conditions.jump_within_m is not None:  # no step before it is triggered
             never = replace(conditions.disturbances, step_at_s=_NEVER_S)
             conditions = replace(conditions, disturbances=never)
         self._conditions, self._limit_s = conditions, limit_s
@@ -101,26 +101,26 @@ class Trial:
 
     @property
     def began_s(self) -> float:
-        """When the present task was begun, on the simulation's clock [s]."""
+        """Time when the present task began, on the simulation's clock [s]."""
         return self._began_s
 
     def go_on(self, model: TPHSMM, goal: Goal) -> None:
-        """Prepare another task from where everything is now; `run` runs it.
+        """Prepare another task from the present state; `run` runs it.
 
         Args:
             model: The learned task.
-            goal: What is to be reached.
+            goal: Goal of the task.
         """
         self._model, self._goal = model, goal
 
     def run(self) -> Record:
-        """Command the task, and watch it until the goal was held, a guard acts, or its time is over."""
+        """Command the task, and watch it until the goal was held, a guard trips, or its time is over."""
         self.record, self._held_s = Record(), 0.0
         try:
             self._begin()
         except NotDone as refusal:
             self.record.cause = str(refusal)
-            self._observe()  # where everything is
+            self._observe()  # placed where everything is
             return self.record
         began_s, record = time.process_time(), self.record
         until_s = self._began_s + self._limit_s
@@ -133,13 +133,13 @@ class Trial:
                 self._supervisor.mode is not ControlMode.AUTONOMOUS
                 or self._supervisor.motion.execution is None
             ):
-                record.cause = self._operator.events[-1].text  # by now it has arrived
+                record.cause = self._operator.events[-1].text  # it has arrived by now
         self._hooks = Hooks()
         record.tick_s = (time.process_time() - began_s) / max(len(record.local), 1)
         return record
 
     def _begin(self) -> None:
-        """Do what an operator does: take control, send the model, preview, execute."""
+        """Act as an operator: take control, send the model, preview, execute."""
         operator, name = self._operator, _NAMES[self._goal.enters]
         if operator.report is None:
             operator.take_control()
@@ -162,7 +162,7 @@ class Trial:
         return self._running.robot.supervisor
 
     def _look(self) -> None:
-        """Write down what happened, and let happen what depends on where the plug is."""
+        """Record the control period, and trigger the events that depend on where the plug is."""
         depth_m, now_s = self._observe(), self.arm.plant.time_s
         if not self._jumped and depth_m > -(self._conditions.jump_within_m or 0.0):
             self._jumped = True
@@ -172,7 +172,7 @@ class Trial:
         self.arm.perception.in_sight = not now_s < self._lost_until_s
 
     def _observe(self) -> float:
-        """Write down where the plug is and what it feels; return how deep it is [m]."""
+        """Record place and force of the plug; return its depth [m]."""
         arm, record = self.arm.plant, self.record
         simulation, force = arm.simulation, arm.servo.wrist.force
         tip = simulation.tip
@@ -194,6 +194,6 @@ _NAMES = {True: "hot-stab", False: "hot-unstab"}
 
 
 def _tasks(enters: bool, obeying: bool) -> TaskSet:
-    """Return both tasks, the one that the trial begins with first."""
+    """Return both tasks, beginning with the trial's first one."""
     names = (_NAMES[enters], _NAMES[not enters])
     return TaskSet([structs.replace(find_task(name), require_preview=obeying) for name in names])

@@ -42,29 +42,29 @@ LAMBDA_M = 0.10  # the paper's
 CONDITIONS = {name: Conditions(noise=noise) for name, noise in PRESETS.items()}
 REQUIRED = {"clean": 1.0, "typical": 0.98}
 
-_TRIALS, _CLEAN = 200, 4  # of typical noise, and so many for each clean one
+_TRIALS, _CLEAN = 200, 4  # trials with typical noise, and the number of these per clean one
 
 
 @cache
 def shown() -> list[Demonstration]:
-    """The demonstrations that come with the task."""
+    """Return the demonstrations that come with the task."""
     return [Demonstration.load(file) for file in sample_files("hot-stab")]
 
 
 @cache
 def taught() -> TPHSMM:
-    """What they teach to who sees them through a tracker."""
+    """Return the model learned from them as seen through a tracker."""
     return learn(recorded(TRACKER), LearnerSettings(LAMBDA_M))
 
 
 def recorded(sensor: Sensor) -> list[Demonstration]:
-    """The demonstrations as a sensor records them."""
+    """Return the demonstrations as a sensor records them."""
     noises = np.random.default_rng(0).spawn(len(shown()))
     return [sensor.record(hand, noise) for hand, noise in zip(shown(), noises, strict=True)]
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Both noises, and the demonstrations' own beginnings."""
+    """List both noises, and the demonstrations' own starts."""
     n = trials or _TRIALS
     typical = [{"seed": s, "scenario": "typical"} for s in reporting_seeds(seed, n)]
     clean = [{**case, "scenario": "clean"} for case in typical[: max(1, n // _CLEAN)]]
@@ -73,13 +73,13 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """One execution."""
+    """Run one execution."""
     record = _run(case)
     row = {**case, **record.row()}
     if case["scenario"] == "like" and record.success:
         demonstration = shown()[case["like"]]
         local, time_s = np.stack(record.local)[:, :3], TICK_S * np.arange(len(record.local), dtype=np.float64)
-        inside = time_s <= record.inserted_s + 0.5  # the demonstration ends there too
+        inside = time_s <= record.inserted_s + 0.5  # the demonstration ends there, too
         row["dtw_rms_m"] = dtw_rms(local[inside], demonstration.in_frame())
         row["time_rms_m"] = time_rms(
             time_s[inside], local[inside], demonstration.time_s, demonstration.in_frame()
@@ -97,12 +97,12 @@ def _run(case: Case) -> Record:
 
 
 def _inserted_s(demonstration: Demonstration) -> float:
-    """When the plug was in for the first time [s]."""
+    """Return when the plug was in for the first time [s]."""
     return float(demonstration.time_s[np.argmax(demonstration.in_frame()[:, 2] >= 0.075)])
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """One row for each noise, and the error to the demonstrations."""
+    """Make one row for each noise, and the error to the demonstrations."""
     summary: Case = {}
     rows = []
     for name in REQUIRED:
@@ -144,7 +144,7 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Fig. 6: demonstrations in the world, in the frame of the receptacle, and the model; Fig. 7, left."""
+    """Draw Fig. 6 (demonstrations in the world and in the receptacle's frame, the model) and Fig. 7, left."""
     part = [r for r in results if r["scenario"] == "typical"][:12]
     runs = [(np.stack(_run(case).local), case["success"]) for case in part]
     figure: Figure = draw_motions(shown(), taught(), runs)

@@ -21,12 +21,12 @@ Array = NDArray[np.float64]
 def draw_motions(
     demonstrations: Sequence[Demonstration], model: TPHSMM, executions: Sequence[tuple[Array, bool]]
 ) -> Figure:
-    """Four pictures: demonstrations in the world and in the receptacle's frame, the model, executions.
+    """Draw demonstrations in the world and in the receptacle's frame, the model, and executions.
 
     Args:
-        demonstrations: What was shown.
-        model: What was learned.
-        executions: Poses in the frame of the receptacle, and whether it was a success.
+        demonstrations: Demonstrations.
+        model: Learned model.
+        executions: Poses in the frame of the receptacle, and whether the execution succeeded.
     """
     figure = Figure(figsize=(12.0, 7.6), layout="constrained")
     world, local, learned, executed = figure.subplots(2, 2).flat
@@ -57,7 +57,7 @@ def _plot(axes: Axes, points: Array, **how: object) -> None:
 
 
 def _draw_components(axes: Axes, model: TPHSMM) -> None:
-    """Ellipses in the plane of the bore's axis and x, coloured by phase."""
+    """Draw ellipses in the plane of the bore's axis and x, coloured by phase."""
     colours = matplotlib.colormaps["viridis"](0.9 * model.phase)
     for i in range(model.n_components):
         values, vectors = np.linalg.eigh(model.covariances[0, i][np.ix_([2, 0], [2, 0])])

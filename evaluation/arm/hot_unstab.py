@@ -1,4 +1,4 @@
-"""Taking the plug out again and holding it before the receptacle, by the arm with real contact.
+"""Extraction of the plug, held before the receptacle at the end, by the arm with real contact.
 
 Five demonstrations of the scripted operator on its own arm, whose plug is in the bore at first; lambda = 0.10 m. The
 robot's receptacle is anywhere in the box of `hot-stab`, the trackers are those of `hot-stab`.
@@ -54,14 +54,14 @@ _BIASED = replace(TYPICAL, bias_m=0.005, bias_rad=math.radians(4.0))
 
 
 class Scenario(NamedTuple):
-    """What a trial has to cope with.
+    """Conditions of a group of trials.
 
     Args:
-        conditions: All that disturbs.
-        required: Rate of success that is wanted; zero for none.
-        share: So many trials for each typical one.
+        conditions: Disturbances and noise.
+        required: Required rate of success; zero for none.
+        share: Number of its trials per typical one.
         inserts: Whether the robot inserts the plug itself before.
-        goal: How near and how still it must be.
+        goal: Required distance and stillness at the end.
     """
 
     conditions: Conditions
@@ -85,18 +85,18 @@ _TRIALS = 100
 
 @cache
 def shown() -> list[Demonstration]:
-    """The demonstrations that come with the task."""
+    """Return the demonstrations that come with the task."""
     return [Demonstration.load(file) for file in sample_files("hot-unstab")]
 
 
 @cache
 def taught() -> TPHSMM:
-    """What they teach."""
+    """Return the model learned from them."""
     return learn(shown(), LearnerSettings(LAMBDA_M))
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Every scenario with the same seeds, and the demonstrations' own beginnings."""
+    """List every scenario with the same seeds, and the demonstrations' own starts."""
     n = trials or _TRIALS
     seeds = reporting_seeds(seed, n)
     like = [{"seed": seeds[0], "scenario": "like", "like": k} for k in range(len(shown()))]
@@ -108,7 +108,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """One execution."""
+    """Run one execution."""
     record, goal, began_s = _run(case)
     local = np.stack(record.local)[:, :3]
     row = {
@@ -130,7 +130,7 @@ def trial(case: Case) -> Case:
 
 
 def _run(case: Case) -> tuple[Record, Withdrawn, float]:
-    """What happened, by which measure, and when it began [s]."""
+    """Return the record, the goal, and the time of the beginning [s]."""
     seed, like = case["seed"], case["scenario"] == "like"
     scenario = SCENARIOS["clean" if like else case["scenario"]]
     goal = scenario.goal()
@@ -149,7 +149,7 @@ def _run(case: Case) -> tuple[Record, Withdrawn, float]:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """One row for each scenario, and the error to the demonstrations."""
+    """Make one row for each scenario, and the error to the demonstrations."""
     summary: Case = {}
     rows = []
     for name, scenario in SCENARIOS.items():
@@ -181,7 +181,7 @@ def _likeness(summary: Case) -> str:
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """The pictures of `hot-stab`: demonstrations in the world and in the frame of the receptacle, model, executions."""
+    """Draw the pictures of `hot-stab`: demonstrations in both frames, model, executions."""
     part = [r for r in results if r["scenario"] == "typical"][:12]
     runs = [(np.stack(_run(case)[0].local), case["success"]) for case in part]
     figure: Figure = draw_motions(shown(), taught(), runs)

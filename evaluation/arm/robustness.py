@@ -1,12 +1,13 @@
-"""What the arm's hot-stab withstands: sway, jumps, current, a target out of sight, errors of the tracker.
+"""Robustness of the arm's hot-stab: sway, jumps, current, a target out of sight, errors of the tracker.
 
 The task, the box and the success are those of `hot-stab`; where nothing else is said, the tracker is the typical
-one. A trial ends after 30 s, that of a jump after 18 s. In each scenario every trial that failed is repeated, with the same seed, with an exact tracker: what then
-succeeds failed for want of perception. The kinematic pre-flight is asked too, but not obeyed: the last column has the
-successes among the trials that it would have let through.
+one. A trial ends after 30 s, that of a jump after 18 s. In each scenario every failed trial is repeated with the
+same seed and an exact tracker: a trial that then succeeds failed because of its perception. The kinematic
+pre-flight check gives its verdict, but the trial runs anyway: the last column has the successes among the trials
+that the check accepts.
 
 - *sway*: the receptacle swings along a line
-- *jump*: it moves by 10 cm within 0.5 s, when the tip is between 35 and 135 mm before the mouth
+- *jump*: it moves by 10 cm within 0.5 s, when the tip is between 35 and 135 mm in front of the mouth
 - *lost*: it is out of sight from 40 mm before the mouth on
 - *bias*: standard deviations of the tracker's constant error, per axis
 
@@ -33,10 +34,10 @@ from farhand.evaluation.metrics.tables import rate, table, wilson_interval
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.remote_site.perception.marker_tracker import CLEAN, TYPICAL
 
-_TRIALS = 100  # of each scenario; of each bias half as many, of each point of the grid a fifth
+_TRIALS = 100  # trials of each scenario; half as many of each bias, a fifth of each point of the grid
 _JUMP_M = (0.035, 0.135)
 _LIMIT_S, _JUMP_LIMIT_S = 30.0, 18.0
-"""A trial has failed after this time: a robot may have to begin its way anew, or to retry."""
+"""Time after which a trial has failed; it leaves room for a new approach or a retry [s]."""
 
 
 def _moving(**what: object) -> Conditions:
@@ -74,7 +75,7 @@ GRID_MM, GRID_DEG = (0, 5, 10, 15), (0, 2, 5)
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Every scenario and every point of the grid with the same seeds."""
+    """List every scenario and every point of the grid with the same seeds."""
     n = trials or _TRIALS
     seeds = reporting_seeds(seed, n)
     out: list[Case] = [{"seed": s, "scenario": name} for name in SCENARIOS for s in seeds]
@@ -89,7 +90,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """One execution, and its repetition with an exact tracker when it failed."""
+    """Run one execution, and repeat it with an exact tracker if it failed."""
     conditions = conditions_of(case)
     row = {**case, **_run(conditions, case["seed"]).row()}
     if case["scenario"] != "grid" and not row["success"]:
@@ -104,7 +105,7 @@ def _run(conditions: Conditions, seed: int) -> Record:
 
 
 def conditions_of(case: Case) -> Conditions:
-    """What a case has to cope with."""
+    """Return the conditions of a case."""
     if case["scenario"] == "grid":
         return replace(_biased(case["bias_mm"], case["bias_deg"]), **ROBOTS[case["robot"]])
     conditions, _ = (SCENARIOS | BIASES)[case["scenario"]]
@@ -114,7 +115,7 @@ def conditions_of(case: Case) -> Conditions:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """A row for each scenario, whose fault the failures were, and the grid."""
+    """Make a row for each scenario, attribute the failures, and tabulate the grid."""
     summary: Case = {}
     rows = []
     for name, (_, required) in (SCENARIOS | BIASES).items():
@@ -173,7 +174,7 @@ def _rate(results: list[Case], robot: str, mm: float, degrees: float) -> Case:
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Success in every scenario, and over bias for each robot."""
+    """Draw the success in every scenario, and over bias for each robot."""
     scenarios = {}
     for name, (_, required) in (SCENARIOS | BIASES).items():
         success = [r["success"] for r in results if r["scenario"] == name]

@@ -1,4 +1,4 @@
-"""What the arm withstands, drawn: success in each scenario, and over the bias of the tracker."""
+"""Figure of the arm's robustness: success in each scenario, and over the bias of the tracker."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _COLOURS = ("#b2182b", "#e08214", "#1b7837")
 
 
 class Rate(NamedTuple):
-    """A rate of success.
+    """Rate of success.
 
     Args:
-        value: From 0 to 1.
-        interval: Of 95 %.
-        required: What it should be at least; zero for nothing.
+        value: Rate from 0 to 1.
+        interval: Interval of 95 %.
+        required: Required rate; zero for none.
     """
 
     value: float
@@ -31,12 +31,12 @@ def draw_rates(
     grid: Mapping[str, Mapping[int, Sequence[Rate]]],
     grid_mm: Sequence[int],
 ) -> Figure:
-    """Above a line for each scenario, below a picture for each bias of the orientation.
+    """Draw a line for each scenario above, and a picture for each bias of the orientation below.
 
     Args:
-        scenarios: Success in each.
-        grid: For each robot, and each bias in degrees, success over the biases of the position.
-        grid_mm: These biases [mm].
+        scenarios: Rate of success in each.
+        grid: Rate of success for each robot and each bias in degrees, over the biases of the position.
+        grid_mm: Biases of the position [mm].
     """
     figure = Figure(figsize=(11.0, 8.6), layout="constrained")
     above, below = np.asarray(figure.subfigures(2, 1, height_ratios=(1.15, 1.0)))

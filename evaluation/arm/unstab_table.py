@@ -1,4 +1,4 @@
-"""What the trials of one scenario of `hot-unstab` come to: numbers, and a row of a table."""
+"""Summary of the trials of one scenario of `hot-unstab`: numbers, and a row of a table."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HEADER = (
 
 
 def summary_of(part: list[Case], required: float) -> Case:
-    """What the trials of one scenario come to, and what rate of success is wanted."""
+    """Summarise the trials of one scenario, with the required rate of success."""
     dragged, away, out, reached = (
         np.array([r[key] for r in part]) for key in ("dragged_m", "away_m", "out_s", "reached_s")
     )
@@ -46,7 +46,7 @@ def _median_of_known(values: Array) -> float:
 
 
 def row_of(name: str, part: list[Case], summary: Case) -> tuple[str, ...]:
-    """The row under `HEADER`."""
+    """Return the row under `HEADER`."""
     return (
         *outcome_cells(name, part, summary),
         f"{summary['peak_median_n']:.0f} / {summary['peak_p95_n']:.0f} / {summary['peak_max_n']:.0f}",

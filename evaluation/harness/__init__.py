@@ -1,4 +1,4 @@
-"""Both sites in one process and virtual time, or as real processes: used by studies and tests.
+"""Harness: both sites in one process and virtual time, or as real processes, for studies and tests.
 
 In: configurations. Out: a running robot, link and console. Next: the shipped code itself.
 """

@@ -1,4 +1,4 @@
-"""An operator without a console: gives commands over the link one after the other, and waits for both answers to each."""
+"""Operator without a console: gives commands over the link in turn, and waits for both answers to each."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ M = TypeVar("M", bound=Message)
 
 
 class NotDone(FarhandError):
-    """The robot refused something, did not answer, or a command failed; the text says why."""
+    """Refusal, missing answer or failed command; the text says why."""
 
 
 class Commander:
-    """Takes the control of the robot and keeps it while the time passes.
+    """Operator that takes the control of the robot and keeps it while the time passes.
 
     Args:
         time: The time.
@@ -53,9 +53,9 @@ class Commander:
         self._echo: Stamp | None = None
         self._lease_id, self._count = "", 0
         self.events: list[Event] = []
-        """All that the robot said, oldest first."""
+        """All events of the robot, oldest first."""
         self.report: Telemetry | None = None
-        """The newest."""
+        """Newest report."""
         end.subscribe(keys.EVENT, lambda data: self.events.append(decode(data, Event)))
         end.subscribe(keys.TELEMETRY, self._on_report)
 
@@ -84,7 +84,7 @@ class Commander:
         return reply.sha256
 
     def ask(self, action: Action, **fields: Any) -> Command:
-        """Ask for something until it is accepted, as somebody does who waits for the robot to see its target.
+        """Request an action until it is accepted, for example until the robot sees its target.
 
         Raises:
             NotDone: When it is still refused after some seconds.
@@ -104,7 +104,7 @@ class Commander:
             self._run(_HEARTBEAT_S)
 
     def do(self, action: Action, **fields: Any) -> Event:
-        """Ask for something, wait until it is done, and return the event that says so.
+        """Request an action, wait until it is done, and return the event of its end.
 
         Raises:
             NotDone: When it is refused or fails.

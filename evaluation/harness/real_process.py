@@ -1,4 +1,4 @@
-"""One `farhand` process, started from here."""
+"""Child process that runs `farhand`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Process:
     """One `farhand` process.
 
     Args:
-        arguments: Of the command line.
+        arguments: Command line.
 
     Raises:
         ProcessFailed: It ended before it was ready.
@@ -41,30 +41,30 @@ class Process:
         if not said:
             raise ProcessFailed(f"farhand {' '.join(arguments)} ended with status {self._process.wait()}")
         self.ready: dict[str, Any] = json.loads(said)
-        """What it said when it was ready."""
+        """Line that it printed when it was ready."""
         self.ready_s = time.monotonic()
-        """When that was [s]."""
+        """Time of that line [s]."""
 
     def wait(self, timeout_s: float) -> int | None:
-        """Its exit status when it has ended by itself; None when it has not in time [s]."""
+        """Wait for its own end; return its exit status, or None on a time-out [s]."""
         try:
             return self._process.wait(timeout_s)
         except subprocess.TimeoutExpired:
             return None
 
     def end(self) -> None:
-        """Have it end as on a signal of the system."""
+        """End it as a signal of the system does."""
         self._process.terminate()
         self._process.wait()
 
     def kill(self) -> None:
-        """End it at once, as a crash does."""
+        """Kill it at once, like a crash."""
         self._process.kill()
         self._process.wait()
 
 
 def free_port() -> int:
-    """A port that nobody uses now."""
+    """Return a free port."""
     with socket.socket() as probe:
         probe.bind((HOST, 0))
         return probe.getsockname()[1]

@@ -1,4 +1,4 @@
-"""The robot and the link as processes of their own, and the operator's console in this process."""
+"""Robot and link as processes, and the operator's console in this process."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ PATIENCE_S = 120.0
 
 @dataclass(frozen=True)
 class Heard:
-    """One report of the robot as it came.
+    """Report of the robot as it arrived.
 
     Args:
-        arrived_s: On this process's clock [s].
-        report: It.
+        arrived_s: Arrival on this process's clock [s].
+        report: The report.
     """
 
     arrived_s: float
@@ -51,7 +51,7 @@ class Heard:
 
     @property
     def sent_s(self) -> float:
-        """On the robot's clock [s]."""
+        """Time of sending on the robot's clock [s]."""
         return self.report.stamp.t_ns * 1e-9
 
 
@@ -59,12 +59,12 @@ class RealSites:
     """Robot, link and console, until the end of the block.
 
     Args:
-        delay_s: One-way delay at first [s]; None: the profile's.
-        with_console: Whether there is one; otherwise `run_demo` brings an operator of its own.
-        task: What the robot does.
-        seed: Of the robot's noise and target, and of the hand.
-        profile: Of the link.
-        rate_bps: What the sites are told that it carries [bit/s]; 0: more than enough.
+        delay_s: First one-way delay [s]; None: the profile's.
+        with_console: Whether to open a console; otherwise `run_demo` brings an operator of its own.
+        task: Task of the robot.
+        seed: Seed of the robot's noise and target, and of the hand.
+        profile: Profile of the link.
+        rate_bps: Capacity of the link as told to the sites [bit/s]; 0: more than enough.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class RealSites:
         self._folder = tempfile.TemporaryDirectory(prefix="farhand-")
         self._robot_port = free_port()
         self.folder = Path(self._folder.name)
-        """Where the sites keep what they keep; gone with the block."""
+        """Data folder of the sites; removed with the block."""
         self.heard: list[Heard] = []
         """Every report, in the order of arrival."""
         self._arrived = threading.Condition()
@@ -110,13 +110,13 @@ class RealSites:
         self._ending.close()
 
     def run_demo(self, outage: str = "none") -> dict[str, Any]:
-        """Have `farhand local --demo` do the job in a process of its own; its result.
+        """Have `farhand local --demo` do the job in a process of its own; return its result.
 
         Args:
             outage: As on the command line.
 
         Raises:
-            ProcessFailed: It said no result.
+            ProcessFailed: It printed no result.
         """
         result = self.folder / "demo.json"
         arguments = [*self._demo_arguments(), f"--outage={outage}", f"--json={result}"]
@@ -127,11 +127,11 @@ class RealSites:
         return json.loads(result.read_text())
 
     def start_demo(self) -> Process:
-        """Begin the job that `run_demo` does, and go on at once; the caller ends it."""
+        """Start the job of `run_demo` without waiting; the caller ends it."""
         return Process(*self._demo_arguments())
 
     def start_page(self) -> Process:
-        """Begin a site that watches and serves its page; the caller ends it."""
+        """Start a site that watches and serves its page; the caller ends it."""
         where = f"{HOST}:{self._link.ready['port']}"
         return Process(
             "local", "--watch", "--site-name=page", f"--port={free_port()}", f"--connect=tcp/{where}",
@@ -140,18 +140,18 @@ class RealSites:
 
     @property
     def robot_events(self) -> Path:
-        """Read the robot's event log, one JSON object per line."""
+        """Robot's event log, one JSON object per line."""
         return self.folder / "robot" / EndpointSettings().vehicle / "events.jsonl"
 
     def open_console(
         self, site_name: str = "operator", wish: Wish = Wish.CONTROL, folder: Path | None = None
     ) -> float:
-        """Start the operator's site and return when its transport opened, on this process's clock [s].
+        """Open the operator's site; return when its transport opened, on this process's clock [s].
 
         Args:
-            site_name: What it is called.
+            site_name: Name of the site.
             wish: Whether it takes the control of the robot, or watches.
-            folder: Where its library is; the one of `run_demo` when not given.
+            folder: Folder of its library; that of `run_demo` when not given.
         """
         task = find_task(self._task)
         place, library = make_workcell(task), Library(TaskSet([task]), folder or self.folder)
@@ -168,20 +168,20 @@ class RealSites:
         self.console.close()
         self.link.close()
 
-    def _kill_robot(self) -> None:  # the one there is then
+    def _kill_robot(self) -> None:  # the present one
         self.robot.kill()
 
     def restart_robot(self) -> float:
-        """Kill the robot's process and start it again; when it said that it is ready [s]."""
+        """Kill the robot's process and start it again; return when it was ready [s]."""
         self.robot.kill()
         self.robot = self._start_robot()
         return self.robot.ready_s
 
     def wait_for(self, what: str, holds: Callable[[Picture], bool]) -> None:
-        """Wait until the console's picture has a property.
+        """Wait until the console's picture satisfies a condition.
 
         Raises:
-            ProcessFailed: When it did not in time.
+            ProcessFailed: On a time-out.
         """
         if not self.console.wait_for(holds, PATIENCE_S):
             raise ProcessFailed(f"waited {PATIENCE_S:.0f} s for {what}")

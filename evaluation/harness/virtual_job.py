@@ -1,4 +1,4 @@
-"""The scripted operator's whole job at both sites in virtual time: the console, the link and the time around it."""
+"""Scripted operator's whole job in virtual time: the console, the link and the time around both sites."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ _REPORT_S = 15.0
 
 
 class VirtualPlace:
-    """The surroundings of a `ScriptedOperator` in virtual time: waiting makes time pass.
+    """Surroundings of a `ScriptedOperator` in virtual time: waiting advances the time.
 
     Args:
         sites: Both sites.
-        settings: Of the link, for the record.
+        settings: Settings of the link, for the record.
     """
 
     def __init__(self, sites: VirtualSites, settings: LinkSettings):
         self._sites, self._settings = sites, settings
         self.cut_in = Phase.NONE
-        """What the robot was doing when the link was cut."""
+        """Phase of the robot when the link was cut."""
 
     # The console --------------------------------------------------------------------------------
 
@@ -99,16 +99,16 @@ def do_job(
     """Do the job once.
 
     Args:
-        sites: Both sites, nothing done yet.
-        settings: Of their link.
-        outage: The cut, or None.
-        seed: Of the hand.
+        sites: Both sites, unused so far.
+        settings: Settings of their link.
+        outage: Planned cut, or None.
+        seed: Seed of the hand.
 
     Returns:
         What `farhand demo --json` writes, and `cut_in`, the phase of the robot when the link was cut.
 
     Raises:
-        JobFailed: When a step did not come to its end.
+        JobFailed: When a step failed.
     """
     place = VirtualPlace(sites, settings)
     result = ScriptedOperator(place, sites.library.tasks, place, outage, seed, place).run()

@@ -23,19 +23,19 @@ from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.plant_memory import PlantState
 
 _PLANNING_S = 0.05
-"""What a rollout takes in virtual time, assumed [s]."""
+"""Assumed duration of a rollout in virtual time [s]."""
 _CLOCK_APART_S = 4321.0
-"""The sites' clocks have nothing to do with each other [s]."""
+"""Offset of the sites' clocks, which are independent [s]."""
 
 
 @dataclass(frozen=True)
 class Hooks:
-    """Called by the robot's loop, for who watches it.
+    """Callbacks of the robot's loop, for an observer.
 
     Args:
-        before: Before a control period.
-        between: After what had arrived was done, before the robot moves.
-        after: After the period.
+        before: Called before a control period.
+        between: Called after the arrived messages were handled, before the robot moves.
+        after: Called after the period.
     """
 
     before: Callable[[], None] = lambda: None
@@ -47,17 +47,17 @@ _NO_HOOKS = Hooks()
 
 
 class VirtualRobot:
-    """A robot as in its own process but for threads and files: it runs as the time passes.
+    """Robot as in its own process, but without threads and files: it runs as the time passes.
 
     Args:
         time: The time.
-        end: Its end of the link.
-        config: Of the robot.
-        tasks: What it does.
-        life: How often it was started, this start included; its clock has nothing to do with that of before.
-        remembered: Where it was in its last life.
-        hooks: Those of who watches it, asked for in every period.
-        embodiment: What moves; the simulated robot of the first task when not given.
+        end: The robot's end of the link.
+        config: Configuration of the robot.
+        tasks: Tasks of the robot.
+        life: Number of starts, this one included; its clock is independent of the previous life's.
+        remembered: State in its last life.
+        hooks: Returns the observer's callbacks, in every period.
+        embodiment: Embodiment; the simulated robot of the first task when not given.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class VirtualRobot:
     ):
         self._time, self._hooks, self._ended = time, hooks, False
         self.written: list[dict[str, Any]] = []
-        """Its log."""
+        """Log of the robot."""
         clock = BootClock(f"boot {life}", lambda: time.now_ns() + round(life * _CLOCK_APART_S * 1e9))
         self.robot = Robot(
             config, tasks, clock, end, self._plan, lambda **fields: self.written.append(fields), remembered,
@@ -86,7 +86,7 @@ class VirtualRobot:
         self._tick(self._time.now_s())
 
     def end(self) -> None:
-        """Run no more."""
+        """Stop running."""
         self._ended = True
 
     def _tick(self, due_s: float) -> None:
@@ -102,19 +102,19 @@ class VirtualRobot:
         self._time.call_at(due_s, partial(self._tick, due_s))
 
     def _plan(self, request: PlanRequest) -> None:
-        """Roll out previews; the committed path, which is for show alone, is not rolled out."""
+        """Roll out previews, but not the committed path, which only serves display."""
         if request.plan_id:
             self._time.call_later(_PLANNING_S, lambda: self.robot.take_path(request, *answer(request)))
 
 
 class VirtualSites:
-    """A robot and its operator's console, each as in its own process but for threads and files.
+    """Robot and operator's console, each as in its own process, but without threads and files.
 
     Args:
-        library: What was taught, of the tasks that the robot does.
-        settings: Of the link at first.
-        config: Of the robot.
-        hooks: For who watches the robot.
+        library: Lessons of the robot's tasks.
+        settings: First settings of the link.
+        config: Configuration of the robot.
+        hooks: Callbacks for an observer of the robot.
         sample_files: The demonstrations that come with each task.
     """
 
@@ -131,27 +131,27 @@ class VirtualSites:
         self.time = VirtualTime(start_s=1.0)
         self.link = VirtualLink(self.time, settings)
         self.console_frozen = False
-        """The console's process hangs: it does and sends nothing, and takes no time of its own."""
+        """True while the console's process hangs: it does and sends nothing."""
         self._robot_lives = self._console_lives = 0
         self.restart_robot()
         self.restart_console()
 
     @property
     def robot(self) -> Robot:
-        """The robot of this boot."""
+        """Robot of this boot."""
         return self._running.robot
 
     @property
     def written(self) -> list[dict[str, Any]]:
-        """The robot's log of this boot."""
+        """Log of the robot in this boot."""
         return self._running.written
 
     def run(self, duration_s: float) -> None:
-        """Let time pass [s]."""
+        """Advance the time [s]."""
         self.time.run_until(self.time.now_s() + duration_s, self._wake_console)
 
     def restart_robot(self, down_s: float = 0.0) -> None:
-        """Kill the robot's process and start it again after so long [s]; its arm is where it was."""
+        """Kill the robot's process and start it again after a pause [s]; its arm is where it was."""
         remembered: PlantState | None = None
         if self._robot_lives:
             remembered = PlantState.of(self.robot.supervisor.sensing, self.robot.supervisor.motion)
@@ -164,7 +164,7 @@ class VirtualSites:
             self._start_robot(remembered, self._robot_lives)
 
     def restart_console(self, down_s: float = 0.0) -> None:
-        """Kill the operator's process and start it again after so long [s]."""
+        """Kill the operator's process and start it again after a pause [s]."""
         if self._console_lives:
             self.console.close()
             self.console_end.close()
@@ -178,7 +178,7 @@ class VirtualSites:
 
     def _start_robot(self, remembered: PlantState | None, life: int) -> None:
         if life != self._robot_lives:
-            return  # it was killed again before it had started
+            return  # killed again before it had started
         self._robot_end = self.link.remote_end()
         self._running = VirtualRobot(
             self.time, self._robot_end, self.config, self.library.tasks, life, remembered, lambda: self.hooks

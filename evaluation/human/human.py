@@ -87,7 +87,7 @@ def trial(case: Case) -> Case:
 
 
 def _orientation(taught: list[Demonstration], last: Demonstration, moved: Demonstration) -> dict[str, float]:
-    """Error of the orientation, ours and the warped mean's [deg]."""
+    """Return the errors of the orientation, ours and the warped mean's [deg]."""
     truth = turns_of(last)
     warped = mean_turns([turns_of(d) for d in taught], truth[0])
     return {"ours": turn_rms_deg(turns_of(moved), truth), "mean warp": turn_rms_deg(warped, truth)}
@@ -144,7 +144,7 @@ def _two_ways(case: Case) -> dict[str, bool]:
 
 
 def _mirrored(demonstration: Demonstration) -> Demonstration:
-    """Mirrored about the line from its start to its goal; in space, turned about it by half a turn."""
+    """Mirror a motion about the line from its start to its goal; in space, turn it by half a turn."""
     start, goal = demonstration.position_m[0], demonstration.position_m[-1]
     along = (goal - start) / np.linalg.norm(goal - start)
     e = demonstration.position_m - start

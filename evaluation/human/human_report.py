@@ -51,7 +51,7 @@ def best_promp(part: list[Case]) -> str:
 
 
 def means_of(part: list[Case], measure: str) -> dict[str, dict[str, float]]:
-    """Mean over the folds, for each task and method."""
+    """Return the mean over the folds, for each task and method."""
     keys = {"ours": "ours", "ProMP": best_promp(part), "warp": "warp"}
     return {
         task: {
@@ -104,7 +104,7 @@ def _set(name: str, part: list[Case]) -> tuple[Case, str]:
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Error of each task against the mean warp's and ProMP's."""
+    """Draw the error of each task against the warped mean's and ProMP's."""
     here = [name for name in SETS if any(r["set"] == name for r in results)]
     figure = Figure(figsize=(4.2 * len(here), 4.0), layout="constrained")
     for axes, name in zip(np.atleast_1d(figure.subplots(1, len(here))), here, strict=True):

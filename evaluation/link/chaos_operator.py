@@ -1,4 +1,4 @@
-"""An operator who does random things, allowed and forbidden, and somebody on the line who repeats messages."""
+"""Operator who does random things, allowed and forbidden, and an attacker who replays messages."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from farhand.local_site.console import intents
 _HAND_PERIOD_S = 1.0 / 20.0
 _MEAN_PAUSE_S = 0.35
 _PREVIEW_SHARE = 0.05
-"""A preview costs more time to compute than a second of all the rest."""
+"""Share of previews among the actions: one costs more computing time than a second of all the rest."""
 
 _ENDS = (Action.STOP, Action.DISARM, Action.ABORT)
 
 
 class ChaosOperator:
-    """Sits at the console.
+    """Random operator at the console.
 
     Args:
         sites: Both sites.
-        seed: Of all that it does.
+        seed: Seed of all its actions.
     """
 
     def __init__(self, sites: VirtualSites, seed: int):
@@ -39,9 +39,9 @@ class ChaosOperator:
         self._phase = 0.0
         self._captured: deque[Packet] = deque(maxlen=200)
         self.silent = False
-        """The operator does nothing."""
+        """True while the operator does nothing."""
         self.done = False
-        """The operator has gone."""
+        """True once the operator has gone."""
         sites.time.call_later(self._pause_s(), self._act)
 
     def capture(self, packet: Packet) -> None:
@@ -81,7 +81,7 @@ class ChaosOperator:
         picture = self._sites.console.picture
         actions = list(Action)
         if picture.robot is not None and self._random.random() < 0.9:
-            # What leads somewhere is done more often than what ends everything.
+            # Actions that lead somewhere are more frequent than actions that end everything.
             actions = sorted(allowed_actions(picture.robot.mode, picture.robot.phase))
             if self._random.random() < 0.92:
                 actions = [action for action in actions if action not in _ENDS] or actions
@@ -92,7 +92,7 @@ class ChaosOperator:
             self._sites.console.submit(intents.CommandRobot(action))
 
     def _drag(self) -> None:
-        """Move the hand until the drag ends; often it is not let go in order."""
+        """Move the hand until the drag ends; often without a proper release."""
         now_s = self._sites.time.now_s()
         if self.silent or self.done or self._sites.console_frozen:
             return

@@ -1,4 +1,4 @@
-"""The faults of one run: a link and a list of mishaps, all drawn from one seed."""
+"""Faults of one run: a link and a list of mishaps, all drawn from one seed."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ DURATION_S = 20.0
 MishapKind = Literal["stall", "cut", "silent", "frozen", "robot restarts", "console restarts"]
 _KINDS: tuple[MishapKind, ...] = ("stall", "cut", "silent", "frozen", "robot restarts", "console restarts")
 _CALM_S = 2.0
-"""Nothing but the link is bad before that, or most runs would never begin [s]."""
+"""Time before which only the link is bad, or most runs would never begin [s]."""
 _DISTRIBUTIONS: tuple[Distribution, ...] = ("uniform", "normal", "pareto", "paretonormal")
 
 
 @dataclass(frozen=True)
 class Mishap:
-    """One thing that goes wrong for a while.
+    """Fault that lasts for a while.
 
     Args:
-        kind: What: the link stalls or is cut, the operator does nothing, the console hangs, a side restarts.
-        at_s: When it begins [s].
-        duration_s: How long it lasts [s].
+        kind: Kind: the link stalls or is cut, the operator does nothing, the console hangs, a side
+            restarts.
+        at_s: Time of its beginning [s].
+        duration_s: Duration [s].
     """
 
     kind: MishapKind
@@ -34,11 +35,11 @@ class Mishap:
 
 @dataclass(frozen=True)
 class Schedule:
-    """One run.
+    """Schedule of one run.
 
     Args:
-        timeline: The link over time.
-        mishaps: What goes wrong besides.
+        timeline: Link over time.
+        mishaps: Further faults.
     """
 
     timeline: Timeline

@@ -1,4 +1,4 @@
-"""Watches the robot at every control period and hands what it saw to the invariants."""
+"""Observation of the robot in every control period, for the invariants."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _MOST_REPORTED = 10
 
 
 class ChaosWatch:
-    """Observes one robot through all its restarts.
+    """Observer of one robot through all its restarts.
 
     Args:
-        task: What it does.
-        dt_s: Its control period [s].
-        max_age_s: Its limit of ages [s].
-        now_s: The time.
+        task: Task of the robot.
+        dt_s: Control period [s].
+        max_age_s: Limit of ages [s].
+        now_s: Returns the time.
     """
 
     def __init__(self, task: Task, dt_s: float, max_age_s: float, now_s: Callable[[], float]):
@@ -40,7 +40,7 @@ class ChaosWatch:
         self._ran: list[Ran] = []
         self.violations: list[Violation] = []
         self.periods: Counter[str] = Counter()
-        """Control periods by the mode at their end."""
+        """Number of control periods by the mode at their end."""
         self.transitions: Counter[str] = Counter()
         self.n_ran = self.n_arrived = 0
 
@@ -54,7 +54,7 @@ class ChaosWatch:
         """Record the state before a control period."""
         if robot is not self._robot:
             self._robot = robot
-            self._arrived, self._ran = [], []  # what came while there was no robot
+            self._arrived, self._ran = [], []  # messages that came while the robot was down
             self._note_what_runs(robot)
         self._before = _snapshot(robot)
 
@@ -63,7 +63,7 @@ class ChaosWatch:
         self._between = _snapshot(robot)
 
     def after(self, robot: Robot) -> None:
-        """Check the control period that has ended."""
+        """Check the finished control period."""
         after = _snapshot(robot)
         period = Period(
             self._now_s(), self._dt_s, self._before, self._between, after, tuple(self._arrived),
@@ -80,7 +80,7 @@ class ChaosWatch:
         self._arrived, self._ran = [], []
 
     def _note_what_runs(self, robot: Robot) -> None:
-        """Every command that is done passes the mode machine's `run`; listen there."""
+        """Listen to the mode machine's `run`, through which every executed command passes."""
         machine, lease = robot.supervisor.machine, robot.supervisor.contact.lease
         run = machine.run
 

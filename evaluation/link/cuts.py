@@ -1,4 +1,4 @@
-"""The planar job while the link is cut: how many executions that succeed without the cut are lost by it.
+"""Planar job while the link is cut: how many executions that succeed without the cut are lost by it.
 
 Each seed is a hand, a place where the robot starts, a phase of the target, a link of 0 to 0.5 s one way with
 jitter, and a cut: when the operator sees a random part of the motion done, for 1 to 60 s, by a stall (all

@@ -36,8 +36,8 @@ from farhand.evaluation.study import reporting_seeds
 Case = dict[str, Any]
 
 DELAYS_S = (0.05, 0.3, 1.0, 3.0, 5.0)
-# What the operator's wall clock is ahead of the robot's [s], and what it gains on it: that of a good crystal
-# shows after a day without being set.
+# Lead of the operator's wall clock over the robot's [s], and its drift: that of a good crystal
+# after a day without being set.
 CLOCKS = {
     "agree": (0.0, 0.0),
     "ahead by an hour": (3600.0, 0.0),
@@ -51,13 +51,13 @@ _REPLAYS_S = (20.0, 58.0, 64.0, 80.0)
 _REPLAYED_S, _REPLAY_AGE_S = 1.0, 16.0
 _STALE_S = 1.0
 _SLOWER_BY_S = 5.0
-"""At this delay everything takes twice as long [s]."""
+"""Delay at which everything takes twice as long [s]."""
 _TRIALS, _SILENCES = 200, 3
-"""Drives, and silences for each of them."""
+"""Number of drives, and of silences per drive."""
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Every delay with every state of the clocks, over and over, each with a seed of its own; then the silences."""
+    """List every delay with every state of the clocks in turn, each with its own seed; then the silences."""
     kinds = list(product(DELAYS_S, CLOCKS))
     found = []
     for number, its_seed in enumerate(reporting_seeds(seed, trials or _TRIALS)):
@@ -109,7 +109,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
 
 
 def _drives(results: list[Case]) -> tuple[Case, str]:
-    """Wrong judgements of each rule, over all and by how the clocks stand."""
+    """Tabulate the wrong judgements of each rule, over all drives and by the state of the clocks."""
     n_inputs = sum(r["n_inputs"] for r in results)
     totals = {
         rule: {key: sum(r[key][rule] for r in results) for key in ("stale", "refused")} for rule in RULES
@@ -141,7 +141,7 @@ def _drives(results: list[Case]) -> tuple[Case, str]:
 
 
 class _Judge:
-    """Has every rule judge what arrives, and knows the truth."""
+    """Judge of each arrival by every rule, with knowledge of the truth."""
 
     def __init__(self, delay_s: float, ahead_s: float, drift: float):
         self._delay_s, self._ahead_s, self._drift = delay_s, ahead_s, drift
@@ -152,7 +152,7 @@ class _Judge:
         self.refused = dict.fromkeys(RULES, 0)
         self.n_inputs = self.n_old = 0
         self.couplings: set[tuple[str, int]] = set()
-        """In which inputs counted, by boot."""
+        """Couplings in which inputs counted, by boot."""
 
     def arrived(self, arrival: Arrival) -> None:
         """Judge one input."""
@@ -161,7 +161,7 @@ class _Judge:
         self.n_old += age_s >= _REPLAY_AGE_S
         if arrival.counted:
             self.couplings.add((arrival.message.echo.boot, arrival.message.coupling_id))
-        # The stamps that the sender's wall clock would have put on it, and the receiver's own.
+        # Stamps that the wall clocks of sender and receiver would give.
         stamp_s = arrival.sent_s + self._ahead_s + self._drift * (arrival.sent_s - 100.0)
         verdicts = {"ours": arrival.counted}
         for name, rule in self._rules.items():
@@ -179,7 +179,7 @@ class _Judge:
 
 
 def _replay(world: World, random: Random) -> None:
-    """Somebody sends again what they recorded a while ago."""
+    """Replay inputs that somebody recorded a while ago."""
     old = [sent for sent in world.sent if world.now_s - sent[1] >= _REPLAY_AGE_S]
     for sent in random.sample(old, min(2, len(old))):
         world.arrive(*sent)

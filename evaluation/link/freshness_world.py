@@ -1,8 +1,8 @@
-"""A shipped supervisor, an operator who drives it, and the line between them, in virtual time.
+"""Shipped supervisor, an operator who drives it, and the line between them, in virtual time.
 
-Every input that arrives, late, twice or in time, is shown to the supervisor and to the common stamp rule, its peer: the
-receiver's clock minus the sender's stamp (MoveIt Servo: stale above 0.1 s; dimos: 0.5 s), with a mark of the newest
-sequence number beside it. That rule is right as long as the two clocks agree.
+Every input that arrives, late, twice or in time, is given to the supervisor and to the common stamp rule, its
+peer: the receiver's clock minus the sender's stamp (MoveIt Servo: stale above 0.1 s; dimos: 0.5 s), together
+with the newest sequence number. That rule is right as long as the two clocks agree.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ _TASK = PointTask(
 
 @dataclass(frozen=True)
 class Arrival:
-    """An operator's input at the robot.
+    """Operator's input at the robot.
 
     Args:
-        message: It.
-        sent_s: When it was really sent [s].
-        now_s: Now [s].
-        age_shown_s: How old the report was that it echoes, when it was sent [s].
+        message: The input.
+        sent_s: True time of sending [s].
+        now_s: Time of arrival [s].
+        age_shown_s: Age of the echoed report at the time of sending [s].
         current: Whether it names the present boot, lease and coupling of the robot.
         counted: Whether the supervisor let it move the robot.
     """
@@ -62,7 +62,7 @@ class Arrival:
 
 @dataclass(frozen=True)
 class Report:
-    """A report of the robot as the operator sees it."""
+    """Report of the robot as the operator sees it."""
 
     stamp: Stamp
     made_s: float
@@ -71,7 +71,7 @@ class Report:
 
 
 class Line:
-    """Carries things one way, in order, each with the action at its other end."""
+    """One direction of the line: delivers in order, and runs each item's action at the other end."""
 
     def __init__(self, delay_s: float, seed: int):
         settings = DirectionSettings(delay_ms=1e3 * delay_s, jitter_ms=1e3 * JITTER_S, seed=seed)
@@ -79,24 +79,24 @@ class Line:
         self._things: deque[Callable[[], None]] = deque()
 
     def send(self, now_s: float, arrive: Callable[[], None]) -> None:
-        """Put something on the line."""
+        """Put an item on the line."""
         self.line.push(now_s, 100)
         self._things.append(arrive)
 
     def deliver(self, now_s: float) -> None:
-        """Let arrive what is due."""
+        """Deliver what is due."""
         while self.line.next_due_s is not None and self.line.next_due_s <= now_s:
             self.line.pop()
             self._things.popleft()()
 
 
 class World:
-    """One robot, one operator, one line there and one back.
+    """Robot, operator, and the lines there and back.
 
     Args:
-        delay_s: One way [s].
-        seed: Of the jitter.
-        on_arrival: Sees every input that arrives.
+        delay_s: One-way delay [s].
+        seed: Seed of the jitter.
+        on_arrival: Called with every input that arrives.
     """
 
     def __init__(self, delay_s: float, seed: int, on_arrival: Callable[[Arrival], None]):
@@ -108,11 +108,11 @@ class World:
         self.lease_id = ""
         self._seq = 0
         self.sent: deque[tuple[OperatorInput, float, float]] = deque(maxlen=2000)
-        """What went over the line: somebody may have recorded it."""
+        """Inputs that went over the line, which somebody may have recorded."""
         self.robot = self._boot()
 
     def restart(self) -> None:
-        """The robot's process is started again."""
+        """Restart the robot's process."""
         self.robot = self._boot()
 
     def step(self) -> None:
@@ -199,20 +199,20 @@ class World:
 
 
 def a_stall(random: Random, first_s: float, last_s: float) -> tuple[float, float]:
-    """Draw the beginning and end of an outage in which everything waits [s]."""
+    """Draw beginning and end of an outage in which everything waits [s]."""
     begins_s = random.uniform(first_s, last_s)
     return begins_s, begins_s + random.uniform(2.0, 8.0)
 
 
 def _nowhere(*_: Any, **__: Any) -> None:
-    """Nobody listens, plans or writes."""
+    """Do nothing: nobody listens, plans or writes."""
 
 
 class StampRule:
-    """Judges by two wall clocks.
+    """Rule that judges by two wall clocks.
 
     Args:
-        ttl_s: How old a message may be [s].
+        ttl_s: Largest age of a message [s].
     """
 
     def __init__(self, ttl_s: float):
@@ -220,16 +220,16 @@ class StampRule:
         self._newest_seq = -1
 
     def restart(self) -> None:
-        """The receiver is started again: what it remembered is gone."""
+        """Restart the receiver, which forgets everything."""
         self._newest_seq = -1
 
     def accepts(self, seq: int, stamp_s: float, now_s: float) -> bool:
         """Decide whether a message is fresh.
 
         Args:
-            seq: Its sequence number.
-            stamp_s: When it was sent, on the sender's wall clock [s].
-            now_s: Now, on the receiver's wall clock [s].
+            seq: Sequence number of the message.
+            stamp_s: Time of sending, on the sender's wall clock [s].
+            now_s: Present time on the receiver's wall clock [s].
         """
         if seq <= self._newest_seq or now_s - stamp_s > self._ttl_s:
             return False

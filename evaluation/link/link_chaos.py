@@ -42,7 +42,10 @@ _CONTROL_HZ = 20.0
 _CONFIG = RemoteConfig(control_hz=_CONTROL_HZ, telemetry_hz=10.0)
 _LONGEST_MISHAP_S = 6.0
 _ATTEMPTS = 25
-"""Each 2 s: a command that the bad link has lost is waited for up to 30 s before it may be given again."""
+"""Attempts of 2 s each.
+
+The site waits up to 30 s for a command lost on the bad link before it may repeat it.
+"""
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
@@ -52,7 +55,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 def trial(case: Case) -> Case:
     """Run the schedule of one seed."""
-    logging.disable(logging.WARNING)  # what is refused is the point of it, and is counted
+    logging.disable(logging.WARNING)  # refusals are the point of it, and are counted
     try:
         return _played(case["seed"])
     finally:
@@ -79,7 +82,7 @@ def _played(seed: int) -> Case:
 
 
 class _Run:
-    """One trial: both sites, who watches the robot, who operates it, what goes wrong."""
+    """One trial: both sites, the observer of the robot, the operator, and the faults."""
 
     def __init__(self, seed: int):
         task, library = _taught()
@@ -111,7 +114,7 @@ class _Run:
         self.sites.run(_LONGEST_MISHAP_S)
 
     def reach_rest(self) -> list[Violation]:
-        """From here to STOPPED and to DISARMED over a good link: what did not work."""
+        """Reach STOPPED and DISARMED from here over a good link; return what failed."""
         sites, problems = self.sites, []
         sites.link.change(LinkSettings())
         sites.console_frozen = False
@@ -164,7 +167,7 @@ def _taught() -> tuple[PointTask, Library]:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Counts of violations by invariant, what was covered, how fast it was."""
+    """Tabulate violations by invariant, coverage, and speed."""
     failing = [result["seed"] for result in results if result["violations"]]
     by_invariant = Counter(each["invariant"] for result in results for each in result["violations"])
     periods, transitions = (

@@ -1,4 +1,4 @@
-"""The delay that the software adds to the link's: transport, relay and a whole command, with real processes.
+"""Delay that the software adds to the link's: transport, relay and a whole command, with real processes.
 
 For each one-way delay, without jitter: questions at 50 Hz straight from transport to transport through a
 relay; then commands (Arm and Disarm in turn) of the shipped console to the shipped robot; then the whole planar job by
@@ -38,7 +38,7 @@ COMMAND_LIMIT_MS = 1000.0 / CONTROL_HZ + 3.0
 _QUESTIONS, _COMMANDS = 400, 40
 _QUESTION_S = 0.02
 _LONGEST_S = 60.0
-"""About so long the commands of each delay take; of long delays there are fewer [s]."""
+"""Approximate duration of each delay's commands; longer delays get fewer commands [s]."""
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
@@ -108,7 +108,7 @@ def _transport_ms(delay_s: float, n: int) -> list[float]:
     asker = ZenohLink(EndpointSettings(connect=f"tcp/{HOST}:{relay.ready['port']}"))
     try:
         while asker.ask_and_wait(keys.REPORT, b"there?", PATIENCE_S) is None:
-            pass  # not connected yet: answered with nothing at once
+            pass  # not connected yet: the answer is None at once
         return [500.0 * (trip_s - 2.0 * delay_s) for trip_s in _round_trips_s(asker, n)]
     finally:
         asker.close()
@@ -135,7 +135,7 @@ def _commands_ms(sites: RealSites, delay_s: float, n: int) -> list[float]:
     for number in range(n):
         action, mode = ((Action.ARM, ControlMode.HOLD), (Action.DISARM, ControlMode.DISARMED))[number % 2]
         while not _done(sites, action, mode, number):
-            pass  # refused: on a busy machine a command may come too late; it is given again, as people do
+            pass  # refused: on a busy machine a command may come too late; retry as a person would
     return [1000.0 * (trip_s - 2.0 * delay_s) for trip_s in sites.console.picture.command_round_trips_s]
 
 
@@ -157,7 +157,7 @@ def _done(sites: RealSites, action: Action, mode: ControlMode, number: int) -> b
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Medians beside their limits."""
+    """Tabulate medians beside their limits."""
     rows = []
     for result in results[0]["delays"]:
         transport, command = np.array(result["transport_ms"]), np.array(result["commands_ms"])

@@ -43,7 +43,7 @@ _TRIALS = 50
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Each profile, and the executions."""
+    """List each profile, and the executions."""
     profiles = [{"what": "profile", "profile": name} for name in load_profiles(PROFILES_FILE)]
     seeds = reporting_seeds(seed, trials or _TRIALS)
     return [*profiles, *({"what": kind, "seed": s} for kind in KINDS for s in seeds)]
@@ -57,7 +57,7 @@ def trial(case: Case) -> Case:
 
 
 def age_limit_s(one_way_s: float) -> float:
-    """Return the bound on the 95th percentile of the telemetry's age [s]."""
+    """Return the bound of the telemetry's age at the 95th percentile [s]."""
     return ONE_WAYS * one_way_s + SLACK_S
 
 
@@ -94,7 +94,7 @@ def verdict(passed: bool) -> str:
 
 
 def seen(phase: Case) -> str:
-    """Rate and ages in words."""
+    """Return rate and ages in words."""
     return f"{phase['rate_hz']:.2f} Hz, {phase['age_p50_s']:.2f} / {phase['age_p95_s']:.2f}"
 
 
@@ -163,7 +163,7 @@ _AFTER_S = 10.0
 
 
 def compare(kind: str, seed: int) -> Case:
-    """Errors of both, and what each takes as bytes."""
+    """Return the errors of both models, and their sizes [B]."""
     model, measure = _planar(seed) if kind == "planar" else _poses(seed)
     content = encode(model)
     return {

@@ -55,7 +55,7 @@ def _after_reset(sites: RealSites) -> float:
 
 
 def _after_outage(sites: RealSites, begin: Callable[[RelayControl], object]) -> float:
-    """From the relay forwarding again to the first fresh report [s]."""
+    """Return the time from the relay forwarding again to the first fresh report [s]."""
     apart_s = _usual_apart_s(sites)
     begin(sites.control)
     over_s = time.monotonic() + _OUTAGE_S
@@ -89,7 +89,7 @@ RECOVERIES = {
 
 
 def _usual_apart_s(sites: RealSites) -> float:
-    """Arrival minus stamp when all is well: the delay and how far the two clocks are apart [s]."""
+    """Return the usual difference of arrival and stamp: the delay plus the clocks' offset [s]."""
     began_s = time.monotonic()
     sites.wait_until_heard("a second of reports", lambda heard: heard.arrived_s > began_s + 1.0)
     recent = [each.arrived_s - each.sent_s for each in sites.heard if each.arrived_s > began_s]
@@ -102,7 +102,7 @@ def limit_s(what: str, delay_s: float) -> float:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Median and worst beside the limit."""
+    """Tabulate median and worst beside the limit."""
     rows = [
         {
             "what": each["what"],

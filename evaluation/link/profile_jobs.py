@@ -1,4 +1,4 @@
-"""One link profile in virtual time: telemetry at rest and while driving, models on their way, a stop."""
+"""Jobs over one link profile in virtual time: telemetry at rest and while driving, models, a stop."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ _STOP_AFTER_S = 2.0
 
 
 def one_way_s(profile: LinkProfile) -> float:
-    """Mean delay of the slower direction, without its spikes [s]."""
+    """Return the mean delay of the slower direction, without its spikes [s]."""
     return max(profile.uplink.delay_ms, profile.downlink.delay_ms) * 1e-3
 
 
 def rate_bps(profile: LinkProfile) -> float:
-    """What the slower direction carries [bit/s]; 0: more than enough."""
+    """Return the rate of the slower direction [bit/s]; 0: more than enough."""
     return min((way.rate_bps for way in (profile.uplink, profile.downlink) if way.rate_bps), default=0.0)
 
 
@@ -74,7 +74,7 @@ class _VirtualProfile:
         config = RemoteConfig(link=EndpointSettings(listen="tcp/127.0.0.1:0", rate_bps=rate))
         self._sites = VirtualSites(self._library, profile.settings, config)
         self._place = VirtualPlace(self._sites, profile.settings)
-        self._sent_s: list[tuple[float, float]] = []  # of each report: arrival and sending
+        self._sent_s: list[tuple[float, float]] = []  # arrival and sending of each report
         self._wire = {"there": 0, "back": 0, "parts": 0}
         self._sites.link.uplink.tap = self._on_packet_there
         self._sites.link.downlink.tap = self._on_packet_back
@@ -127,7 +127,7 @@ class _VirtualProfile:
         return stopped_s, self._model(learned, from_s, self._answers[0]), phase
 
     def _stop(self) -> float:
-        """Press Stop; when the robot has it [s after]."""
+        """Press Stop; return the time until the robot has it [s]."""
         pressed_s, supervisor = self._place.now_s(), self._sites.robot.supervisor
         self._place.submit(intents.CommandRobot(Action.STOP))
         while supervisor.mode is not ControlMode.STOPPED and self._place.now_s() < pressed_s + _PATIENCE_S:
@@ -177,12 +177,12 @@ class _VirtualProfile:
 
 
 def age_and_rate(arrivals: list[tuple[float, float]], from_s: float, until_s: float) -> Case:
-    """Rate of the reports in a time, and the age of the newest one at each moment of it.
+    """Return the rate of the reports in an interval, and the age of the newest one at each moment.
 
     Args:
         arrivals: Arrival and sending of each report [s], in the order of arrival.
-        from_s: Beginning of the time [s].
-        until_s: Its end [s].
+        from_s: Beginning of the interval [s].
+        until_s: End of the interval [s].
     """
     arrived_s, sent_s = (np.array(times) for times in zip(*arrivals, strict=True))
     newest_s = np.maximum.accumulate(sent_s)
@@ -195,7 +195,7 @@ def age_and_rate(arrivals: list[tuple[float, float]], from_s: float, until_s: fl
 
 
 def _play(sites: VirtualSites, timeline: Timeline, began_s: float, elapsed_s: float = 0.0) -> None:
-    """Put the timeline's settings into force, each when its time has come."""
+    """Apply the timeline's settings, each at its time."""
     sites.link.change(timeline.at(elapsed_s))
     if (next_s := timeline.next_change_s(elapsed_s)) is not None:
         sites.time.call_at(began_s + next_s, functools.partial(_play, sites, timeline, began_s, next_s))

@@ -1,4 +1,4 @@
-"""The planar job while the link is cut, with real processes: the first seeds of `cuts` over the real relay.
+"""Planar job while the link is cut, with real processes: the first seeds of `cuts` over the real relay.
 
 Robot, link and operator's site are processes, and the scripted operator of `farhand demo` does the whole job
 in real time, from the task's own start, with the same cut as in virtual time. Some jobs run beside each other:
@@ -47,7 +47,7 @@ def _job(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Jobs done, by kind of cut."""
+    """Count the finished jobs by kind of cut."""
     jobs = results[0]["jobs"]
     failed = [job for job in jobs if not job["cut"]["success"]]
     summary = {

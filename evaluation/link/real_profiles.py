@@ -65,7 +65,7 @@ def _measure(name: str) -> Case:
 
 
 def _send_model(sites: RealSites) -> float:
-    """Until the model of the task's samples is confirmed [s]."""
+    """Send the model of the task's samples; return the time until it is confirmed [s]."""
     sites.console.submit(intents.LoadSamples())
     sites.wait_for("the model", lambda picture: picture.learned is not None and not picture.recording)
     from_s = time.monotonic()

@@ -1,4 +1,4 @@
-"""Silence while the operator drives: how soon the robot stands, with both sites' own code in virtual time.
+"""Silence while the operator drives: time until the robot stands, with both sites' own code in virtual time.
 
 The operator couples and moves the hand in a circle, faster than the robot can follow, and at a random moment
 the link is cut for 1 to 10 s, the page sends no more events (it is frozen, or the hand does not move), the
@@ -57,11 +57,11 @@ _TASK = PointTask(
 _CONFIG = RemoteConfig()
 _PERIOD_S = 1.0 / CONTROL_HZ
 LIMIT_S = INPUT_SILENCE_S + _TASK.limits.speed_m_s / _TASK.limits.acceleration_m_s2 + 2.0 * _PERIOD_S
-"""0.5 s, braking from full speed, and that both begin with a control period [s]."""
+"""Bound: 0.5 s, braking from full speed, and the wait for a control period in both [s]."""
 
 
 def cases(trials: int, seed: int) -> list[Case]:
-    """Every kind of silence at every delay, over and over, each with a seed of its own."""
+    """List every kind of silence at every delay in turn, each with its own seed."""
     kinds = list(product(KINDS, DELAYS_S))
     return [
         {"silence": kinds[number % len(kinds)][0], "delay_s": kinds[number % len(kinds)][1], "seed": its_seed}
@@ -70,7 +70,7 @@ def cases(trials: int, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """Run one drive and its end."""
+    """Run one drive to its end."""
     logging.disable(logging.WARNING)
     try:
         with tempfile.TemporaryDirectory(prefix="farhand-silence-") as folder:
@@ -80,7 +80,7 @@ def trial(case: Case) -> Case:
 
 
 class _Drive:
-    """Both sites, the hand, and the watch over the robot's speed."""
+    """Both sites, the hand, and the observer of the robot's speed."""
 
     def __init__(self, case: Case, folder: Path):
         self._kind, self._random = case["silence"], Random(f"silence {case['seed']}")
@@ -100,7 +100,7 @@ class _Drive:
         self._silent_from_s = math.inf
 
     def run(self) -> Case:
-        """Drive, fall silent, and see how long the robot still moves."""
+        """Drive, fall silent, and measure how long the robot still moves."""
         for action, mode in ((Action.ARM, ControlMode.HOLD), (Action.COUPLE, ControlMode.DIRECT)):
             self._command(action, mode)
         self._move_hand()
@@ -134,7 +134,7 @@ class _Drive:
                 self._sites.restart_console(duration_s)
 
     def _command(self, action: Action, mode: ControlMode) -> None:
-        """Give a command until the robot has done it.
+        """Repeat a command until the robot has done it.
 
         Raises:
             FarhandError: It never did.
@@ -176,7 +176,7 @@ class _Drive:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Tabulate how soon the robot stood, by what fell silent and by the delay."""
+    """Tabulate the time to standstill, by what fell silent and by the delay."""
     late = [r for r in results if r["stood_after_s"] > LIMIT_S]
     summary = {
         "n": len(results),

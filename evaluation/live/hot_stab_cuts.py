@@ -1,4 +1,4 @@
-"""The whole hot-stab, live, while the link is cut for 20 s in the middle of the insertion.
+"""Whole hot-stab job, live, while the link is cut for 20 s in the middle of the insertion.
 
 As the study `hot-stab-live`; when half of the previewed motion is done the link stalls, is reset, or swallows
 everything, for 20 s. The robot goes on by itself, and the operator learns afterwards how it went.
@@ -35,7 +35,7 @@ def trial(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Jobs done, by kind of cut."""
+    """Count the finished jobs by kind of cut."""
     (result,) = results
     jobs = result["jobs"]
     groups = [(kind, [each for each in jobs if each["outage"].startswith(kind)]) for kind in KINDS]

@@ -1,4 +1,4 @@
-"""The whole hot-stab, live, over links of every delay, and over water.
+"""Whole hot-stab job, live, over links of every delay, and over an acoustic link.
 
 As the study `hot-stab-live`, with one-way delays of 0, 0.3, 1, 3 and 5 s, and over the profile `acoustic`.
 """
@@ -29,7 +29,7 @@ def trial(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Jobs done, by link."""
+    """Count the finished jobs by link."""
     (result,) = results
     jobs = result["jobs"]
     groups = [

@@ -1,4 +1,4 @@
-"""The whole hot-stab over a satellite, live: five demonstrations on the operator's arm, the rest by the robot's.
+"""Whole hot-stab job over a satellite link, live: five demonstrations by the operator, then the robot's part.
 
 Robot, link and operator's site are processes in real time. The scripted operator leads its own simulated arm
 into its receptacle five times, sends what was learned over the profile `geo`, drives the robot a little,
@@ -34,7 +34,7 @@ def trial(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Jobs done, and how far two of the same seed end from each other."""
+    """Count the finished jobs, and compare the ends of two with the same seed."""
     (result,) = results
     jobs = result["jobs"]
     n = len({each["seed"] for each in jobs})

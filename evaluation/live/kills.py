@@ -1,4 +1,4 @@
-"""Either site killed at a random moment (SIGKILL), with real processes, while the robot executes or is driven.
+"""Kills (SIGKILL) of either site at a random moment of an execution or of driving, with real processes.
 
 The scripted operator of `farhand demo` does the job in a process of its own, over the real relay with 0.3 s one
 way, and another site watches. At a random moment of the execution, or of the driving, the robot's site or the
@@ -46,10 +46,10 @@ _DELAY_S = 0.3
 _DRIVEN_S = 1.2
 _WATCHED_S = 1.0
 _ARRIVAL_S = 120.0
-# Silence that is tolerated, braking, and two control periods; more on top for this machine's own pauses.
+# Tolerated silence, braking, two control periods, and a margin for this machine's own pauses.
 _STANDS_S, _SLACK_S = 0.69, 0.25
 _STILL_M = 1e-3
-# Remembered 20 times a second, reported 25 times: what a robot does meanwhile, at its highest speed.
+# The place is remembered 20 times a second and reported 25 times: the largest movement in between.
 _MEANWHILE_S = 0.1
 _KILLS = [("robot", "autonomous"), ("operator", "autonomous"), ("robot", "direct"), ("operator", "direct")]
 
@@ -72,7 +72,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 def trial(case: Case) -> Case:
     """Run a job with a kill, and list what did not hold."""
     task = find_task(case["task"])
-    warm_up(task.space, len(task.frame_names))  # not at the moment that is measured
+    warm_up(task.space, len(task.frame_names))  # not at the measured moment
     try:
         with RealSites(_DELAY_S, with_console=False, task=case["task"], seed=case["seed"]) as sites:
             broken = _kill(sites, case)
@@ -82,7 +82,7 @@ def trial(case: Case) -> Case:
 
 
 def _kill(sites: RealSites, kill: Case) -> list[str]:
-    """Do the job up to the moment, kill, and say which rules did not hold."""
+    """Do the job up to the moment, kill, and return the rules that did not hold."""
     with tempfile.TemporaryDirectory(prefix="farhand-watcher-") as folder:
         sites.open_console("watcher", Wish.WATCH, Path(folder))
         operator = sites.start_demo()
@@ -109,7 +109,7 @@ def _hash_of(folder: Path) -> str:
 
 def _await_moment(sites: RealSites, mode: ControlMode, at: float) -> None:
     if mode is ControlMode.AUTONOMOUS:
-        # The robot goes to ready in this mode too.
+        # The robot goes to ready in this mode, too.
         sites.wait_for("the execution", lambda p: p.phase is Phase.APPROACHING and _executed(p) is not None)
         path = _executed(sites.console.picture)
         assert path is not None
@@ -135,7 +135,7 @@ def _robot_killed(sites: RealSites, last: Heard) -> list[str]:
         "it is not DISARMED": any(report.mode is not ControlMode.DISARMED for report in reports),
         "it moves": any(_apart_m(first.report, report) > _STILL_M for report in reports),
     }
-    # What was on its way when it was killed says whether it had arrived meanwhile.
+    # The reports in transit at the kill tell whether it had arrived meanwhile.
     final = [heard.report for heard in sites.heard if heard.boot == last.boot][-1]
     if final.mode is ControlMode.AUTONOMOUS and not final.phase.at_end:
         told = sites.console.wait_for(lambda p: _says(p, "interrupted"), 5.0)
@@ -160,7 +160,7 @@ def _operator_killed(sites: RealSites, operator: Process, mode: str) -> list[str
 
 
 def _operator_again(sites: RealSites, before: Telemetry) -> list[str]:
-    """Start the operator's next process, and check what it has, shows and may do."""
+    """Start the operator's next process, and check its library, its page and its control."""
     opened_s = sites.open_console()
     try:
         first = sites.wait_until_heard("a report", lambda heard: heard.arrived_s > opened_s)
@@ -193,7 +193,7 @@ def _apart_m(one: Telemetry, other: Telemetry) -> float:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Kills after which every rule held, by whom and in which mode."""
+    """Count the kills after which every rule held, by site and mode."""
     wrong = [kill for kill in results if kill["broken"]]
     groups = [
         (f"{whom}, {mode.upper()}", [k for k in results if (k["whom"], k["mode"]) == (whom, mode)])

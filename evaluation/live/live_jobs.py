@@ -1,4 +1,4 @@
-"""Whole jobs of `farhand demo` with real processes, some beside each other: what each came to."""
+"""Whole jobs of `farhand demo` with real processes, some concurrently, and their outcomes."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ _NUMBERS = ("duration_s", "depth_m", "lateral_m", "peak_force_n", "holding_force
 def job(
     task: str, seed: int, profile: str = "geo", delay_s: float | None = None, outage: str = "none"
 ) -> Case:
-    """One job to be done.
+    """Return a job to be done.
 
     Args:
-        task: Its name.
-        seed: Of everything.
-        profile: Of the link.
-        delay_s: One way, instead of the profile's [s].
+        task: Name of the task.
+        seed: Seed of everything.
+        profile: Profile of the link.
+        delay_s: One-way delay, instead of the profile's [s].
         outage: As on the command line.
     """
     return {"task": task, "seed": seed, "profile": profile, "delay_s": delay_s, "outage": outage}
 
 
 def run_jobs(jobs: Sequence[Case]) -> Case:
-    """Do them all; each has `success` afterwards, and `why` where it failed."""
+    """Run all jobs; each has `success` afterwards, and `why` if it failed."""
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         done = list(pool.map(_run, jobs))
     return {"jobs": done, "scheduling": scheduling(), "load": os.getloadavg()[0]}

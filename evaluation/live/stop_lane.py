@@ -76,7 +76,7 @@ def trial(case: Case) -> Case:
 
 
 class _Site:
-    """The operator's site in this process; who presses and the robot's end in another."""
+    """Operator's site in this process; the presser and the robot's end in another."""
 
     def __init__(self, folder: Path, block: str):
         task = find_task("hot-stab")
@@ -90,7 +90,7 @@ class _Site:
         self._library.chosen.learn([_recording(task, number, each_s) for number in range(n)])
 
     def press(self, n: int, moments: random.Random) -> Case:
-        """Press so often while the console is blocked."""
+        """Press a number of times while the console is blocked."""
         from farhand.local_site.view.door import Door, kept_token
         from farhand.local_site.view.page import Page
 
@@ -140,7 +140,7 @@ class _Site:
         return {"took_s": took_s, "blocked": blocked_s, "blocked_s": time.monotonic() - began_s}
 
     def _asked(self, console: Console) -> list[intents.Intent]:
-        """What blocks the console, as the operator asks for it; a dead-lock nobody asks for."""
+        """Return the intents that block the console; a deadlock needs none."""
         match self._block:
             case "learns":
                 return [intents.Undo()] * (_N_RECORDINGS - 1)
@@ -177,11 +177,11 @@ def _recording(task: ArmTask, n: int, duration_s: float) -> Demonstration:
     )  # fmt: skip
 
 
-# In the other process ---------------------------------------------------------------------------
+# Other process ----------------------------------------------------------------------------------
 
 
 def _press(pipe: Connection, endpoint: str) -> None:
-    """Be the robot's end of the link and a client of the page: press when told, and say how long it took."""
+    """Be the robot's end of the link and a client of the page: press when told, and report the delay."""
     from websockets.sync.client import connect
     from websockets.typing import Subprotocol
 
@@ -226,7 +226,7 @@ _CAMERA = {
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Each kind of block, and all presses."""
+    """Tabulate each kind of block, and all presses."""
     rows, all_s, in_time = [], [], 0
     for block in BLOCKS:
         mine = [result for result in results if result["block"] == block]

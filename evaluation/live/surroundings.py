@@ -1,4 +1,4 @@
-"""Every command started where something is unusual: it works, or says in one line what would help.
+"""Commands started in unusual surroundings: each works, or says in one line what would help.
 
 Each trial starts a real process: `up`, `demo`, `local`, `remote`, `link`, `learn`, `rollout` or `import`, in one of
 the surroundings (users, disks, folders, descriptors, terminals, networks; two at once; Ctrl-C at twenty moments of
@@ -34,11 +34,11 @@ Case = dict[str, Any]
 
 SITES, FILES = ("up", "demo", "remote", "local", "link"), ("learn", "rollout", "import")
 MOMENTS_S = tuple(0.05 * 1.32**n for n in range(20))
-"""When Ctrl-C comes: from the first imports to what is ready [s]."""
+"""Times of Ctrl-C, from the first imports until everything is ready [s]."""
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Return every command in every surrounding; of all with `trials`, so many that `seed` chooses."""
+    """Return every command in every surrounding; with `trials`, a random choice of as many."""
     everywhere = [{"command": command, "where": where} for where in SURROUNDINGS for command in SITES + FILES]
     twice = [{"command": command, "where": "two at once"} for command in SITES + FILES]
     interrupted = [
@@ -52,7 +52,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """Start a command, and say what became of that."""
+    """Start a command, and judge the outcome."""
     began_s = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="farhand-é-") as name:
         folder = Path(name)
@@ -72,7 +72,7 @@ def trial(case: Case) -> Case:
 
 
 def _furnish(folder: Path) -> None:
-    """Put what commands on files need, and folders with packages and files that have our names."""
+    """Add the files that commands need, and folders with packages and files that have our names."""
     steps = np.linspace(0.0, 1.0, 60)
     strokes = [[60.0 * (1.0 - steps), 40.0 * n * steps * (1.0 - steps)] for n in (1, 2)]
     np.savez(folder / "strokes.npz", pos=np.moveaxis(np.array(strokes), 1, 2), t=np.tile(2.0 * steps, (2, 1)))
@@ -90,7 +90,7 @@ def _furnish(folder: Path) -> None:
 
 
 def _arguments(command: str, folder: Path) -> list[str]:
-    """Return the words of a command, with everything it writes in the trial's folder, where that is its choice."""
+    """Return the arguments of a command; it writes into the trial's folder wherever it lets one choose."""
     demonstration = str(folder / "demonstration.npz")
     return {
         "up": ["up", "--task=planar", "--port=0", "--link=lan"],
@@ -106,7 +106,7 @@ def _arguments(command: str, folder: Path) -> list[str]:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Count the verdicts by command, and list every line that was said and every fault."""
+    """Count the verdicts by command, and list every printed line and every fault."""
     verdicts = Counter(result["verdict"] for result in results)
     names = ("works", "refused", "interpreter", "skipped", "fault")
     rows = [

@@ -34,7 +34,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """Jobs until the time is over; the one that is under way then is cut off."""
+    """Run jobs until the time is over; the last one is cut off."""
     carries_bps = rate_bps(find_profile(load_profiles(PROFILES_FILE), _PROFILE))
     succeeded, loads = [], []
     with RealSites(
@@ -51,9 +51,9 @@ def trial(case: Case) -> Case:
                 succeeded.append(status == 0)
             loads.append(os.getloadavg()[0])
         page.kill()
-        sites.robot.end()  # it writes down what there is before a minute is over
+        sites.robot.end()  # it writes an incomplete minute at its end
         lines = tick_lines(sites.robot_events)
-    # A quantile of the few periods at the end says little, unless they are all there are.
+    # A quantile of the few periods at the end says little, unless there are no others.
     minutes = [line for line in lines if line["n"] == lines[0]["n"]]
     return {**case, "minutes": minutes, "succeeded": succeeded, "loads": loads, "scheduling": scheduling()}
 
@@ -65,7 +65,7 @@ def tick_lines(events: Path) -> list[Case]:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Each minute, and the worst of all: a quantile of all periods is not above the worst minute's."""
+    """Tabulate each minute, and the worst: no quantile of all periods is above the worst minute's."""
     (result,) = results
     minutes = result["minutes"]
     worst = {name: max(minute[name] for minute in minutes) for name in _TIMES}

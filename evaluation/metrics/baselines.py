@@ -2,9 +2,9 @@
 
 ProMP is that of movement_primitives, fitted in batch, conditioned on start and goal (Sec. VI-A).
 
-The paper's setting is 15 basis functions, demonstrations aligned by dynamic time warping and a
-regularisation of 1e-3 of the weights' covariance. Since that is the setting of one task, a small grid
-beside it is tried in good faith, and a study that says "ProMP" means the better of the two.
+The paper's setting is 15 basis functions, demonstrations aligned by dynamic time warping and a regularisation
+of 1e-3 of the weights' covariance. Since that is the setting of one task, a small grid beside it is tried in
+good faith, and a study that says "ProMP" means the better of the two.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class PrompSettings:
     """Settings of a ProMP's fit.
 
     Args:
-        n_weights: Basis functions per dimension.
+        n_weights: Number of basis functions per dimension.
         regularisation: Added to the diagonal of the weights' covariance, in units of the data's extent squared.
         align: Whether demonstrations are aligned by dynamic time warping.
     """
@@ -45,11 +45,11 @@ GRID = tuple(PrompSettings(*one) for one in product((10, 15, 25), (1e-2, 1e-3, 1
 
 
 class PrompBaseline:
-    """A ProMP with a mean and covariance of its weights.
+    """ProMP with a mean and covariance of its weights.
 
     Args:
         n_dims: Dimension D.
-        n_weights: Basis functions per dimension.
+        n_weights: Number of basis functions per dimension.
         mean: Shape (D * n_weights,).
         covariance: Shape (D * n_weights, D * n_weights).
     """
@@ -67,7 +67,7 @@ class PrompBaseline:
         Args:
             times: Times of each motion [s]. Shapes (T,).
             motions: Positions, all in one frame [m]. Shapes (T, D).
-            settings: How to fit.
+            settings: Settings of the fit.
         """
         return cls.fit_all(times, motions, (settings,))[0]
 
@@ -99,7 +99,7 @@ class PrompBaseline:
 
 
 def _weights(motions: Sequence[Array], n_weights: int) -> Array:
-    """Weights of each motion. Shape (N, D * n_weights)."""
+    """Return the weights of each motion. Shape (N, D * n_weights)."""
     phase, promp = np.linspace(0.0, 1.0, _N_PHASES), ProMP(motions[0].shape[1], n_weights)
     return np.stack([promp.weights(phase, one, _RIDGE) for one in motions])
 
@@ -117,8 +117,8 @@ def mean_warp(motions: Sequence[Array], start: Array, goal: Array) -> Array:
 
     Args:
         motions: Demonstrations at the same phases, in one frame [m]. Shapes (N, D).
-        start: Where to begin [m]. Shape (D,).
-        goal: Where to end [m]. Shape (D,).
+        start: Start [m]. Shape (D,).
+        goal: End [m]. Shape (D,).
     """
     mean = np.mean(motions, axis=0)
     to_go = np.linspace(1.0, 0.0, len(mean))[:, None]
@@ -126,6 +126,6 @@ def mean_warp(motions: Sequence[Array], start: Array, goal: Array) -> Array:
 
 
 def straight_line(start: Array, goal: Array, n_points: int = 100) -> Array:
-    """From start to goal with a hand's timing. Shape (n_points, D) [m]."""
+    """Return a straight motion from start to goal with a hand's timing. Shape (n_points, D) [m]."""
     tau = np.linspace(0.0, 1.0, n_points)[:, None]
     return start + tau**3 * (10.0 - 15.0 * tau + 6.0 * tau**2) * (goal - start)

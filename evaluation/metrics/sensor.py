@@ -1,6 +1,6 @@
-"""What a sensor makes of a hand's motion: noise, another rate, quantised positions, drop-outs, a lost marker.
+"""Model of a sensor that records a hand: noise, another rate, quantised positions, drop-outs, a lost marker.
 
-Hands of studies are recorded by `TRACKER` unless a study says otherwise: a marker tracker's white noise of a
+Studies record their hands by `TRACKER` unless they say otherwise: a marker tracker's white noise of a
 millimetre and half a degree.
 """
 
@@ -19,22 +19,22 @@ Array = NDArray[np.float64]
 
 _COLOUR_S = 0.3  # correlation time of coloured noise
 _GAP_S = 0.15  # mean length of a drop-out
-_LOST_S = (0.02, 0.2)  # for how long a marker is lost
+_LOST_S = (0.02, 0.2)  # duration of a marker's loss
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor that records a hand.
+    """Sensor that records a hand.
 
     Args:
         white_m: Standard deviation of white noise of the position, per axis [m].
         white_rad: The same of the orientation [rad].
         coloured_m: Standard deviation of noise that is correlated over 0.3 s, per axis [m].
         coloured_rad: The same of the orientation [rad].
-        rate_hz: Samples per second; those of the hand when not given.
+        rate_hz: Samples per second; the hand's own when not given.
         quantum_m: Positions are multiples of this; not quantised when zero [m].
         missing: Share of the time in drop-outs.
-        jumps_hz: How often per second a marker is lost, and reported up to half a metre away.
+        jumps_hz: Losses of a marker per second; a lost marker is reported up to half a metre away.
     """
 
     white_m: float = 0.0
@@ -47,7 +47,10 @@ class Sensor:
     jumps_hz: float = 0.0
 
     def record(self, hand: Demonstration, random: np.random.Generator) -> Demonstration:
-        """The hand's motion as the sensor reports it; the first and the last sample are never missing."""
+        """Return the hand's motion as the sensor reports it.
+
+        The first and the last sample are never missing.
+        """
         seen = hand if self.rate_hz is None else _at_rate(hand, self.rate_hz)
         time_s, D = seen.time_s, seen.n_dims
         noise, slow = random.normal(size=(time_s.size, 6)), _coloured(random, time_s)
@@ -62,7 +65,7 @@ class Sensor:
         return _kept(replace(seen, position_m=position, quat_wxyz=quat), self._present(random, time_s))
 
     def _jumps_m(self, random: np.random.Generator, time_s: Array, n_dims: int) -> Array:
-        """How far the lost marker is reported from where it is [m]. Shape (T, D)."""
+        """Return the displacement at which a lost marker is reported [m]. Shape (T, D)."""
         away = np.zeros((time_s.size, n_dims))
         for begin_s in random.uniform(time_s[0], time_s[-1], random.poisson(self.jumps_hz * np.ptp(time_s))):
             lost = (time_s >= begin_s) & (time_s < begin_s + random.uniform(*_LOST_S))
@@ -70,7 +73,7 @@ class Sensor:
         return away
 
     def _present(self, random: np.random.Generator, time_s: Array) -> NDArray[np.bool_]:
-        """Which samples are not missing. Shape (T,)."""
+        """Mark the samples that are not missing. Shape (T,)."""
         present = np.ones(time_s.size, np.bool_)
         for begin_s in random.uniform(
             time_s[0], time_s[-1], random.poisson(self.missing * np.ptp(time_s) / _GAP_S)
@@ -85,7 +88,7 @@ EXACT = Sensor()
 
 
 def _at_rate(hand: Demonstration, rate_hz: float) -> Demonstration:
-    """The same motion at another rate, its last sample kept; its frames stand still."""
+    """Return the same motion at another rate, its last sample kept; its frames stand still."""
     time_s = np.append(np.arange(hand.time_s[0], hand.time_s[-1] - 1e-9, 1.0 / rate_hz), hand.time_s[-1])
     position = np.stack([np.interp(time_s, hand.time_s, axis) for axis in hand.position_m.T], axis=1)
     quat = None
@@ -96,7 +99,7 @@ def _at_rate(hand: Demonstration, rate_hz: float) -> Demonstration:
 
 
 def _coloured(random: np.random.Generator, time_s: Array) -> Array:
-    """Noise of unit variance that is correlated for a while (Ornstein-Uhlenbeck). Shape (T, 6)."""
+    """Return noise of unit variance that is correlated for a while (Ornstein-Uhlenbeck). Shape (T, 6)."""
     out = random.normal(size=(time_s.size, 6))
     for k, keep in enumerate(np.exp(-np.diff(time_s) / _COLOUR_S), start=1):
         out[k] = keep * out[k - 1] + math.sqrt(1.0 - keep**2) * out[k]

@@ -16,20 +16,20 @@ def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def rate(successes: Sequence[bool]) -> str:
-    """Successes of trials in per cent, with Wilson's interval of 95 %."""
+    """Format a success rate in per cent, with Wilson's interval of 95 %."""
     n, k = len(successes), int(np.sum(successes))
     low, high = wilson_interval(k, n)
     return f"{k} of {n} = {100 * k / max(n, 1):.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
 
 
 def spread(values: ArrayLike, scale: float = 1.0) -> str:
-    """Mean and standard deviation."""
+    """Format mean and standard deviation."""
     array = np.asarray(values, dtype=float)
     return f"{scale * np.mean(array):.2f} ± {scale * np.std(array):.2f}"
 
 
 def quantiles(values: ArrayLike, scale: float = 1.0) -> str:
-    """Median and ninth decile."""
+    """Format median and ninth decile."""
     middle, high = np.percentile(np.asarray(values, dtype=float), [50, 90])
     return f"{scale * middle:.3g} / {scale * high:.3g}"
 
@@ -42,10 +42,10 @@ _Z_95 = 1.959963984540054
 
 
 def wilson_interval(successes: int, trials: int, z: float = _Z_95) -> tuple[float, float]:
-    """Interval for the rate behind so many successes, by default of 95 % (Wilson 1927).
+    """Return the interval of a rate from its successes and trials, by default of 95 % (Wilson 1927).
 
     Raises:
-        ValueError: When the counts are no counts of successes among trials.
+        ValueError: When the counts are not successes among trials.
     """
     if trials < 0 or not 0 <= successes <= trials:
         raise ValueError(f"0 <= successes <= trials, got {successes} of {trials}")

@@ -1,4 +1,4 @@
-"""The exhaustive check of the modes: every event in every order against independent rules.
+"""Exhaustive check of the modes: every event in every order against independent rules.
 
 In: the shipped supervisor. Out: states, transitions, mutants found. Next: `farhand.evaluation.harness`.
 """

@@ -1,4 +1,4 @@
-"""Rules of `modes.md` outside of its list of invariants that can be checked in every control period, too."""
+"""Rules of `modes.md` outside its list of invariants that can be checked in every control period, too."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The invariants of `modes.md`, each with its number there and its sentence, checked at every control period.
+"""Invariants of `modes.md`, each with its number there and its sentence, checked in every control period.
 
-They look at the robot from outside: what arrived and when it was sent, what was answered, the mode, where the
-robot is. None of them asks the code that it checks whether it was right.
+They observe the robot from outside: what arrived and when it was sent, what was answered, the mode, where the
+robot is. None of them asks the checked code whether it was right.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _MOVING = (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
 _MANOEUVRES = (Phase.RETRACTING, Phase.GOING_TO_READY, Phase.BACKING_OFF)
 _SPEED_ROUNDING_M_S = 1e-9
 TTL_MAX_S = 1.0
-"""No message counts that took longer than usual by more than this [s]."""
+"""Largest excess over the usual age of a message that counts [s]."""
 
 
 class NoMotionWithoutLease(Invariant):
@@ -148,7 +148,7 @@ class NoJump(Invariant):
         """See `Invariant.violation`."""
         before, after = period.before, period.after
         change_m_s = float(np.linalg.norm(after.velocity_m_s - before.velocity_m_s))
-        # At the edge of the workspace the simulated plant is stopped by a wall, which needs no limit.
+        # At the edge of the workspace a wall stops the simulated plant, without an acceleration limit.
         at_wall = bool(np.any((after.velocity_m_s == 0.0) & (before.velocity_m_s != 0.0)))
         if change_m_s > self._limits.acceleration_m_s2 * period.dt_s * (1 + 1e-6) and not at_wall:
             return f"the velocity changed by {change_m_s:.4f} m/s in one period"
@@ -202,11 +202,11 @@ NOT_HERE = {
     "8": "DISARMED and STOPPED are reachable from everywhere: tried at the end of every schedule.",
     "9": "The force limit holds in every mode: the point on the board feels no force; the arm's tests check it.",
 }
-"""Invariants that no single period can show."""
+"""Invariants that a single period cannot show."""
 
 
 def all_invariants(task: Task, max_age_s: float) -> list[Invariant]:
-    """New checkers for one run."""
+    """Return new checkers for one run."""
     return [
         NoMotionWithoutLease(), DirectEndsWithTheLease(), ExecutionGoesOn(), InputsCarryAll(), StopDominates(),
         NothingMovesAtRest(), NoJump(task), NoTimerMoves(), NothingStaleMoves(max_age_s), DeadMan(task),
@@ -216,11 +216,11 @@ def all_invariants(task: Task, max_age_s: float) -> list[Invariant]:
 
 @dataclass(frozen=True)
 class Violation:
-    """An invariant that did not hold.
+    """Invariant that did not hold.
 
     Args:
-        invariant: Its number.
-        time_s: When [s].
+        invariant: Number of the invariant.
+        time_s: Time of the violation [s].
         text: What happened instead.
     """
 

@@ -1,6 +1,6 @@
-"""Everything that can happen to a robot in the exhaustive check, by name: operators, network, surroundings.
+"""Events of the exhaustive check, by name: operators, network, surroundings.
 
-Each event changes a world. What an event may do is not said here but in `mode_rules.py`.
+Each event changes a world. `mode_rules.py` says what an event may do.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from farhand.evaluation.modes.mode_surroundings import DT_S, good_model
 from farhand.evaluation.modes.mode_world import Operator, World
 
 STALE_S = 10.0
-"""Age of a message that an outage held up: far beyond what is usual, below what is ever accepted."""
+"""Age of a message that an outage held up: far beyond the usual, below the limit that is ever accepted."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,11 @@ class Step:
     """One event.
 
     Args:
-        name: In words.
-        run: Lets it happen; returns whether the robot accepted a command, None where none was given.
-        action: The command's action, if it is a fresh command of who may give it.
-        operator: Whose it is, -1 for nobody's.
-        moves_time: Whether time passes in it.
+        name: Name in words.
+        run: Applies it; returns whether the robot accepted a command, None if none was given.
+        action: Action of the command, if it is a fresh command of a site that may give it.
+        operator: Number of the operator, -1 for none.
+        moves_time: Whether it advances the time.
     """
 
     name: str
@@ -56,7 +56,7 @@ def _operator_steps(number: int) -> list[Step]:
 
         found.append(Step(f"{'ab'[number]}: {name}", run, action, number))
 
-    # Before the others, each of which would become the last command without any change of the state.
+    # Before the others, each of which would become the last command without a change of the state.
     add("the last command again", _again)
     for action in Action:
         if action is not Action.STOP:

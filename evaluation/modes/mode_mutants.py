@@ -80,7 +80,7 @@ MUTANTS: dict[str, Callable[[], Any]] = {
     "a recording outlives DIRECT": lambda: _method(Recordings, "leave", lambda *_: None),
     "nothing ends when it is left": lambda: _method(Motion, "end", lambda _self: None),
 }
-"""Each by what is wrong with it."""
+"""Mutants by their defect."""
 
 
 def _never_heard_of(_self: CommandLog, _command_id: str) -> CommandReply | None:

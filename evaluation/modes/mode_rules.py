@@ -1,4 +1,4 @@
-"""The rules of the modes, said anew and independently of the shipped table: what no event may break.
+"""Rules of the modes, written independently of the shipped table: what no event may break.
 
 Each rule has its own words from the specification of the modes; a broken one is reported by them.
 """
@@ -14,7 +14,7 @@ from farhand.evaluation.modes.mode_world import World
 _M = ControlMode
 _END = (Phase.ARRIVED, Phase.SEATED)
 
-# Where each action leads from each mode; `end` is AUTONOMOUS at the end of its motion.
+# Mode to which each action leads from each mode; `end` is AUTONOMOUS at the end of its motion.
 _LEADS: dict[Action, dict[str, ControlMode]] = {
     Action.ARM: {"disarmed": _M.HOLD},
     Action.DISARM: dict.fromkeys(("disarmed", "hold", "direct", "autonomous", "end", "paused"), _M.DISARMED),
@@ -33,7 +33,7 @@ _LEADS: dict[Action, dict[str, ControlMode]] = {
     Action.SET_PACE: {mode.value: mode for mode in _M} | {"end": _M.AUTONOMOUS},
 }
 
-# Without any command: the modes that time, guards and ends of motions may lead to.
+# Modes to which time, guards and ends of motions may lead without a command.
 _BY_ITSELF = {
     _M.DISARMED: {_M.DISARMED, _M.STOPPED},
     _M.HOLD: {_M.HOLD, _M.STOPPED},
@@ -42,7 +42,7 @@ _BY_ITSELF = {
     _M.PAUSED: {_M.PAUSED, _M.STOPPED},
     _M.STOPPED: {_M.STOPPED},
 }
-# A sudden force, a late period, a number that is not finite: what they must lead to while something moves.
+# Modes to which a sudden force, a late period or a number that is not finite must lead during motion.
 _MUST = {
     "a force of 300 N for 0.1 s": lambda mode, phase: mode in (_M.AUTONOMOUS, _M.HOLD),
     "a force of 500 N at once": lambda mode, phase: phase is Phase.BACKING_OFF or mode is _M.HOLD,
@@ -52,15 +52,15 @@ _MUST = {
 
 @dataclass(frozen=True)
 class Before:
-    """The state that the rules need from before an event.
+    """State before an event, as far as the rules need it.
 
     Args:
         mode: The mode.
         phase: The phase.
-        speed_m_s: Of the effector [m/s].
-        lease_id: Of the holder.
-        executing: Whether a model was executed, also paused.
-        n_boots: How often the robot was started.
+        speed_m_s: Speed of the effector [m/s].
+        lease_id: Lease of the holder.
+        executing: Whether a model was being executed, also paused.
+        n_boots: Number of starts of the robot.
     """
 
     mode: ControlMode
@@ -85,7 +85,7 @@ class Before:
 
     @property
     def place(self) -> str:
-        """The mode, or `end`."""
+        """Mode, or `end`."""
         return "end" if self.mode is _M.AUTONOMOUS and self.phase in _END else self.mode.value
 
 
@@ -93,10 +93,10 @@ def broken_rule(before: Before, step: Step, accepted: bool | None, world: World)
     """Return the rule that an event broke, in words; empty when it broke none.
 
     Args:
-        before: The world as it was.
+        before: World before the event.
         step: The event.
-        accepted: Whether the robot accepted a command, None where none was given.
-        world: The world after it.
+        accepted: Whether the robot accepted a command, None if none was given.
+        world: World after the event.
     """
     mode = world.robot.mode
     if world.n_boots != before.n_boots:
@@ -111,7 +111,7 @@ def broken_rule(before: Before, step: Step, accepted: bool | None, world: World)
 
 
 def _command_rules(before: Before, step: Step, world: World) -> str:
-    """Rules on a command that was accepted."""
+    """Return the broken rule on an accepted command."""
     if step.action is None:
         return "nothing stale, of another boot, without a plan or said again counts"
     if before.lease_id != world.operators[step.operator].lease_id or not before.lease_id:
@@ -123,7 +123,7 @@ def _command_rules(before: Before, step: Step, world: World) -> str:
 
 
 def _other_rules(before: Before, step: Step, accepted: bool | None, world: World) -> str:
-    """Rules on whatever is not an accepted command."""
+    """Return the broken rule on everything but an accepted command."""
     mode = world.robot.mode
     if not step.moves_time and mode is not before.mode:
         return "only an accepted command or time changes the mode"
@@ -143,7 +143,7 @@ def _should_accept(before: Before, step: Step, world: World) -> bool:
 
 
 def _standing_rules(before: Before, step: Step, world: World) -> str:
-    """Rules on what moves."""
+    """Return the broken rule on what moves."""
     robot, mode = world.robot, world.robot.mode
     if (mode is _M.DIRECT) != (robot.motion.coupling is not None):
         return "DIRECT has a coupling, and only DIRECT"
@@ -165,7 +165,7 @@ def _standing_rules(before: Before, step: Step, world: World) -> str:
 
 
 def _guard_rules(before: Before, step: Step, world: World) -> str:
-    """Rules on what must happen while something moves."""
+    """Return the broken rule on what must happen while something moves."""
     mode, phase = world.robot.mode, world.robot.phase
     if step.name == "a measurement that is not finite" and mode is not _M.STOPPED:
         return "a number that is not finite stops the robot"

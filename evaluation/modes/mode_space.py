@@ -1,9 +1,9 @@
-"""All that can happen, in every order: the reachable states of the shipped supervisor, and its rules.
+"""Search of all events in every order: the reachable states of the shipped supervisor, and its rules.
 
-A breadth-first search over worlds that are the same up to what the rules can tell apart (mode, phase,
-lease, coupling, model, plan, stop, boot, what waits, what is paused, who is heard). From every state every
-event is tried, and every rule of `mode_rules.py` is checked. That the check can fail is shown by mutants:
-the table with a row added, removed or changed, or a guard or a check left out, all of which it must catch.
+A breadth-first search over worlds that are the same up to what the rules can tell apart (mode, phase, lease,
+coupling, model, plan, stop, boot, what waits, what is paused, who is heard). From every state every event is
+tried, and every rule of `mode_rules.py` is checked. Mutants prove that the check can fail: the table with a
+row added, removed or changed, or a guard or a check left out, all of which it must catch.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from farhand.evaluation.modes.mode_world import World
 
 @dataclass
 class Exploration:
-    """The result of a search.
+    """Result of a search.
 
     Args:
-        n_states: States that were reached.
-        n_transitions: Events that were tried.
-        depth: Of the last state that was reached.
+        n_states: Number of reached states.
+        n_transitions: Number of tried events.
+        depth: Depth of the last reached state.
         closed: Whether every event of every reached state was tried.
-        modes: Modes that were reached.
-        broken: The first broken rule with the events that lead to it, empty for none.
+        modes: Reached modes.
+        broken: First broken rule with the events that lead to it, empty for none.
     """
 
     n_states: int = 0
@@ -40,7 +40,7 @@ class Exploration:
 
 
 def state_of(world: World) -> Hashable:
-    """Return the part of the state that is told apart; two operators are interchangeable."""
+    """Return the distinguishing part of the state; two operators are interchangeable."""
     robot, lease = world.robot, world.robot.contact.lease
     motion = robot.motion
     execution, coupling, manoeuvre = motion.execution, motion.coupling, motion.manoeuvre
@@ -80,7 +80,7 @@ def explore(n_operators: int, max_depth: int | None = None, max_states: int | No
     Args:
         n_operators: One or two.
         max_depth: Longest sequence of events; None: until nothing new is reached.
-        max_states: Give up after so many; None: never.
+        max_states: Number of states after which to give up; None: never.
     """
     found, events = Exploration(), steps(n_operators)
     first = World(n_operators)
@@ -105,7 +105,7 @@ def explore(n_operators: int, max_depth: int | None = None, max_states: int | No
                 known.add(reached)
                 waiting.append((after, depth + 1, (*path, step.name)))
             if reached != state or step.moves_time:
-                # What was refused at once has changed nothing: the next event may follow in the same world.
+                # An immediate refusal has changed nothing: the next event may follow in the same world.
                 after = world.copy()
         if max_states is not None and len(known) > max_states:
             break
@@ -114,7 +114,7 @@ def explore(n_operators: int, max_depth: int | None = None, max_states: int | No
 
 
 def _try(world: World, step: Step) -> str:
-    """Let an event happen. Returns the rule that it broke, empty for none."""
+    """Apply an event. Return the rule that it broke, empty for none."""
     before = Before.of(world)
     accepted = step.run(world)
     world.said.clear()

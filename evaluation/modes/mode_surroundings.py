@@ -16,7 +16,7 @@ from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.plant import EffectorState, PointPlant
 
 DT_S = 0.05
-"""A slow control loop: the rules are about modes, and a tick costs the search time."""
+"""Control period of a slow loop: the rules are about modes, and every tick costs the search time."""
 START_M = (0.2, 0.5)
 _ORIGIN_M = (0.5, 0.5)
 
@@ -50,18 +50,18 @@ def good_model() -> ModelTransfer:
 
 
 class Source:
-    """The virtual time behind a clock [ns]."""
+    """Virtual time behind a clock [ns]."""
 
     def __init__(self, start_s: float):
         self.ns = round(start_s * 1e9)
 
     def __call__(self) -> int:
-        """Now."""
+        """Return the present time."""
         return self.ns
 
 
 class FeelingPlant(PointPlant):
-    """The point with a force on it that the world sets [N]."""
+    """Point with a force on it that the world sets [N]."""
 
     force_n = 0.0
 

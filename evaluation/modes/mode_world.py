@@ -1,4 +1,4 @@
-"""The shipped supervisor with its surroundings, all of it copyable, in virtual time.
+"""Shipped supervisor with its surroundings, all of it copyable, in virtual time.
 
 The world of the exhaustive check: its surroundings, operators whose every message is made here, and a network
 that keeps old messages to deliver them once more.
@@ -51,15 +51,15 @@ _HEARTBEAT_TICKS, _RENEWAL_TICKS = 2, 20
 
 @dataclass
 class Operator:
-    """One local site, as far as the robot hears of it.
+    """Local site, as far as the robot hears of it.
 
     Args:
-        name: Its name and its session.
-        lease_id: What it holds, or once held.
-        coupling_id: The coupling that it was told last.
+        name: Name and session of the site.
+        lease_id: Lease that it holds, or once held.
+        coupling_id: Coupling that it was told last.
         present: Whether it sends heartbeats and renewals.
         last: Its last command, for a network that delivers it again.
-        plan_id: The plan that it was shown last.
+        plan_id: Plan that it was shown last.
     """
 
     name: str
@@ -71,10 +71,10 @@ class Operator:
 
 
 class World:
-    """One robot, its surroundings and its operators.
+    """Robot, its surroundings and its operators.
 
     Args:
-        n_operators: How many.
+        n_operators: Number of operators.
     """
 
     def __init__(self, n_operators: int):
@@ -87,7 +87,7 @@ class World:
 
     def _boot(self) -> None:
         self.n_boots += 1
-        # The clock of a new boot begins anew: only its name tells an old stamp from a new one.
+        # The clock of a new boot starts from zero: only its name distinguishes an old stamp from a new one.
         self.source = Source(100.0)
         self.clock = BootClock(f"boot {self.n_boots}", self.source)
         self.said: list[Message] = []
@@ -104,7 +104,7 @@ class World:
         self._boot()
 
     def copy(self) -> World:
-        """Another world that is the same; what never changes is shared."""
+        """Return an equal world; what never changes is shared."""
         shared = [TASK, CONFIG, *self.robot.models.all()]
         return copy.deepcopy(self, {id(thing): thing for thing in shared})
 
@@ -158,7 +158,7 @@ class World:
         )
 
     def send_model(self, transfer: ModelTransfer) -> None:
-        """A model arrives, from whoever is in control."""
+        """Deliver a model from the site in control."""
         transfer = msgspec.structs.replace(transfer, session=self.robot.contact.lease.session)
         taken = self.robot.reception.take(transfer)
         if isinstance(taken, ModelTrial):
@@ -186,7 +186,7 @@ class World:
     # Time ---------------------------------------------------------------------------------------
 
     def run(self, duration_s: float, late_s: float = 0.0) -> None:
-        """Let time pass; who is present says so."""
+        """Advance the time; present operators send heartbeats and renewals."""
         for tick in range(max(1, round(duration_s / DT_S))):
             self.source.ns += round(DT_S * 1e9)
             for operator in self.operators:
@@ -199,12 +199,12 @@ class World:
             self.robot.tick(DT_S, late_s)
 
     def ask_lease_if_held(self, operator: Operator) -> None:
-        """Renew what an operator holds."""
+        """Renew the lease of an operator that holds one."""
         if self.robot.contact.lease.holder == operator.name:
             self.ask_lease(operator)
 
     def run_to_the_end(self) -> None:
-        """Let an execution come to the end of its motion, or a manoeuvre to its own."""
+        """Run to the end of an execution or of a manoeuvre."""
         self.run(DT_S)
         for _ in range(100):
             if self.robot.mode is not ControlMode.AUTONOMOUS or self.robot.phase.at_end:
@@ -223,4 +223,4 @@ class World:
 
 
 def _forget(**_fields: Any) -> None:
-    """Nobody reads the event log of a world."""
+    """Drop an event: nobody reads the event log of a world."""

@@ -1,4 +1,4 @@
-"""The study of the modes: the exhaustive check of one operator and of two, and its mutants."""
+"""Study of the modes: the exhaustive check of one operator and of two, and its mutants."""
 
 from __future__ import annotations
 

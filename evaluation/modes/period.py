@@ -1,4 +1,4 @@
-"""One control period of a robot as it looks from outside, and what an invariant of it is."""
+"""One control period of a robot as seen from outside, and the interface of an invariant."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from farhand.common.wire.messages import Command, Message
 
 @dataclass(frozen=True)
 class Arrived:
-    """A message that reached the robot.
+    """Message that reached the robot.
 
     Args:
-        message: It.
-        sent_s: When it was first handed to the link [s].
-        arrived_s: When it came [s].
+        message: The message.
+        sent_s: Time when it was first handed to the link [s].
+        arrived_s: Time of its arrival [s].
     """
 
     message: Message
@@ -28,18 +28,18 @@ class Arrived:
 
     @property
     def flight_s(self) -> float:
-        """Time under way [s]."""
+        """Time in transit [s]."""
         return self.arrived_s - self.sent_s
 
 
 @dataclass(frozen=True)
 class Ran:
-    """A command that the robot did.
+    """Command that the robot executed.
 
     Args:
-        command: It.
-        flight_s: How long it was under way [s].
-        lease_id: Of who was in control at that moment, empty for nobody.
+        command: The command.
+        flight_s: Time in transit [s].
+        lease_id: Lease of the site in control at that moment, empty for none.
     """
 
     command: Command
@@ -49,13 +49,13 @@ class Ran:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The robot at one moment.
+    """Robot at one moment.
 
     Args:
-        boot: Of the robot.
+        boot: Boot of the robot.
         mode: Its mode.
-        phase: What AUTONOMOUS is at.
-        lease_id: Of who is in control, empty for nobody.
+        phase: Phase of AUTONOMOUS.
+        lease_id: Lease of the site in control, empty for none.
         coupling: Coupling id and lease of the coupling, None without one.
         position_m: Shape (D,) [m].
         velocity_m_s: Shape (D,) [m/s].
@@ -80,14 +80,14 @@ class Period:
     """One control period.
 
     Args:
-        time_s: When [s].
-        dt_s: How long [s].
+        time_s: Time of the period [s].
+        dt_s: Its duration [s].
         before: The robot at its beginning.
-        between: When all that had arrived was done, before it moved.
+        between: The robot after all arrived messages were handled, before it moved.
         after: At its end.
-        arrived: What was done in it.
-        ran: The commands that were done in it.
-        usual_age_s: How old a message usually is, as the robot has learned it; zero before that [s].
+        arrived: Messages handled in it.
+        ran: Commands executed in it.
+        usual_age_s: Usual age of a message, as the robot has learned it; zero before that [s].
     """
 
     time_s: float
@@ -105,12 +105,12 @@ class Period:
 
 
 class Invariant(ABC):
-    """Something that holds in every control period."""
+    """Property that holds in every control period."""
 
     number: str
-    """Of the sentence in `modes.md`, in the order of its section on invariants."""
+    """Number of the sentence in `modes.md`, in the order of its section on invariants."""
     sentence: str | None
-    """The sentence."""
+    """Sentence."""
 
     @abstractmethod
     def violation(self, period: Period) -> str:

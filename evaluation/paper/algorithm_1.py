@@ -32,12 +32,12 @@ FORMS = ("to the letter", "printed", "published", "count")
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One stream of datapoints per seed."""
+    """Return one stream of datapoints per seed."""
     return [{"seed": s} for s in reporting_seeds(seed, trials or _TRIALS)]
 
 
 def trial(case: Case) -> Case:
-    """Largest errors of each form, over the components."""
+    """Return the largest errors of each form, over the components."""
     shown, _ = taught(case["seed"])
     points = np.concatenate([d.in_frame() for d in shown])
     labels = _assigned(points)
@@ -53,7 +53,7 @@ def trial(case: Case) -> Case:
 
 
 def _assigned(points: Array) -> NDArray[np.int64]:
-    """Nearest running mean, or a new component beyond lambda."""
+    """Assign each point to the nearest running mean, or to a new component beyond lambda."""
     means, counts, labels = [points[0]], [1], [0]
     for x in points[1:]:
         distances = np.linalg.norm(np.array(means) - x, axis=1)
@@ -73,7 +73,7 @@ def _batch(points: Array) -> tuple[Array, Array]:
 
 
 def _stream(points: Array, labels: NDArray[np.int64], form: str) -> Gaussians:
-    """Means and covariances after all datapoints, one by one."""
+    """Return means and covariances after all datapoints, one by one."""
     mu: dict[int, Array] = {}
     sigma: dict[int, Array] = {}
     weight: dict[int, float] = {}
@@ -97,7 +97,7 @@ def _stream(points: Array, labels: NDArray[np.int64], form: str) -> Gaussians:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Errors of each form."""
+    """Tabulate the errors of each form."""
     summary: Case = {}
     rows = []
     for form in FORMS:
@@ -122,7 +122,7 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Errors of the mean, by form."""
+    """Draw the errors of the mean, by form."""
     figure = Figure(figsize=(5.5, 3.4), layout="constrained")
     axes = figure.subplots()
     for number, form in enumerate(FORMS):

@@ -1,4 +1,4 @@
-"""What happens in the scenarios of the approach task: to the receptacle, and to the robot."""
+"""Events in the scenarios of the approach task, to the receptacle and to the robot."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ JUMP_M, JUMP_RAD, JUMP_S = 0.15, np.radians(20.0), 3.5
 SWAY_M, SWAY_RAD, SWAY_S = 0.05, 0.1, 6.0
 PUSH_M, PUSH_S, PUSH_FOR_S = 0.12, 3.0, 0.3
 HELD_S, HELD_FOR_S = 2.0, 3.5
-# A late jump comes once the tool is this near, and leaves it this far before the plane of the mouth.
+# A late jump comes once the tool is this close, and leaves it this far before the plane of the mouth.
 LATE_M, IN_FRONT_M = 0.05, 0.005
 
 
 def moved(random: np.random.Generator, frame: TaskFrame) -> TaskFrame:
-    """The receptacle after a jump into a random direction."""
+    """Return the receptacle after a jump in a random direction."""
     A = random_rotation(random, JUMP_RAD) @ frame.A
     return TaskFrame(A, frame.b + JUMP_M * random_direction(random))
 
 
 class Jump(Disturbance):
-    """The receptacle is elsewhere from one instant to the next."""
+    """Sudden displacement of the receptacle."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
         super().__init__(frame)
@@ -40,7 +40,7 @@ class Jump(Disturbance):
 
 
 class LateJump(Disturbance):
-    """The same when the tool is already on its final approach; it stays in front of the mouth's plane."""
+    """Jump when the tool is already on its final approach; the tool stays in front of the mouth's plane."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
         super().__init__(frame)
@@ -59,7 +59,7 @@ class LateJump(Disturbance):
 
 
 class Sway(Disturbance):
-    """The receptacle swings to and fro, and turns with it, as under a vessel."""
+    """Swinging of the receptacle to and fro, with rotation, as under a vessel."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
         super().__init__(frame)
@@ -75,7 +75,7 @@ class Sway(Disturbance):
 
 
 class Push(Disturbance):
-    """Something displaces the robot, quickly and smoothly; its velocity is as before afterwards."""
+    """Quick, smooth displacement of the robot; its velocity afterwards is as before."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
         super().__init__(frame)
@@ -91,7 +91,7 @@ class Push(Disturbance):
 
 
 class Held(Disturbance):
-    """Something holds the robot for a while."""
+    """Obstruction that holds the robot for a while."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
         super().__init__(frame)
@@ -108,7 +108,7 @@ class Held(Disturbance):
 
 
 class Static(Disturbance):
-    """Nothing happens."""
+    """Absence of events."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
         super().__init__(frame)

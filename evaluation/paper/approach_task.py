@@ -1,10 +1,10 @@
-"""A synthetic task like the paper's hot-stab: approach a receptacle along its axis, as a hand would.
+"""Synthetic task like the paper's hot-stab: approach a receptacle along its axis, as a hand would.
 
-In the receptacle's frame the mouth is the origin and the axis points outwards along z, so the tool comes
-from above. A hand first reaches for a point before the mouth and then moves straight down the axis: two
-overlapping minimum-jerk strokes (Flash and Hogan 1985). It varies as hands do: height of the point before
-the mouth, duration, a slow deviation that fades towards the mouth, and where it ends. Where orientations are
-asked for, it begins turned somehow, and turns the tool into the axis while it reaches.
+In the receptacle's frame the mouth is the origin and the axis points outwards along z, so the tool comes from
+above. A hand first reaches for a point before the mouth and then moves straight down the axis: two
+overlapping minimum-jerk strokes (Flash and Hogan 1985). It varies as hands do: height of the point before the
+mouth, duration, a slow deviation that fades towards the mouth, and end point. With orientations, it starts
+rotated at random, and turns the tool into the axis while it reaches.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _TURN_STD_RAD = 0.01  # of the tool at the end, per axis
 
 @dataclass(frozen=True)
 class Box:
-    """Where motions may start, in the receptacle's frame.
+    """Region in which motions may start, in the receptacle's frame.
 
     Args:
         low: Least coordinates [m]. Length 3.
@@ -50,7 +50,7 @@ class Box:
     high: tuple[float, float, float]
 
     def sample(self, random: np.random.Generator) -> Array:
-        """A point in it [m]. Shape (3,)."""
+        """Draw a point in it [m]. Shape (3,)."""
         return random.uniform(self.low, self.high)
 
 
@@ -59,25 +59,25 @@ FAR_STARTS = Box((-0.5, -0.5, 0.2), (0.5, 0.5, 0.8))  # where the robot may have
 
 
 def random_frame(random: np.random.Generator, reach_m: float = 0.3, turn_rad: float = 0.7) -> TaskFrame:
-    """A receptacle anywhere within a cube of this half edge, turned by up to this angle."""
+    """Draw a receptacle within a cube of this half edge, rotated by up to this angle."""
     return TaskFrame(
         random_rotation(random, random.uniform(0.0, turn_rad)), random.uniform(-reach_m, reach_m, 3)
     )
 
 
 def random_rotation(random: np.random.Generator, angle_rad: float) -> Array:
-    """Rotation by an angle about a random axis. Shape (3, 3)."""
+    """Return a rotation by an angle about a random axis. Shape (3, 3)."""
     return Rotation.from_rotvec(angle_rad * random_direction(random)).as_matrix()
 
 
 def random_direction(random: np.random.Generator) -> Array:
-    """A unit vector, all alike. Shape (3,)."""
+    """Draw a unit vector, uniformly distributed. Shape (3,)."""
     vector = random.normal(size=3)
     return vector / np.linalg.norm(vector)
 
 
 def turned_tool(random: np.random.Generator) -> Array:
-    """How the tool may be turned at the start, in the receptacle's frame. Shape (4,)."""
+    """Draw the tool's orientation at the start, in the receptacle's frame. Shape (4,)."""
     angle = random.uniform(0.0, _TURNED_RAD)
     return Rotation.from_rotvec(angle * random_direction(random)).as_quat(scalar_first=True)
 
@@ -85,11 +85,11 @@ def turned_tool(random: np.random.Generator) -> Array:
 def demonstrate(
     random: np.random.Generator, start: Array, frame: TaskFrame, oriented: bool = False
 ) -> Demonstration:
-    """One demonstration by the synthetic hand.
+    """Return one demonstration by the synthetic hand.
 
     Args:
-        random: Of the hand's variation.
-        start: Where it starts, in the receptacle's frame [m]. Shape (3,).
+        random: Random generator of the hand's variation.
+        start: Start in the receptacle's frame [m]. Shape (3,).
         frame: The receptacle.
         oriented: Whether with orientations.
     """
@@ -115,7 +115,7 @@ def demonstrations(
     oriented: bool = False,
     sensor: Sensor = TRACKER,
 ) -> list[Demonstration]:
-    """Demonstrations from random starts; the receptacle is elsewhere in each, but not by much.
+    """Return demonstrations from random starts; the receptacle differs in each, but not by much.
 
     The sensor's noise has random numbers of its own: the hands are the same whatever records them.
     """
@@ -130,7 +130,7 @@ def demonstrations(
 
 
 def _hand(random: np.random.Generator, start: Array) -> tuple[Array, Array]:
-    """Times (T,) [s] and positions in the receptacle's frame (T, 3) [m]."""
+    """Return times (T,) [s] and positions in the receptacle's frame (T, 3) [m]."""
     slowness = float(np.exp(random.normal(0.0, _DURATION_SPREAD)))
     reach_s, approach_s, overlap_s = (slowness * s for s in (_REACH_S, _APPROACH_S, _OVERLAP_S))
     height = random.uniform(*_HEIGHT_M)
@@ -146,7 +146,7 @@ def _hand(random: np.random.Generator, start: Array) -> tuple[Array, Array]:
 
 
 def _path(start: Array, before: Array) -> tuple[Array, float]:
-    """A curve that comes in along the axis, then the axis itself; and the curve's length [m]."""
+    """Return a curve that comes in along the axis, then the axis itself; and the curve's length [m]."""
     s = np.linspace(0.0, 1.0, 400)[:, None]
     away = start + 0.3 * (before - start)
     above = before + 0.4 * float(np.linalg.norm(start - before)) * AXIS
@@ -156,14 +156,17 @@ def _path(start: Array, before: Array) -> tuple[Array, float]:
 
 
 def _wander(random: np.random.Generator, part: Array, amplitude_m: float) -> Array:
-    """A slow deviation that vanishes at both ends of a stroke [m]. Shape (T, 3)."""
+    """Return a slow deviation that vanishes at both ends of a stroke [m]. Shape (T, 3)."""
     harmonics = np.arange(1, 4)
     amplitudes = random.normal(0.0, amplitude_m, (3, 3)) / harmonics[:, None]
     return np.sin(np.pi * part[:, None] * harmonics) @ amplitudes
 
 
 def _turning(random: np.random.Generator, part: Array) -> Rotation:
-    """The tool in the receptacle's frame: from turned to aligned, by two thirds of the time. T of them."""
+    """Return the tool's rotations in the receptacle's frame, aligned after two thirds of the time.
+
+    T of them.
+    """
     first = Rotation.from_quat(turned_tool(random), scalar_first=True).as_rotvec()
     last = random.normal(0.0, _TURN_STD_RAD, 3)
     turned = minimum_jerk(1.5 * part)[:, None]
@@ -171,6 +174,6 @@ def _turning(random: np.random.Generator, part: Array) -> Rotation:
 
 
 def minimum_jerk(tau: Array) -> Array:
-    """Fraction of a stroke travelled at a fraction of its time."""
+    """Return the fraction of a stroke travelled at a fraction of its time."""
     tau = np.clip(tau, 0.0, 1.0)
     return tau**3 * (10.0 - 15.0 * tau + 6.0 * tau**2)

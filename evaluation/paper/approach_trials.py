@@ -1,4 +1,4 @@
-"""The approach task as all studies use it: taught with the paper's lambda, executed while things happen."""
+"""Approach task as all studies use it: taught with the paper's lambda, executed under disturbances."""
 
 from __future__ import annotations
 
@@ -44,18 +44,18 @@ def taught(
     oriented: bool = False,
     sensor: Sensor = TRACKER,
 ) -> tuple[list[Demonstration], TPHSMM]:
-    """Demonstrations of the synthetic hand as the sensor recorded them, and what is learned from them."""
+    """Return the synthetic hand's recorded demonstrations, and the model learned from them."""
     shown = demonstrations(np.random.default_rng([seed, 0]), n, oriented, sensor)
     return shown, learn(shown, LearnerSettings(lambda_m))
 
 
 def hands(seed: int, n: int = N_DEMONSTRATIONS, oriented: bool = False) -> list[Demonstration]:
-    """The same demonstrations as the hand really went."""
+    """Return the same demonstrations without the sensor's errors."""
     return demonstrations(np.random.default_rng([seed, 0]), n, oriented, EXACT)
 
 
 def scene(seed: int, scenario: str, oriented: bool = False) -> tuple[Disturbance, TaskFrame, Array]:
-    """What happens in a trial, its receptacle, and the position or pose in the world that the robot starts from."""
+    """Return a trial's event, its receptacle, and the robot's first position or pose in the world."""
     random = np.random.default_rng([seed, 1])
     frame = random_frame(random)
     start = FAR_STARTS.sample(random)
@@ -65,6 +65,6 @@ def scene(seed: int, scenario: str, oriented: bool = False) -> tuple[Disturbance
 
 
 def stepping(model: TPHSMM) -> TPHSMM:
-    """The same model without the ramp: the reference steps from mean to mean, as in the paper."""
+    """Return the same model without the ramp: the reference steps from mean to mean, as in the paper."""
     still = np.zeros_like(model.slopes)
     return replace(model, slopes=still, residual_covariances=model.covariances, ways=())

@@ -1,4 +1,4 @@
-"""Which component a datapoint belongs to when it is seen from several task frames.
+"""Assignment of a datapoint to a component when several task frames see it.
 
 The paper leaves open how the distances in P frames become one. Four rules (see
 `farhand.local_site.learning.dp_means`) learn the same six demonstrations of a task in which both frames matter, base
@@ -34,12 +34,12 @@ FRAMES = {
     "base, bystander, handle": ("base", "bystander", "handle"),
     "bystander, handle": ("bystander", "handle"),
 }
-_TRIALS = 40  # of each rule and set of frames
+_TRIALS = 40  # trials of each rule and set of frames
 _MAX_END_M, _MAX_ANGLE_DEG, _OVER_M = 0.005, 20.0, 0.05
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Every rule and set of frames with the same seeds."""
+    """List every rule and set of frames with the same seeds."""
     seeds = reporting_seeds(seed, trials or _TRIALS)
     return [{"seed": s, "frames": f, "rule": r} for f, r, s in product(FRAMES, FRAME_RULES, seeds)]
 
@@ -53,7 +53,7 @@ def trial(case: Case) -> Case:
     result = {**case, "n_components": int((~model.terminal).sum())}
     try:
         motion = roll_out(model, scene.base.b, lambda t: frames)
-    except InvalidInput:  # refused, as from behind the goal
+    except InvalidInput:  # refused: it starts behind the goal
         return {**result, "success": False, "dtw_rms_m": float("nan"), "end_m": float("nan")}
     path = motion.position_m
     end_m = float(np.linalg.norm(path[-1] - scene.handle.b))
@@ -70,7 +70,7 @@ def trial(case: Case) -> Case:
 
 
 def taught(random: np.random.Generator, names: tuple[str, ...], settings: LearnerSettings) -> TPHSMM:
-    """A model of six demonstrations in random scenes."""
+    """Learn a model from six demonstrations in random scenes."""
     learner = OnlineLearner(settings, 2, names)
     for _ in range(N_DEMONSTRATIONS):
         shown = demonstrate(random, random_scene(random), names)
@@ -81,7 +81,7 @@ def taught(random: np.random.Generator, names: tuple[str, ...], settings: Learne
 
 
 def _angles_deg(scene: Scene, path: Array) -> tuple[float, float]:
-    """Between the first 5 cm and the base's axis, and between the last and the handle's."""
+    """Return the angles of the first 5 cm with the base's axis, and of the last with the handle's."""
     left = path[np.argmax(np.linalg.norm(path - path[0], axis=1) > _OVER_M)] - path[0]
     came = path[-1 - np.argmax(np.linalg.norm(path[::-1] - path[-1], axis=1) > _OVER_M)] - path[-1]
     return _angle_deg(left, scene.base.A[:, 1]), _angle_deg(came, scene.handle.A[:, 1])
@@ -93,7 +93,7 @@ def _angle_deg(a: Array, b: Array) -> float:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """One row for each set of frames and rule."""
+    """Make one row for each set of frames and rule."""
     summary: Case = {}
     rows = []
     for frames, rule in product(FRAMES, FRAME_RULES):
@@ -134,7 +134,7 @@ _MEASURES = ("n_components", "success", "dtw_rms_m", "end_m", "leaving_deg", "co
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Components and errors of each rule."""
+    """Draw components and errors of each rule."""
     figure = Figure(figsize=(9.0, 3.6), layout="constrained")
     panels = (("n_components", 1.0, "components"), ("dtw_rms_m", 100.0, "RMSE, DTW [cm]"))
     for axes, (key, scale, label) in zip(figure.subplots(1, 2), panels, strict=True):

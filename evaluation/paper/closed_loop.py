@@ -1,4 +1,4 @@
-"""A model executed on the point plant while things happen to its target and to the robot."""
+"""Execution of a model on the point plant while its target and the robot are disturbed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 
 Array = NDArray[np.float64]
 
-# The robot's limits in all studies.
+# Limits of the robot in all studies.
 SETTINGS = ExecutorSettings(max_acceleration_m_s2=4.0, max_speed_m_s=0.6)
 
 # An execution that takes this much longer than what remains of the demonstrated motion has stalled.
@@ -22,25 +22,25 @@ _PATIENCE, _PATIENCE_S = 3.0, 8.0
 
 
 class Disturbance:
-    """What may happen during an execution. By default nothing does."""
+    """Disturbance of an execution. By default there is none."""
 
     def __init__(self, frame: TaskFrame):
         self._frame = frame
 
     def frame(self, time_s: float, position: Array) -> TaskFrame:
-        """The receptacle at a time, when the robot is at a position [m]."""
+        """Return the receptacle at a time, when the robot is at a position [m]."""
         del time_s, position
         return self._frame
 
     def robot(
         self, time_s: float, position: Array, velocity: Array, following: tuple[Array, Array]
     ) -> tuple[Array, Array]:
-        """Where the robot really goes in one period.
+        """Return where the robot really moves in one period.
 
         Args:
-            time_s: At the beginning of the period [s].
-            position: At its beginning [m]. Shape (3,).
-            velocity: At its beginning [m/s]. Shape (3,).
+            time_s: Time at the beginning of the period [s].
+            position: Position at its beginning [m]. Shape (3,).
+            velocity: Velocity at its beginning [m/s]. Shape (3,).
             following: Position and velocity at its end, if nothing happens.
         """
         del time_s, position, velocity
@@ -49,14 +49,14 @@ class Disturbance:
 
 @dataclass(frozen=True, eq=False)
 class Execution:
-    """What happened.
+    """Record of an execution.
 
     Args:
         time_s: Shape (T,) [s].
         world: Positions of the robot [m]. Shape (T, D).
-        local: The same as the receptacle saw them at their times [m]. Shape (T, D).
+        local: The same positions in the receptacle's frame at their times [m]. Shape (T, D).
         turn_deg: Angle between the tool and the receptacle; zeros for a model of positions. Shape (T,).
-        arrived: Whether the motion came to its end; if not, it was given up.
+        arrived: True if the motion reached its end, False if it was given up.
     """
 
     time_s: Array
@@ -74,15 +74,16 @@ def execute(
     seen: Callable[[list[TaskFrame]], TaskFrame] = lambda frames: frames[-1],
     rest_s: float = 0.0,
 ) -> Execution:
-    """Execute a model of one frame from rest.
+    """Execute a model with one frame from rest.
 
     Args:
         model: The learned task.
-        start: Where the robot rests at first, in the world: a position or a pose. Shape (C,).
-        event: What happens.
-        settings: Of the executor.
-        seen: Which of the frames so far, the last one now, the controller is given; the true one by default.
-        rest_s: For how long it goes on after the motion has arrived [s].
+        start: First point in the world, at rest: a position or a pose. Shape (C,).
+        event: Disturbance.
+        settings: Settings of the executor.
+        seen: Selects the frame that the controller gets from the frames so far (the last is the present
+            one); the true one by default.
+        rest_s: Time for which it continues after the arrival [s].
     """
     dt, space = settings.dt_s, model.manifold
     D = space.n_dims

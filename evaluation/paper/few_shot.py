@@ -1,4 +1,4 @@
-"""How many demonstrations are needed: success and closeness from 1 to 12 of them.
+"""Number of demonstrations needed: success and closeness from 1 to 12 of them.
 
 The synthetic approach task, lambda = 0.10 m, new starts and receptacles. Ours beside a ProMP with the paper's
 setting in the receptacle's frame and the warped mean demonstration.
@@ -20,17 +20,17 @@ from farhand.evaluation.paper.closed_loop import Disturbance, execute
 from farhand.evaluation.study import Case, reporting_seeds
 
 _NUMBERS = (1, 2, 3, 5, 8, 12)
-_TRIALS = 60  # of each number
+_TRIALS = 60  # trials of each number
 METHODS = ("ours", "ProMP", "mean warp")
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Every number of demonstrations with the same seeds."""
+    """List every number of demonstrations with the same seeds."""
     return [{"seed": s, "n": n} for n in _NUMBERS for s in reporting_seeds(seed, trials or _TRIALS)]
 
 
 def trial(case: Case) -> Case:
-    """All methods from one new start."""
+    """Run all methods from one new start."""
     shown, model = taught(case["seed"], case["n"])
     random = np.random.default_rng([case["seed"], 1])
     like = demonstrate(random, TAUGHT_STARTS.sample(random), random_frame(random))
@@ -49,7 +49,7 @@ def trial(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """One row for each number of demonstrations."""
+    """Make one row for each number of demonstrations."""
     summary: Case = {}
     rows = []
     for n in _NUMBERS:
@@ -74,7 +74,7 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Success and error against the number of demonstrations."""
+    """Draw success and error against the number of demonstrations."""
     figure = Figure(figsize=(9.0, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     for name, colour in zip(METHODS, ("tab:blue", "tab:purple", "tab:green"), strict=True):

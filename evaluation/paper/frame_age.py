@@ -1,4 +1,4 @@
-"""Why the controller must be at the robot: the error when it sees the task frame late.
+"""Reason why the controller must be at the robot: its error when it sees the task frame late.
 
 The receptacle sways by 5 cm and 0.1 rad with a period of 6 s. The same controller executes the same model,
 but is given the frame as it was some time ago, which is what it would have across a link with that delay.
@@ -18,16 +18,16 @@ from farhand.evaluation.paper.closed_loop import SETTINGS, execute
 from farhand.evaluation.study import Case, reporting_seeds
 
 _AGES_S = (0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.6, 1.0)
-_TRIALS = 50  # of each age
+_TRIALS = 50  # trials of each age
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Every age with the same seeds."""
+    """List every age with the same seeds."""
     return [{"seed": s, "age_s": age} for age in _AGES_S for s in reporting_seeds(seed, trials or _TRIALS)]
 
 
 def trial(case: Case) -> Case:
-    """One execution in sway."""
+    """Run one execution in sway."""
     _, model = taught(case["seed"])
     event, _, start = scene(case["seed"], "sway")
     late = round(case["age_s"] / SETTINGS.dt_s)
@@ -43,7 +43,7 @@ def trial(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Success and error for each age."""
+    """Tabulate success and error for each age."""
     summary: Case = {}
     rows = []
     for age in _AGES_S:
@@ -63,7 +63,7 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Error against age."""
+    """Draw the error against the age."""
     figure = Figure(figsize=(6.0, 3.8), layout="constrained")
     axes = figure.subplots()
     errors = [[1e3 * r["error_m"] for r in results if r["age_s"] == age] for age in _AGES_S]

@@ -1,4 +1,4 @@
-"""A synthetic task with two frames, like the paper's example: leave the base, reach for the handle.
+"""Synthetic task with two frames, like the paper's example: leave the base, reach for the handle.
 
 Both frames matter, each in its turn. A hand leaves the base along the base's own y axis, and comes to the
 handle along the handle's, wherever the two are: a cubic Bezier curve at minimum jerk. It varies as hands do,
@@ -34,12 +34,12 @@ _N_PATH = 400
 
 @dataclass(frozen=True)
 class Scene:
-    """Where the frames are.
+    """Task frames of one scene.
 
     Args:
-        base: Its y axis is the way out.
-        handle: Its y axis points at where the hand comes from.
-        bystander: Has nothing to do with the task.
+        base: Frame whose y axis is the way out.
+        handle: Frame whose y axis points to where the hand comes from.
+        bystander: Frame that has nothing to do with the task.
     """
 
     base: TaskFrame
@@ -47,11 +47,11 @@ class Scene:
     bystander: TaskFrame
 
     def frames(self, names: tuple[str, ...]) -> list[TaskFrame]:
-        """The frames of these names."""
+        """Return the frames of these names."""
         return [getattr(self, name) for name in names]
 
     def path(self) -> Array:
-        """The way that every hand means to go. Shape (400, 2) [m]."""
+        """Return the path that every hand intends to follow. Shape (400, 2) [m]."""
         s = np.linspace(0.0, 1.0, _N_PATH)[:, None]
         begin, end = self.base.b, self.handle.b
         out, before = begin + _STRAIGHT_M * self.base.A[:, 1], end + _STRAIGHT_M * self.handle.A[:, 1]
@@ -59,7 +59,7 @@ class Scene:
 
 
 def random_scene(random: np.random.Generator) -> Scene:
-    """Base, handle and bystander anywhere within reach, turned any way within reason."""
+    """Draw base, handle and bystander within reach, with reasonable rotations."""
     return Scene(
         _random_frame(random, np.zeros(2), 0.4 * _REACH_M),
         _random_frame(random, _HANDLE_M, _REACH_M),
@@ -70,7 +70,7 @@ def random_scene(random: np.random.Generator) -> Scene:
 def demonstrate(
     random: np.random.Generator, scene: Scene, names: tuple[str, ...], sensor: Sensor = TRACKER
 ) -> Demonstration:
-    """One demonstration in a scene, seen from the frames of these names; the last is the goal's."""
+    """Return one demonstration in a scene, seen from the frames of these names; the last is the goal's."""
     noise = random.spawn(1)[0]
     duration_s = _DURATION_S * float(np.exp(random.normal(0.0, _DURATION_SPREAD)))
     time_s = np.arange(0.0, duration_s, _PERIOD_S)

@@ -1,4 +1,4 @@
-"""The hot-stab's approach on a point plant, while things happen to the receptacle and to the robot.
+"""Approach of the hot-stab on a point plant, while the receptacle and the robot are disturbed.
 
 Five demonstrations of the synthetic hand, lambda = 0.10 m. The robot starts anywhere in a box of 1 m by 1 m
 by 0.6 m, its tool turned by up to 34 degrees; the receptacle is elsewhere and turned by up to 40 degrees.
@@ -29,20 +29,20 @@ from farhand.evaluation.paper.approach_trials import SCENARIOS, hands, scene, st
 from farhand.evaluation.paper.closed_loop import Disturbance, execute
 from farhand.evaluation.study import Case, reporting_seeds
 
-_TRIALS = 200  # of each scenario
+_TRIALS = 200  # trials of each scenario
 _MAX_TURN_DEG = 3.0
 _FLOORS = {"static": 0.99, "jump": 0.95, "sway": 0.95, "push": 0.95, "held": 0.99, "late jump": 0.90}
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Every scenario with the same seeds."""
+    """List every scenario with the same seeds."""
     return [
         {"seed": s, "scenario": name} for name in SCENARIOS for s in reporting_seeds(seed, trials or _TRIALS)
     ]
 
 
 def trial(case: Case) -> Case:
-    """One execution."""
+    """Run one execution."""
     _, model = taught(case["seed"], oriented=True)
     event, _, start = scene(case["seed"], case["scenario"], oriented=True)
     executed = execute(model, start, event, rest_s=1.0)
@@ -55,7 +55,7 @@ def trial(case: Case) -> Case:
         "success": executed.arrived and approach.success and executed.turn_deg[-1] <= _MAX_TURN_DEG,
         "n_components": int((~model.terminal).sum()),
     }
-    if case["scenario"] == "static":  # beside the demonstrations, from their own starts
+    if case["scenario"] == "static":  # compared with the demonstrations, from their own starts
         hand = hands(case["seed"], oriented=True)
         like = hand[case["seed"] % len(hand)]
         for prefix, reference in (("", model), ("step_", stepping(model))):
@@ -66,7 +66,7 @@ def trial(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """One row per scenario, and the error to the demonstrations."""
+    """Make one row per scenario, and the error to the demonstrations."""
     summary: Case = {}
     rows = []
     for name in SCENARIOS:
@@ -121,7 +121,7 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Some motions of each scenario, in the receptacle's frame."""
+    """Draw some motions of each scenario, in the receptacle's frame."""
     figure = Figure(figsize=(12.0, 7.0), layout="constrained")
     for axes, name in zip(figure.subplots(2, 3, sharex=True, sharey=True).flat, SCENARIOS, strict=True):
         for case in [r for r in results if r["scenario"] == name][:6]:

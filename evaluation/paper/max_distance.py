@@ -1,4 +1,4 @@
-"""What lambda does: components, closeness to the demonstrations and success, with and without the ramp.
+"""Effect of lambda: components, closeness to the demonstrations and success, with and without the ramp.
 
 Five demonstrations of the synthetic approach; each is reproduced from its own start (both root mean
 square errors: at equal fractions of the time, and along dynamic time warping), and a new start and
@@ -20,11 +20,11 @@ from farhand.evaluation.paper.closed_loop import Disturbance, execute
 from farhand.evaluation.study import Case, reporting_seeds
 
 _LAMBDAS_M = (0.02, 0.03, 0.05, 0.10, 0.15, 0.20)
-_TRIALS = 20  # of each lambda and reference
+_TRIALS = 20  # trials of each lambda and reference
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Every lambda and reference with the same seeds."""
+    """List every lambda and reference with the same seeds."""
     seeds = reporting_seeds(seed, trials or _TRIALS)
     return [{"seed": s, "lambda_m": m, "ramp": r} for m, r, s in product(_LAMBDAS_M, (True, False), seeds)]
 
@@ -49,7 +49,7 @@ def trial(case: Case) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """One row for each lambda and reference."""
+    """Make one row for each lambda and reference."""
     summary: Case = {}
     rows = []
     for lambda_m, ramp in product(_LAMBDAS_M, (True, False)):
@@ -80,7 +80,7 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Components and errors against lambda."""
+    """Draw components and errors against lambda."""
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     left, right = figure.subplots(1, 2)
 

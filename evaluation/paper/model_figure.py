@@ -1,4 +1,4 @@
-"""The paper's Fig. 3 of a model: components in the task frame, transitions, durations."""
+"""Figure of a model like the paper's Fig. 3: components in the task frame, transitions, durations."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _FILES = (".png", ".pdf", ".svg")
 
 
 def draw_model(model: TPHSMM, file: Path) -> None:
-    """Draw a model as its first task frame sees it.
+    """Draw a model in its first task frame.
 
-    On the left its components and transitions in the plane of the first two dimensions, on the right
-    the duration of each component. Components count from one, as on the page.
+    On the left its components and transitions in the plane of the first two dimensions, on the right the
+    duration of each component. Components count from one, as on the page.
 
     Args:
-        model: What was learned.
+        model: Learned model.
         file: A .png, .pdf or .svg file.
 
     Raises:
@@ -43,12 +43,12 @@ def draw_model(model: TPHSMM, file: Path) -> None:
 
 
 def draw_components(axes: Axes, model: TPHSMM, origin: ArrayLike = 0.0) -> None:
-    """Ellipses of two standard deviations in the plane of the first two dimensions, by phase coloured.
+    """Draw ellipses of two standard deviations in the plane of the first two dimensions, coloured by phase.
 
     Args:
-        axes: Where to.
-        model: What was learned.
-        origin: Of its first task frame, which is not turned [m]. Shape (2,).
+        axes: Axes to draw into.
+        model: Learned model.
+        origin: Origin of its first task frame, which is not rotated [m]. Shape (2,).
     """
     means, covariances = (
         model.means[0, :, :2] + np.asarray(origin, dtype=float),

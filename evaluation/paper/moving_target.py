@@ -1,4 +1,4 @@
-"""The receptacle is elsewhere half way (Fig. 7, right): our executor beside a ProMP conditioned anew.
+"""Jump of the receptacle half way (Fig. 7, right): our executor beside a ProMP that is conditioned again.
 
 Half way through the motion the receptacle jumps by 12 cm and turns by 20 degrees, seen without delay. Ours
 goes on, with the new frame. A ProMP is conditioned on the start and the receptacle; at the jump it is
@@ -38,7 +38,7 @@ METHODS = ("ours", "ProMP, receptacle's frame", "ProMP, world")
 
 
 class Jump(Disturbance):
-    """The receptacle jumps at a time."""
+    """Jump of the receptacle at a time."""
 
     def __init__(self, before: TaskFrame, after: TaskFrame, at_s: float):
         super().__init__(before)
@@ -50,7 +50,7 @@ class Jump(Disturbance):
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One scene per seed, for all methods."""
+    """List one scene per seed, for all methods."""
     return [{"seed": s} for s in reporting_seeds(seed, trials or _TRIALS)]
 
 
@@ -65,7 +65,7 @@ def _judged(approach: Approach) -> Case:
 
 
 def motions_of(seed: int) -> tuple[TaskFrame, TaskFrame, dict[str, Array]]:
-    """The receptacle before and after, and each method's motion in the world (T, 3) [m]."""
+    """Return the receptacle before and after, and each method's motion in the world (T, 3) [m]."""
     shown, model = taught(seed)
     random = np.random.default_rng([seed, 1])
     before = random_frame(random)
@@ -82,7 +82,7 @@ def motions_of(seed: int) -> tuple[TaskFrame, TaskFrame, dict[str, Array]]:
 def _conditioned_anew(
     shown: list[Demonstration], start: Array, before: TaskFrame, after: TaskFrame, in_world: bool
 ) -> Array:
-    """A ProMP's motion in the world; at half time it is conditioned anew. Shape (N, 3)."""
+    """Return a ProMP's motion in the world, conditioned again at half time. Shape (N, 3)."""
     motions = [d.position_m if in_world else d.in_frame() for d in shown]
     promp = PrompBaseline.fit([d.time_s for d in shown], motions, PAPER)
     world = TaskFrame.identity(3)
@@ -96,7 +96,7 @@ def _conditioned_anew(
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Each method's success and approach."""
+    """Tabulate each method's success and approach."""
     summary: Case = {}
     rows = []
     for name in METHODS:
@@ -132,7 +132,7 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Fig. 7 (right) in two scenes, seen in the plane of the new receptacle's axis and the start."""
+    """Draw Fig. 7 (right) in two scenes, in the plane of the new receptacle's axis and the start."""
     figure = Figure(figsize=(10.0, 4.6), layout="constrained")
     for axes, case in zip(figure.subplots(1, 2), results[:2] * 2, strict=False):
         before, after, motions = motions_of(case["seed"])

@@ -1,4 +1,4 @@
-"""What a sensor's noise does to what is taught: it should do nothing.
+"""Effect of a sensor's noise on what is taught: it should have none.
 
 The same hands, recorded by an exact sensor and by worse ones: white noise, noise that is correlated over 0.3 s,
 other rates, quantised positions, drop-outs, a marker that is lost every other second on average for up to 0.2 s
@@ -51,11 +51,11 @@ SENSORS = {
     "a fifth missing, 1 mm, 0.5 degrees": _white(1.0, 0.5, missing=0.2),
     "marker lost, 1 mm, 0.5 degrees": _white(1.0, 0.5, jumps_hz=0.5),
 }
-_TRIALS = 200  # of each sensor
+_TRIALS = 200  # trials of each sensor
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Every sensor with the same seeds; every sensor on the samples; all folds of people's recordings."""
+    """List every sensor, with the same seeds and on the samples, and all folds of people's recordings."""
     seeds = reporting_seeds(seed, trials or _TRIALS)
     hands: list[Case] = [{"kind": "hand", "sensor": name, "seed": s} for name in SENSORS for s in seeds]
     samples: list[Case] = [{"kind": "samples", "sensor": name} for name in SENSORS]
@@ -69,7 +69,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """One model, and what it does."""
+    """Learn one model, and measure its executions."""
     if case["kind"] == "hand":
         return {**case, **_hand(case["seed"], SENSORS[case["sensor"]])}
     if case["kind"] == "samples":
@@ -101,7 +101,7 @@ def _hand(seed: int, sensor: Sensor) -> Case:
 
 
 def _size(model: TPHSMM) -> Case:
-    """Components, paths, ends, and the time of the demonstrations on average."""
+    """Return components, paths, ends, and the mean duration of the demonstrations."""
     into = model.initial * model.n_demonstrations
     visits = np.linalg.solve(np.eye(model.n_components) - model.transition.T, into)
     return {
@@ -113,7 +113,7 @@ def _size(model: TPHSMM) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """One row for each sensor, and one for each set of people's recordings."""
+    """Make one row for each sensor, and one for each set of people's recordings."""
     summary: Case = {}
     rows = []
     for name in SENSORS:

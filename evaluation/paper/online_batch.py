@@ -29,17 +29,17 @@ from farhand.local_site.teaching.demonstration import Demonstration
 Array = NDArray[np.float64]
 
 _TRIALS = 40
-_REPEATS = 5  # of the timing, least counts
+_REPEATS = 5  # repetitions of the timing; the least counts
 _SETTINGS = LearnerSettings(LAMBDA_M)
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One set of demonstrations per seed."""
+    """List one set of demonstrations per seed."""
     return [{"seed": s} for s in reporting_seeds(seed, trials or _TRIALS)]
 
 
 def trial(case: Case) -> Case:
-    """Learn both ways."""
+    """Learn in both ways."""
     *shown, sixth = demonstrations(np.random.default_rng([case["seed"], 0]), N_DEMONSTRATIONS + 1)
     learner = _learned(shown)
     model = learner.model()
@@ -81,7 +81,7 @@ def _batch(points: Array, K: int) -> GaussianMixture:
 
 
 def _log_likelihood(model: TPHSMM, points: Array) -> float:
-    """Mean log density of points under the mixture of the components that are not terminal."""
+    """Return the mean log density of points under the mixture of components that are not terminal."""
     kept = ~model.terminal
     weights = model.counts[kept] / model.counts[kept].sum()
     e = points[:, None] - model.means[0, kept]
@@ -98,7 +98,7 @@ def _timed(work) -> float:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Times, their ratio, and likelihoods."""
+    """Tabulate times, their ratio, and likelihoods."""
     column = {key: np.array([r[key] for r in results]) for key in results[0]}
     ratio, again = column["batch_s"] / column["online_s"], column["batch_anew_s"] / column["online_sixth_s"]
     difference = column["online_log_likelihood"] - column["batch_log_likelihood"]
@@ -129,7 +129,7 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Times and likelihoods of all trials."""
+    """Draw times and likelihoods of all trials."""
     figure = Figure(figsize=(8.5, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     for axes, keys, scale in (

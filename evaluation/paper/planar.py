@@ -40,7 +40,7 @@ _U_M = 0.05  # half the width of the drawn U
 
 
 class OscillatingU(Disturbance):
-    """The U as the robot sees it, and where it really is."""
+    """Oscillating U as the robot sees it, and its true place."""
 
     def __init__(self, task: PointTask, seed: int):
         super().__init__(TaskFrame.identity(2))
@@ -54,12 +54,12 @@ class OscillatingU(Disturbance):
         return (self._perception.observe(time_s) or [self._frame])[0]
 
     def truth(self, time_s: Array) -> Array:
-        """True centre of the U [m]. Shape (T, 2)."""
+        """Return the true centre of the U [m]. Shape (T, 2)."""
         return np.stack([self._target.origin_m(t) for t in time_s])
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """One trial per seed."""
+    """List one trial per seed."""
     return [{"seed": s} for s in reporting_seeds(seed, trials or _TRIALS)]
 
 
@@ -81,7 +81,7 @@ def trial(case: Case) -> Case:
 
 
 def _run(seed: int) -> tuple[PointTask, list[TPHSMM], OscillatingU, Execution]:
-    """The task, the model after each demonstration, the U, and the execution."""
+    """Return the task, the model after each demonstration, the U, and the execution."""
     task = find_point_task("planar")
     random = np.random.default_rng([seed, 1])
     noises = np.random.default_rng([seed, 3]).spawn(len(task.samples))
@@ -101,7 +101,7 @@ def _run(seed: int) -> tuple[PointTask, list[TPHSMM], OscillatingU, Execution]:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Success, components and paths."""
+    """Tabulate success, components and paths."""
     success = [r["success"] for r in results]
     components, paths = [r["n_components"] for r in results], [r["n_paths"] for r in results]
     errors = [r["rms_percent"] for r in results]
@@ -125,7 +125,7 @@ _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Figs. 2 and 3 from the first trial."""
+    """Draw Figs. 2 and 3 from the first trial."""
     task, models, event, executed = _run(results[0]["seed"])
     figure = Figure(figsize=(12.0, 4.2), layout="constrained")
     left, middle, right = figure.subplots(1, 3)

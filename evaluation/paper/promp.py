@@ -36,7 +36,7 @@ from farhand.local_site.teaching.demonstration import Demonstration
 Array = NDArray[np.float64]
 Motion = tuple[Array, Array]  # times (T,) [s], positions in the receptacle's frame (T, 3) [m]
 
-_TRIALS = 60  # of seen and of new starts
+_TRIALS = 60  # trials of seen and of new starts
 _N = 200
 OURS, STEP, RECEPTACLE, WORLD = "ours", "ours, step reference", "ProMP, receptacle's frame", "ProMP, world"
 BEST, WARP, LINE = "ProMP, best of grid", "mean warp", "straight line"
@@ -45,12 +45,12 @@ PARTS = ("seen", "new", "far")
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """Seen, new and far starts with the same seeds."""
+    """List seen, new and far starts with the same seeds."""
     return [{"seed": s, "part": part} for part in PARTS for s in reporting_seeds(seed, trials or _TRIALS)]
 
 
 def trial(case: Case) -> Case:
-    """All methods at one start, each compared with what the hand does there."""
+    """Run all methods at one start, and compare each with the hand's motion there."""
     shown, like = scene(case["seed"], case["part"])
     first = like.in_frame()[0]
     nearest = min(float(np.linalg.norm(first - d.in_frame()[0])) for d in shown)
@@ -61,7 +61,7 @@ def trial(case: Case) -> Case:
 
 
 def scene(seed: int, part: str) -> tuple[list[Demonstration], Demonstration]:
-    """The demonstrations, and the motion to compare with."""
+    """Return the demonstrations, and the motion to compare with."""
     shown, _ = taught(seed)
     if part == "seen":
         return shown, hands(seed)[seed % len(shown)]
@@ -71,7 +71,7 @@ def scene(seed: int, part: str) -> tuple[list[Demonstration], Demonstration]:
 
 
 def motions(seed: int, shown: list[Demonstration], like: Demonstration, grid: bool) -> dict[str, Motion]:
-    """What each method does from the start of a motion to its receptacle."""
+    """Return each method's motion from the start of a motion to its receptacle."""
     _, model = taught(seed)
     frame, start = like.frames_at(0)[0], like.position_m[0]
     ours = {
@@ -109,7 +109,7 @@ def _measure(motion: Motion, like: Demonstration) -> Case:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """One table each for seen, new and far starts."""
+    """Make one table each for seen, new and far starts."""
     summary: Case = {}
     lines = ["# Ours and ProMP", "", (__doc__ or "").split("\n", 1)[1].strip()]
     header = ("", "RMSE, time [cm]", "RMSE, DTW [cm]", "off the axis [deg], median / 90 %", "success", "smoothness", "duration ratio")  # fmt: skip
@@ -152,7 +152,7 @@ def _best_of_grid(rows: list[Case]) -> str:
 
 
 def draw(results: list[Case], out_dir: Path) -> list[str]:
-    """Fig. 8, and the error against the distance from the data."""
+    """Draw Fig. 8, and the error against the distance from the data."""
     figure = Figure(figsize=(12.0, 4.2), layout="constrained")
     left, middle, right = figure.subplots(1, 3)
     for axes, part in ((left, "seen"), (middle, "far")):

@@ -26,7 +26,7 @@ NAMES = ("base", "handle")
 
 
 def learn(random: np.random.Generator) -> tuple[TPHSMM, list[Demonstration]]:
-    """The model, and what it was learned from."""
+    """Return the model, and the demonstrations that it was learned from."""
     learner, shown = OnlineLearner(LearnerSettings(LAMBDA_M), 2, NAMES), []
     for _ in range(N_DEMONSTRATIONS):
         shown.append(demonstrate(random, random_scene(random), NAMES))
@@ -37,7 +37,7 @@ def learn(random: np.random.Generator) -> tuple[TPHSMM, list[Demonstration]]:
 
 
 def learn_from_each_frame(shown: list[Demonstration]) -> TPHSMM:
-    """The same model, when every frame brings its own observations and nobody knows where the frames are."""
+    """Return the same model when every frame has its own observations and their places are unknown."""
     learner = OnlineLearner(LearnerSettings(LAMBDA_M), 2, NAMES)
     for demonstration in shown:
         frames = demonstration.frames_at(0)
