@@ -164,10 +164,10 @@ class Remote:
 
 @dataclass(frozen=True)
 class Link:
-    """Run the simulated link: a relay that delays every byte, adjustable over its control socket."""
+    """Run the simulated link: a relay of TCP and UDP that delays, loses and cuts, adjustable over its control socket."""
 
     listen: str = "127.0.0.1:7448"
-    """Where the local site connects, host:port."""
+    """Where the local site connects, host:port, for TCP and UDP alike."""
     target: str = "127.0.0.1:7447"
     """Where the remote site listens, host:port."""
     control: str = "127.0.0.1:7449"
@@ -175,7 +175,7 @@ class Link:
     profile: str = "geo"
     """lan, geo, leo or acoustic."""
     seed: int = 0
-    """Of the jitter."""
+    """Of jitter, loss and all else that is random."""
 
     def run(self) -> int:
         """Do it."""

@@ -5,8 +5,9 @@ clock; the caller passes the time, so that the same model runs in real and in vi
 
     jitter.py        the scatter of the delay
     loss.py          random loss and bursts of loss
-    delay_line.py    a stream, which keeps its order: what the TCP relay is
-    message_line.py  messages, which may be lost, duplicated and overtaken: what the in-process link is
+    delay_line.py    a stream, which keeps its order: what the relay is to a TCP connection
+    message_line.py  messages, which may be lost, duplicated, corrupted and overtaken: what the relay is to UDP
+                     datagrams, and what the in-process link is
     timeline.py      settings that change with time
 """
 
@@ -16,8 +17,6 @@ import math
 from typing import Literal
 
 import msgspec
-
-from farhand.common.errors import InvalidConfiguration
 
 Distribution = Literal["none", "uniform", "normal", "pareto", "paretonormal"]
 Outage = Literal["none", "stall", "reset", "blackhole"]
@@ -29,8 +28,8 @@ UNLIMITED_QUEUE_BYTES = 4 * 2**20
 MIN_QUEUE_BYTES = 4096
 """Smallest automatic queue of a link with a rate."""
 
-MESSAGES_ONLY = ("loss", "gemodel_p", "duplicate", "reorder")
-"""Fields that only a link of messages can apply."""
+MESSAGES_ONLY = ("loss", "gemodel_p", "duplicate", "corrupt", "reorder")
+"""Fields that only a link of messages can apply: TCP hides them by retransmission."""
 
 _RANGES = {
     "delay_ms": MAX_DELAY_MS,
@@ -43,6 +42,7 @@ _RANGES = {
     "gemodel_1_h": 100.0,
     "gemodel_1_k": 100.0,
     "duplicate": 100.0,
+    "corrupt": 100.0,
     "reorder": 100.0,
     "rate_bps": 1e12,
     "queue_bytes": MAX_QUEUE_BYTES,
@@ -78,6 +78,8 @@ class DirectionSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """Loss while good [%]."""
     duplicate: float = 0.0
     """Share of messages that arrive twice [%]."""
+    corrupt: float = 0.0
+    """Share of messages in which one bit is inverted in transit [%]; a transport that checks them drops them."""
     reorder: float = 0.0
     """Share of messages that skip the delay and so overtake [%]."""
     gap: int = 1
@@ -141,22 +143,11 @@ class LinkSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
             if direction.queue_limit_bytes < direction.bandwidth_delay_bytes
         ]
 
-    def require_stream(self, source: str = "link", field: str = "") -> None:
-        """Check that a TCP relay can apply the settings.
-
-        Args:
-            source: Name for errors.
-            field: Name for errors of what the settings are part of.
-
-        Raises:
-            InvalidConfiguration: It cannot; names the first field that it cannot apply.
-        """
-        for direction in ("uplink", "downlink"):
-            for name in MESSAGES_ONLY:
-                if value := getattr(getattr(self, direction), name):
-                    where = ".".join(filter(None, [field, direction, name]))
-                    expected = (
-                        f"a TCP relay cannot lose, double or reorder what TCP would repair: expected 0, not "
-                        f"{value:g}; the link in virtual time can (`farhand evaluate link-chaos`)"
-                    )
-                    raise InvalidConfiguration(source, where, expected)
+    def beyond_streams(self) -> list[str]:
+        """List the fields in force that a TCP connection cannot apply, such as `uplink.loss`."""
+        return [
+            f"{direction}.{name}"
+            for direction in ("uplink", "downlink")
+            for name in MESSAGES_ONLY
+            if getattr(getattr(self, direction), name)
+        ]

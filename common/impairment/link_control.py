@@ -7,6 +7,7 @@ This goes over a socket of its own, never over the link, and works while the lin
     {"request": "set", "uplink": {"delay_ms": 600}, "downlink": {}}
     {"request": "outage", "kind": "stall", "duration_s": 10}
     {"request": "clear"}
+    {"request": "rebind"}
 
 Every answer is {"status": {...}}, as it is after the request, or {"error": {...}}, and nothing was changed.
 """
@@ -60,7 +61,11 @@ class ClearRequest(_Request, frozen=True, tag_field="request", tag="clear"):
     """Request to end the present outage."""
 
 
-Request = StatusRequest | ProfileRequest | SetRequest | OutageRequest | ClearRequest
+class RebindRequest(_Request, frozen=True, tag_field="request", tag="rebind"):
+    """Go on from other ports towards the remote site, as after a satellite hand-over: UDP alone survives it."""
+
+
+Request = StatusRequest | ProfileRequest | SetRequest | OutageRequest | ClearRequest | RebindRequest
 
 
 class Refusal(msgspec.Struct, frozen=True, kw_only=True):
@@ -151,6 +156,10 @@ class RelayControl:
     def clear(self) -> dict[str, Any]:
         """End the present outage."""
         return self._ask(ClearRequest())
+
+    def rebind(self) -> dict[str, Any]:
+        """Send what comes from now on to the remote site from other UDP ports."""
+        return self._ask(RebindRequest())
 
     def _ask(self, request: Request) -> dict[str, Any]:
         where = show_address((self._host, self._port))

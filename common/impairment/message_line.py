@@ -5,14 +5,34 @@ from __future__ import annotations
 import heapq
 import math
 from random import Random
+from typing import NamedTuple
 
 from farhand.common.impairment.impairment import DirectionSettings
 from farhand.common.impairment.jitter import Jitter
 from farhand.common.impairment.loss import Loss
 
 
+class Arrival(NamedTuple):
+    """The arrival of one copy of a message.
+
+    Args:
+        due_s: When [s].
+        corrupted_at: Where one bit of it is inverted, as a part of its length from 0 to below 1; None for a whole one.
+    """
+
+    due_s: float
+    corrupted_at: float | None = None
+
+    def received(self, data: bytes) -> bytes:
+        """Return the message as it arrives."""
+        if self.corrupted_at is None or not data:
+            return data
+        byte, bit = divmod(int(self.corrupted_at * 8 * len(data)), 8)
+        return data[:byte] + bytes([data[byte] ^ 1 << bit]) + data[byte + 1 :]
+
+
 class MessageLine:
-    """One direction of a link of messages: decides when each arrives, how often, and whether at all.
+    """One direction of a link of messages: decides when each arrives, how often, how whole, and whether at all.
 
     Each impairment has its own random sequence, so that a change of one leaves the others as they are. A
     message that is lost in transit has still taken its time to send.
@@ -36,7 +56,7 @@ class MessageLine:
         """Present parameters."""
         return self._settings
 
-    def push(self, now_s: float, n_bytes: int) -> list[float]:
+    def push(self, now_s: float, n_bytes: int) -> list[Arrival]:
         """Send a message.
 
         Args:
@@ -44,19 +64,19 @@ class MessageLine:
             n_bytes: Size of the message.
 
         Returns:
-            Times of its arrival [s]: none if it is lost, two if it is duplicated. A later message may
-            arrive earlier because of jitter or reordering.
+            Its arrivals: none if it is lost, two if it is duplicated. A later message may arrive earlier where
+            jitter or reorder have it so.
         """
         settings = self._settings
         sending_s = 8 * n_bytes / settings.rate_bps if settings.rate_bps else 0.0
         self._sent_s = max(now_s, self._sent_s) + sending_s
         if self._loss.strikes():
             return []
-        arrivals = [self._sent_s + self._draw_delay_s()]
+        arrivals = [Arrival(self._sent_s + self._draw_delay_s(), self._draw_corruption())]
         if settings.duplicate and self._duplicate.random() < settings.duplicate / 100:
-            arrivals.append(self._sent_s + self._jitter.draw_s(settings))
+            arrivals.append(Arrival(self._sent_s + self._jitter.draw_s(settings), self._draw_corruption()))
         self._forget_arrived(now_s)
-        heapq.heappush(self._under_way, (arrivals[0], n_bytes))
+        heapq.heappush(self._under_way, (arrivals[0].due_s, n_bytes))
         self._under_way_bytes += n_bytes
         return arrivals
 
@@ -93,10 +113,15 @@ class MessageLine:
         self._jitter = Jitter(chance("jitter"))
         self._duplicate = chance("duplicate")
         self._reorder = chance("reorder")
+        self._corrupt = chance("corrupt")
 
     def _forget_arrived(self, now_s: float) -> None:
         while self._under_way and self._under_way[0][0] <= now_s:
             self._under_way_bytes -= heapq.heappop(self._under_way)[1]
+
+    def _draw_corruption(self) -> float | None:
+        corrupt = self._settings.corrupt
+        return self._corrupt.random() if corrupt and self._corrupt.random() < corrupt / 100 else None
 
     def _draw_delay_s(self) -> float:
         settings = self._settings

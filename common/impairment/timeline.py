@@ -65,15 +65,6 @@ class Timeline:
         """Settings that the steps modify."""
         return self._settings[0]
 
-    def require_stream(self) -> None:
-        """Check that a TCP relay can apply the settings at all times.
-
-        Raises:
-            InvalidConfiguration: It cannot; names the first field that it cannot apply.
-        """
-        for number, settings in enumerate(self._settings):
-            settings.require_stream(self._source, f"timeline[{number - 1}]" if number else "")
-
     def at(self, elapsed_s: float) -> LinkSettings:
         """Return the settings at a time after the beginning [s]."""
         return self._settings[self._place(elapsed_s)[1]]

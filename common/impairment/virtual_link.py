@@ -1,4 +1,4 @@
-"""In-process link in virtual time: each message may be late, lost, duplicated or reordered.
+"""In-process link in virtual time: each message may be late, lost, duplicated, corrupted or reordered.
 
 Both ends offer the protocol `farhand.common.link.link.Link`. What Zenoh and TCP add (retransmission, order,
 the handshake) is not modelled: this link is worse than any of theirs, and shows nothing about their timing.

@@ -106,8 +106,9 @@ class OneWay:
             packet = next(filter(None, (queue.take(now_s) for queue in self._queues.values())), None)
             if packet is None:
                 break
-            for due_s in self._line.push(now_s, len(packet.data) + OVERHEAD_BYTES):
-                self._time.call_at(due_s, partial(self._arrive, packet, self._epoch))
+            for arrival in self._line.push(now_s, len(packet.data) + OVERHEAD_BYTES):
+                if arrival.corrupted_at is None:  # the transport drops what its checksum does not fit
+                    self._time.call_at(arrival.due_s, partial(self._arrive, packet, self._epoch))
         self._wake_when_possible(now_s)
 
     def _wake_when_possible(self, now_s: float) -> None:

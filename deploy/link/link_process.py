@@ -38,13 +38,12 @@ async def run_link(
         target: Where the remote site listens.
         control: Where `farhand.common.impairment.link_control.RelayControl` connects.
         profile: Name of a profile in `profiles_file`.
-        seed: Of the jitter.
+        seed: Of all that is random.
         profiles_file: TOML, see `farhand.common.impairment.link_profile`.
         ready: Called once when both ports are bound, with the addresses of data and control.
 
     Raises:
-        InvalidConfiguration: The profiles are malformed, there is none of that name, or it asks for what a
-            TCP relay cannot do.
+        InvalidConfiguration: The profiles are malformed, or there is none of that name.
         LinkError: A port is in use, or an address is not of this machine.
     """
     profiles = load_profiles(profiles_file)

@@ -17,6 +17,7 @@ from farhand.common.impairment.link_control import (
     ForeignLine,
     OutageRequest,
     ProfileRequest,
+    RebindRequest,
     Request,
     SetRequest,
     StatusRequest,
@@ -96,6 +97,8 @@ class ControlServer:
                 relay.change(update_settings(relay.settings, uplink=uplink, downlink=downlink))
             case OutageRequest(kind=kind, duration_s=duration_s):
                 relay.outage(kind, duration_s)
+            case RebindRequest():
+                relay.rebind()
             case StatusRequest():
                 pass
             case _:

@@ -13,6 +13,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from farhand.common.errors import InvalidConfiguration
+from farhand.common.link.certificates import Right, common_name, shown, validity_fault
 
 ORGANIZATION = "Farhand"
 CA_DAYS = 3650
@@ -115,6 +116,35 @@ def hosts_of(certificate: x509.Certificate) -> tuple[str, ...]:
     except x509.ExtensionNotFound:
         return ()
     return tuple(str(name.value) for name in names)
+
+
+@dataclass(frozen=True)
+class Issued:
+    """A site with its newest certificate.
+
+    Args:
+        right: Its role.
+        certificate: The newest one.
+    """
+
+    right: Right
+    certificate: x509.Certificate
+
+    @property
+    def name(self) -> str:
+        """The site's name."""
+        return common_name(self.certificate)
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """Names and addresses by which it may be dialled."""
+        return hosts_of(self.certificate)
+
+    def fault(self, now: datetime) -> str:
+        """Return the reason why it is refused at a time; an empty string when it is not."""
+        if self.right.revoked is not None:
+            return f"revoked on {shown(self.right.revoked)}"
+        return validity_fault(self.certificate, now)
 
 
 def _parse_host(text: str) -> str:

@@ -10,7 +10,6 @@ sites/NAME/key.pem
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -32,47 +31,15 @@ from farhand.common.link.certificates import (
     RIGHTS_FILE,
     Right,
     Role,
-    common_name,
     read_certificate,
     read_rights,
-    shown,
-    validity_fault,
 )
 from farhand.common.names import MOST_SITE_NAME, check_name
 from farhand.common.whole_file import fault_of, read_whole, write_whole
-from farhand.deploy.pki.issue import Authority, hosts_of, new_key, parse_hosts
+from farhand.deploy.pki.issue import Authority, Issued, new_key, parse_hosts
 
 _CA_KEY = "ca.key"
 _MOST_DAYS = 3650
-
-
-@dataclass(frozen=True)
-class Issued:
-    """A site with its newest certificate.
-
-    Args:
-        right: Its role.
-        certificate: The newest one.
-    """
-
-    right: Right
-    certificate: x509.Certificate
-
-    @property
-    def name(self) -> str:
-        """The site's name."""
-        return common_name(self.certificate)
-
-    @property
-    def hosts(self) -> tuple[str, ...]:
-        """Names and addresses by which it may be dialled."""
-        return hosts_of(self.certificate)
-
-    def fault(self, now: datetime) -> str:
-        """Return the reason why it is refused at a time; an empty string when it is not."""
-        if self.right.revoked is not None:
-            return f"revoked on {shown(self.right.revoked)}"
-        return validity_fault(self.certificate, now)
 
 
 class Registry:

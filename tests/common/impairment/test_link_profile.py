@@ -48,11 +48,7 @@ def test_the_profiles_that_come_with_farhand_are_physical():
     assert profiles["acoustic"].uplink.delay_ms == pytest.approx(1e6 / 1500, rel=0.01)  # sound over 1 km
     assert profiles["leo"].over_time().at(30.1).uplink.delay_ms == 80  # a spike at every 15 s
     assert profiles["acoustic"].downlink.rate_bps == 9600
-
-
-def test_the_relay_can_do_all_the_profiles_that_come_with_farhand():
-    for profile in load_profiles(SHIPPED).values():
-        profile.over_time().require_stream()
+    assert 1 <= profiles["leo"].downlink.loss <= 2
 
 
 def test_every_field_of_a_profile_is_read(tmp_path):

@@ -20,6 +20,7 @@ directions = st.builds(
     share=st.floats(0, 1),
     loss=st.sampled_from([0.0, 30.0, 100.0]),
     duplicate=st.sampled_from([0.0, 30.0, 100.0]),
+    corrupt=st.sampled_from([0.0, 30.0]),
     reorder=st.sampled_from([0.0, 30.0]),
     gap=st.integers(1, 4),
     rate_bps=st.sampled_from([0.0, 9600.0, 1e6]),
@@ -34,32 +35,52 @@ def send(line: MessageLine, messages: list[tuple[float, int]]) -> list[tuple[flo
     now_s, sent = 100.0, []
     for pause_s, n_bytes in messages:
         now_s += pause_s
-        sent.append((now_s, line.push(now_s, n_bytes)))
+        sent.append((now_s, [arrival.due_s for arrival in line.push(now_s, n_bytes)]))
     return sent
 
 
 def test_a_message_takes_its_time_to_send_and_the_delay():
     line = MessageLine(DirectionSettings(delay_ms=1000, rate_bps=8000))
-    assert [line.push(0.0, 500) for _ in range(2)] == [pytest.approx([1.5]), pytest.approx([2.0])]
+    arrivals = [arrival for _ in range(2) for arrival in line.push(0.0, 500)]
+    assert [arrival.due_s for arrival in arrivals] == pytest.approx([1.5, 2.0])
 
 
 def test_duplicates_come_at_their_rate_each_with_a_delay_of_its_own():
     line = MessageLine(DirectionSettings(delay_ms=300, jitter_ms=20, duplicate=10))
     arrivals = [line.push(float(t), 1) for t in range(N)]
-    doubled = [pair for pair in arrivals if len(pair) == 2]
-    assert len(doubled) / N == pytest.approx(0.1, abs=4 * math.sqrt(0.1 * 0.9 / N))
-    assert all(first != second for first, second in doubled)
+    duplicated = [pair for pair in arrivals if len(pair) == 2]
+    assert len(duplicated) / N == pytest.approx(0.1, abs=4 * math.sqrt(0.1 * 0.9 / N))
+    assert all(first != second for first, second in duplicated)
 
 
 def test_reordered_messages_skip_the_delay_at_their_rate_and_not_before_their_gap():
     line = MessageLine(DirectionSettings(delay_ms=300, reorder=25, gap=3))
-    skipped = [line.push(float(t), 1)[0] == t for t in range(N)]
+    skipped = [line.push(float(t), 1)[0].due_s == t for t in range(N)]
     indices = [t for t, is_skipped in enumerate(skipped) if is_skipped]
     apart = [later - earlier for earlier, later in pairwise(indices)]
     assert min(apart) == 3
     # Two that cannot skip, then a geometric number of tries: 2 + 1 / 0.25 = 6 apart on average.
     mean = sum(apart) / len(apart)
     assert mean == pytest.approx(6, abs=4 * math.sqrt(0.75 / 0.25**2 / len(apart)))
+
+
+def test_messages_are_corrupted_at_their_rate_each_in_one_bit_anywhere():
+    line = MessageLine(DirectionSettings(corrupt=20, duplicate=50))
+    message = bytes(16)
+    arrived = [arrival.received(message) for t in range(N) for arrival in line.push(float(t), len(message))]
+    inverted = [int.from_bytes(data, "little") for data in arrived if data != message]
+    assert all(bits.bit_count() == 1 for bits in inverted)
+    assert len(inverted) / len(arrived) == pytest.approx(0.2, abs=4 * math.sqrt(0.2 * 0.8 / len(arrived)))
+    # Each of the 128 bits as often as any other: chi squared has 127 degrees of freedom.
+    expected = len(inverted) / 128
+    counts = [sum(bits == 1 << bit for bits in inverted) for bit in range(128)]
+    assert sum((n - expected) ** 2 / expected for n in counts) < 127 + 4 * math.sqrt(2 * 127)
+
+
+def test_a_message_without_content_cannot_be_corrupted():
+    (arrival,) = MessageLine(DirectionSettings(corrupt=100)).push(0.0, 0)
+    assert arrival.corrupted_at is not None
+    assert arrival.received(b"") == b""
 
 
 def test_a_change_of_one_impairment_leaves_the_chance_of_the_others_alone():

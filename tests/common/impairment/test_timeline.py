@@ -89,10 +89,3 @@ def test_a_malformed_step_is_refused_by_name(wrong, repeat_s, field, says):
     with pytest.raises(InvalidConfiguration, match=says) as caught:
         Timeline(BASE, wrong, repeat_s, "links.toml")
     assert (caught.value.source, caught.value.field) == ("links.toml", field)
-
-
-def test_a_tcp_relay_refuses_a_timeline_for_any_of_its_steps():
-    timeline = Timeline(BASE, (*steps(1.0), TimelineStep(at_s=2.0, downlink={"loss": 5})))
-    with pytest.raises(InvalidConfiguration, match="TCP would repair") as caught:
-        timeline.require_stream()
-    assert caught.value.field == "timeline[1].downlink.loss"

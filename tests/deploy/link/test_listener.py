@@ -156,7 +156,7 @@ def test_a_full_queue_of_the_relay_is_not_the_silence_of_its_source(run, linked)
             bench.relay.outage("stall", FOREVER_S)
             writer.write(bytes(10_000_000))
             await bench.until(lambda status: status["uplink"]["queued_bytes"] == 1000)
-            (visitor,) = bench.relay._door._inside.values()
+            (visitor,) = bench.relay._streams._door._inside.values()
             while visitor.silent_s() > 0.0:
                 await asyncio.sleep(0)
 

@@ -68,6 +68,9 @@ def test_the_status_shows_the_settings_the_traffic_and_no_outage():
             "lateness_p50_ms": None,
             "lateness_p99_ms": None,
             "lateness_max_ms": None,
+            "datagrams": dict.fromkeys(
+                ("taken", "lost", "duplicated", "corrupted", "overflowed", "delivered"), 0
+            ),
         }
 
     controlled(use)
@@ -103,7 +106,7 @@ def test_a_set_replaces_only_the_fields_it_names():
         ({"delay_ms": -1}, "downlink: delay_ms must be a finite number"),
         ({"jitter_ms": 8}, r"downlink: jitter_ms \(8.*must not exceed delay_ms"),
         ({"speed": 0.1}, "downlink: .*unknown field `speed`.*delay_ms, jitter_ms"),
-        ({"loss": 0.1}, "downlink.loss: .*TCP would repair"),
+        ({"loss": 0.1, "gemodel_p": 1}, "downlink: loss and gemodel_p are two models of the same thing"),
         ({"rate_bps": "fast"}, "downlink.rate_bps: Expected `float`"),
         ({"distribution": "cauchy"}, "downlink.distribution: .*cauchy"),
     ],

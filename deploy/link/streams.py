@@ -1,0 +1,147 @@
+"""The relay's TCP side: every connection is dialled on to the remote site, and carried through delay lines."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+import socket
+
+from farhand.common.address import Address
+from farhand.common.impairment.impairment import LinkSettings, Outage
+from farhand.deploy.link.listener import Door, DoorLimits, Visitor, is_exhaustion
+from farhand.deploy.link.relay_connection import Connection, Dialler, close
+from farhand.deploy.link.relay_pipe import Meter
+
+log = logging.getLogger(__name__)
+
+_LIMITS = DoorLimits(most=64, first_word_s=10.0, silence_s=180.0)
+"""The sites speak at once, and every 30 s at least: the transport's own sign of life."""
+
+
+class Streams:
+    """Carries TCP connections. Rate and queue hold for each connection and direction.
+
+    Args:
+        target: Where the remote site listens; it may come later.
+        settings: Both directions; `change` replaces them.
+        seed: With the settings' seeds and a connection's number it fixes the jitter of the connection.
+        meters: Of the uplink and the downlink.
+    """
+
+    def __init__(self, target: Address, settings: LinkSettings, seed: int, meters: tuple[Meter, Meter]):
+        self._settings, self._seed, self._meters = settings, seed, meters
+        self._connections: set[Connection] = set()
+        self._door = Door("link", self._serve, _LIMITS)
+        self._dialler = Dialler(target)
+        self._accepting: asyncio.Task[None] | None = None
+        self._listener: socket.socket | None = None
+        self._outage: Outage = "none"
+        self._outage_end_s = -math.inf
+        self.accepted = 0
+        """Connections that were let in."""
+        self.refused = 0
+        """Connections that were not carried."""
+
+    @property
+    def connections(self) -> int:
+        """Connections that are carried now."""
+        return len(self._connections)
+
+    @property
+    def target_error(self) -> str:
+        """Why the newest connection to the remote site was not made; empty when it was."""
+        return self._dialler.problem
+
+    def queued_bytes(self, direction: int) -> int:
+        """Return what is held back in one direction [B]; 0: uplink, 1: downlink."""
+        return sum(connection.pipes[direction].queued_bytes for connection in self._connections)
+
+    def start(self, listener: socket.socket) -> None:
+        """Let connections in."""
+        self._listener = listener
+        self._accepting = asyncio.create_task(self._door.run(listener), name="relay accept")
+
+    async def wait(self) -> None:
+        """Return when `stop` was called; raise what ended the carrying if something did."""
+        if self._accepting:
+            await asyncio.wait([self._accepting])
+            if not self._accepting.cancelled():
+                self._accepting.result()
+
+    async def stop(self) -> None:
+        """Cut all connections and give the port back."""
+        if self._accepting and self._listener:
+            self._accepting.cancel()
+            await asyncio.wait([self._accepting])  # from here on nobody is let in
+            self._listener.close()
+        await self._door.close()
+
+    def change(self, settings: LinkSettings) -> None:
+        """Replace the settings for what is sent from now on."""
+        self._settings = settings
+        for connection in self._connections:
+            connection.change(settings)
+
+    def interrupt(self, outage: Outage, until_s: float) -> None:
+        """Begin an outage.
+
+        Args:
+            outage: Its kind.
+            until_s: Its end, by the event loop's clock [s].
+        """
+        self._outage, self._outage_end_s = outage, until_s
+        if outage == "reset":
+            self._door.empty()  # a connection that does not end in order ends with a reset
+        for connection in self._connections:
+            self._interrupt(connection)
+
+    def resume(self) -> None:
+        """End the outage under way."""
+        outage, self._outage = self._outage, "none"
+        if outage == "blackhole":
+            self._door.empty()
+        elif outage == "stall":
+            for connection in self._connections:
+                connection.stall(until_s=-math.inf)
+
+    async def _serve(self, visitor: Visitor) -> None:
+        if self._outage == "reset":
+            self.refused += 1
+            close(visitor.sock, reset=True)
+            return
+        self.accepted += 1
+        number, sockets, in_order = self.accepted, [visitor.sock], False
+        connection: Connection | None = None
+        try:
+            far = await self._dial()
+            sockets.append(far)
+            connection = Connection(visitor, far, self._settings, f"{self._seed}/{number}", self._meters)
+            self._connections.add(connection)
+            self._interrupt(connection)
+            if beyond := self._settings.beyond_streams():
+                log.warning("a TCP connection is carried without %s: TCP repairs them", ", ".join(beyond))
+            in_order = await connection.run()
+        except OSError as error:
+            self.refused += connection is None
+            log.debug("connection %d: %s", number, error)
+        finally:
+            if connection:
+                self._connections.discard(connection)
+            for sock in sockets:
+                close(sock, reset=not in_order)
+
+    async def _dial(self) -> socket.socket:
+        while True:
+            try:
+                return await self._dialler.dial()
+            except OSError as error:
+                if not is_exhaustion(error):
+                    raise
+                await self._door.wait_for_room(error)
+
+    def _interrupt(self, connection: Connection) -> None:
+        if self._outage == "stall":
+            connection.stall(self._outage_end_s)
+        elif self._outage == "blackhole":
+            connection.swallow()
