@@ -18,14 +18,21 @@ help: ## print this list
 run: $(READY) ## two arms with their page: both sites and the delayed link on this machine, until Ctrl-C
 	@$(BIN)/farhand up $(ARGS)
 
-# Where processes run in real time one test at a time has the machine; of the others each core does some.
-ALONE := tests/browser tests/containers tests/integration tests/evaluation/live tests/evaluation/test_surroundings.py \
-	tests/evaluation/link/test_link_delay.py tests/evaluation/link/test_link_recovery.py
+# Where processes run in real time, one test at a time, in this order: the containers of the last ones are up until the end.
+REAL_TIME := tests/browser tests/integration tests/evaluation/live tests/evaluation/test_surroundings.py \
+	tests/evaluation/link/test_link_delay.py tests/evaluation/link/test_link_recovery.py tests/containers
+# The others take what those leave of the processor.
+VIRTUAL_TIME_LOG := .pytest_cache/virtual-time.log
 
 test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering forbids those to skip)
 ifeq ($(strip $(ARGS)),)
-	@$(BIN)/pytest $(ALONE)
-	@$(BIN)/pytest --numprocesses=2 --dist=loadfile $(ALONE:%=--ignore=%)
+	@mkdir -p $(dir $(VIRTUAL_TIME_LOG))
+	@echo "tests that keep up with real time; beside them, in $(VIRTUAL_TIME_LOG), all others"
+	@nice -n 19 $(BIN)/pytest --numprocesses=2 --dist=loadfile $(REAL_TIME:%=--ignore=%) >$(VIRTUAL_TIME_LOG) 2>&1 & others=$$!; \
+	trap "kill $$others 2>/dev/null" EXIT; failed=0; \
+	$(BIN)/pytest $(REAL_TIME) || failed=$$?; \
+	wait $$others || failed=$$?; \
+	cat $(VIRTUAL_TIME_LOG); exit $$failed
 else
 	@$(BIN)/pytest $(ARGS)
 endif

@@ -6,6 +6,7 @@ flow passes through it. Compiled kernels are not seen: the file that calls them 
 
 from __future__ import annotations
 
+import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -162,6 +163,20 @@ def section(found: dict[str, list[str]]) -> str:
             f"**{_TITLES[name]}**: {len(files)} files.\n\n| folder | files |\n|---|---|\n" + "\n".join(rows)
         )
     return "\n\n".join(parts) + "\n"
+
+
+def flows_of_page() -> dict[str, set[str]]:
+    """Return the files that the page lists for each flow."""
+    listed = PAGE.read_text(encoding="utf-8").split(_BEGIN)[1].split(_END)[0]
+    return {
+        name: {
+            f"{folder}/{stem}.py"
+            for folder, stems in re.findall(r"^\| `([a-z_/]+)` \| (.+) \|$", part, flags=re.MULTILINE)
+            for stem in stems.split(", ")
+        }
+        for name, title in _TITLES.items()
+        for part in [listed.split(f"**{title}**")[1].split("\n**")[0]]
+    }
 
 
 def page_with(text: str) -> str:

@@ -133,8 +133,8 @@ def test_a_site_that_heard_nothing_since_it_lost_the_control_does_not_get_it_bac
     lease = Lease(3.0)
     lease.request("a", "ann", 0.0, heard_s=-0.1)
     for now_s in (3.5, 4.5, 60.0):
-        assert "heard nothing" in lease.request("a", "ann", now_s, heard_s=-0.1)
-        assert "heard nothing" in lease.request("a", "ann", now_s, heard_s=None)
+        assert "waiting to hear" in lease.request("a", "ann", now_s, heard_s=-0.1)
+        assert "waiting to hear" in lease.request("a", "ann", now_s, heard_s=None)
     assert lease.request("a", "ann", 61.0, heard_s=60.9) == ""
 
 
@@ -144,7 +144,7 @@ def test_a_site_that_never_heard_the_robot_gives_way_to_one_that_does():
     assert "held by ann" in lease.request("deaf too", "bob", 0.5, fresh=False, heard_s=None)
     assert "held by ann" in lease.request("late", "bob", 0.5, fresh=False, heard_s=-9.0)
     assert lease.request("b", "bob", 1.0, heard_s=0.9) == ""
-    assert "heard nothing" in lease.request("deaf", "ann", 1.5, fresh=False, heard_s=None)
+    assert "waiting to hear" in lease.request("deaf", "ann", 1.5, fresh=False, heard_s=None)
     assert lease.holder == "bob"
 
 
@@ -181,6 +181,6 @@ def test_a_second_process_of_the_same_name_locks_the_first_one_out_only_while_it
     for now_s in (1.5, 2.5):
         lease.request("second", "operator", now_s)
         assert "started again" in lease.request("first", "operator", now_s, heard_s=now_s - 0.1)
-    assert "heard nothing" in lease.request("first", "operator", 6.0, heard_s=0.5)  # an echo of the past
+    assert "waiting to hear" in lease.request("first", "operator", 6.0, heard_s=0.5)  # an echo of the past
     assert lease.request("first", "operator", 6.1, heard_s=6.0) == ""
     assert lease.session == "first"
