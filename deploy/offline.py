@@ -12,6 +12,7 @@ from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.gaussian_product import frame_shares
 from farhand.common.model.model_file import content_hash, encode, load, part_sizes, save
 from farhand.common.model.tphsmm import TPHSMM
+from farhand.local_site.recordings.options import ImportOptions
 
 _MOST_SAMPLES = 1000
 # A frame that has no more than this share in any component says nothing: where no frame matters, all have alike.
@@ -101,11 +102,30 @@ def _say_relevance(model: TPHSMM) -> None:
             )
 
 
-def import_recording(kind: str, file: Path, out: Path) -> int:
-    """Turn a foreign recording into demonstration files."""
-    from farhand.local_site.teaching.foreign_recordings import import_recordings
+def import_recordings(files: Sequence[Path], out: Path | None, preview: bool, options: ImportOptions) -> int:
+    """Say how foreign recordings are understood, and make demonstration files of them."""
+    from farhand.local_site.recordings.importing import understand, write_all
 
-    written = import_recordings(kind, file, out)
+    if not files:
+        raise InvalidConfiguration("command line", "files", "at least one recording")
+    if out is None and not preview:
+        raise InvalidConfiguration(
+            "command line", "--out", "a folder for the demonstrations, or --preview to look first"
+        )
+    found = [understand(file, options) for file in files]
+    for file, recordings in zip(files, found, strict=True):
+        _say(f"{file}")
+        told_before: tuple[tuple[str, str], ...] = ()
+        for recording in recordings:
+            _say(f"  recording {recording.number}")
+            for subject, words in recording.told:
+                if (subject, words) not in told_before:
+                    _say(f"    {subject:12s}  {words}")
+            told_before = recording.told
+    if out is None or preview:
+        _say("nothing is written: --out FOLDER, without --preview, writes the demonstrations")
+        return 0
+    written = write_all(files, found, out)
     _say(f"{len(written)} demonstrations: {written[0]} to {written[-1].name}")
     return 0
 

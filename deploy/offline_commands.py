@@ -8,6 +8,8 @@ from typing import Annotated, Literal
 
 import tyro
 
+from farhand.local_site.recordings.options import ImportOptions
+
 Files = Annotated[tuple[Path, ...], tyro.conf.Positional]
 File = Annotated[Path, tyro.conf.Positional]
 
@@ -88,21 +90,24 @@ class Evaluate:
 
 
 @dataclass(frozen=True)
-class Import:
-    """Turn foreign recordings into demonstration files: metres, one frame `goal` at the last point."""
+class Import(ImportOptions):
+    """Turn recordings of other programs into demonstration files, and say how each was understood.
 
-    kind: Annotated[Literal["lasa", "robotasks", "letters"], tyro.conf.Positional]
-    """LASA handwriting (.mat or .npz, in mm); robotasks and letters (.npy, in cm)."""
-    file: File
-    """The recording."""
-    out: Path
+    CSV and other text, rosbag2 and MCAP, data sets of LeRobot and robomimic, and the research sets.
+    """
+
+    files: Files
+    """Recordings: files, or the folder of a bag or a data set."""
+    out: Path | None = None
     """Folder for the demonstration files."""
+    preview: bool = False
+    """Only say how the recordings are understood."""
 
     def run(self) -> int:
         """Do it."""
-        from farhand.deploy.offline import import_recording
+        from farhand.deploy.offline import import_recordings
 
-        return import_recording(self.kind, self.file, self.out)
+        return import_recordings(self.files, self.out, self.preview, self)
 
 
 @dataclass(frozen=True)

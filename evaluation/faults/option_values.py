@@ -45,7 +45,13 @@ LINES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "learn": (("d.npz",), {"out": "out.model", "max-distance-m": "0.1"}),
     "rollout": (("m.farhand",), {"like": "d.npz", "out": "out.npz"}),
     "model": (("show", "m.farhand"), {"figure": "f.png"}),
-    "import": (("lasa", "r.npz"), {"out": "imported"}),
+    "import": (
+        ("r.npz",),
+        {
+            "out": "imported", "kind": "lasa", "columns": "x=2", "motion": "", "frames": "goal=0.5,0.5", "tool": "0.1", "only": "1",
+            "rotation": "xyz", "rate-hz": "60", "length-unit": "mm", "time-unit": "s", "delimiter": "comma",
+        },
+    ),
     "samples": ((), {**_SEED, "out": "samples", "task": "hot-stab", "n": "2"}),
     "evaluate": (("planar",), {**_SEED, "trials": "3", "out": "results"}),
     "status": ((), {"of": "all"}),

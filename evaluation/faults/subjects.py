@@ -35,8 +35,9 @@ from farhand.evaluation.faults.mutants import (
     tree_mutant,
 )
 from farhand.local_site.config import LocalConfig
+from farhand.local_site.recordings.importing import read_demonstrations
+from farhand.local_site.recordings.options import ImportOptions
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.foreign_recordings import read_recordings
 from farhand.local_site.teaching.offline_learning import learn_files
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.teaching.task_library import TaskLibrary
@@ -179,7 +180,7 @@ def _configure(kind: Any, file: Path) -> bool:
 
 
 def _import(file: Path) -> bool:
-    return bool(read_recordings("lasa", file))
+    return bool(read_demonstrations(file, ImportOptions(kind="lasa")))
 
 
 def _begin_library(name: str, file: Path) -> bool:

@@ -21,8 +21,9 @@ from farhand.deploy.rollout import roll_out
 from farhand.evaluation.human import handwriting_sampling
 from farhand.evaluation.metrics.motion_metrics import dtw_rms
 from farhand.evaluation.metrics.tables import wilson_interval
+from farhand.local_site.recordings.importing import read_demonstrations
+from farhand.local_site.recordings.options import ImportOptions
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.foreign_recordings import read_recordings
 from farhand.local_site.teaching.offline_learning import default_settings, learn
 
 Case = dict[str, Any]
@@ -66,8 +67,8 @@ def trial(case: Case) -> Case:
     """Measure one shape, or one sampling of the fragile shape."""
     if case["part"] == "sampling":
         return handwriting_sampling.trial(case)
-    demonstrations = read_recordings("lasa", case["file"])
-    return {**case, "shape": Path(case["file"]).stem, **leave_last_out(demonstrations)}
+    motions = read_demonstrations(case["file"], ImportOptions(kind="lasa"))
+    return {**case, "shape": Path(case["file"]).stem, **leave_last_out(motions)}
 
 
 def leave_last_out(demonstrations: list[Demonstration]) -> Case:

@@ -17,8 +17,9 @@ from farhand.common.model.tphsmm import TPHSMM
 from farhand.deploy.rollout import roll_out
 from farhand.evaluation.metrics.motion_metrics import dtw_rms
 from farhand.local_site.learning.online_learner import LearnerSettings
+from farhand.local_site.recordings.importing import read_demonstrations
+from farhand.local_site.recordings.options import ImportOptions
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.foreign_recordings import read_recordings
 from farhand.local_site.teaching.offline_learning import extent_m, learn
 
 Case = dict[str, Any]
@@ -75,7 +76,7 @@ def cases(path: Path) -> list[Case]:
 
 def trial(case: Case) -> Case:
     """Learn from the sampled demonstrations, reproduce the last one as it was."""
-    *taught, last = read_recordings("lasa", case["file"])
+    *taught, last = read_demonstrations(case["file"], ImportOptions(kind="lasa"))
     taught = [_sampled(d, case["kind"], case["n"]) for d in taught]
     fraction, direction, distance = _ASSIGNMENTS[case["assignment"]]
     settings = LearnerSettings(

@@ -9,10 +9,12 @@ from __future__ import annotations
 import os
 from functools import lru_cache
 from pathlib import Path
+from typing import cast
 
 from farhand.evaluation.human.handwriting import lasa_files
+from farhand.local_site.recordings.importing import read_demonstrations
+from farhand.local_site.recordings.options import ImportOptions, Kind
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.foreign_recordings import read_recordings
 
 SETS = ("robotasks", "letters", "lasa")
 
@@ -33,7 +35,9 @@ def files(name: str) -> list[Path]:
 @lru_cache(maxsize=2)
 def recordings(name: str, file: str) -> tuple[Demonstration, ...]:
     """Read all demonstrations of one file, thinned; their last points are kept."""
-    return tuple(d.thinned(_EVERY[name]) for d in read_recordings(name, file))
+    return tuple(
+        d.thinned(_EVERY[name]) for d in read_demonstrations(file, ImportOptions(kind=cast(Kind, name)))
+    )
 
 
 def fold(name: str, file: str, left_out: int) -> tuple[list[Demonstration], Demonstration]:

@@ -1,15 +1,12 @@
-"""Plain arrays from `.npz`, `.npy` and MATLAB files of unknown origin: no pickle, no trust in headers.
+"""Plain arrays from `.npz` and `.npy` files of unknown origin: no pickle, no trust in headers.
 
-The size that a header claims is compared with the file's before memory is taken for it. A process of its own
-(`mat_reader`) reads MATLAB files, because a malformed one can crash the library that reads them.
+The size that a header claims is compared with the file's before memory is taken for it.
 """
 
 from __future__ import annotations
 
 import math
 import re
-import subprocess
-import sys
 import zipfile
 from io import BytesIO
 from pathlib import Path
@@ -23,7 +20,6 @@ from farhand.common.whole_file import fault_of, read_whole
 MAX_NUMBERS = 6_000_000
 """Largest count of numbers in one file, all its arrays together."""
 _MAX_MEMBERS = 4096
-_READER = Path(__file__).with_name("mat_reader.py")
 _PLAIN = "biufcU"
 _HEADER = {
     "descr": rb"['\"]descr['\"]: *['\"]([<>|=]?[a-zA-Z]\d+)['\"]",
@@ -39,7 +35,7 @@ def plain_arrays(path: Path | str) -> dict[str, NDArray]:
         InvalidDemonstration: Naming the file, when it cannot be read or is of another kind.
     """
     with fault_of(path, InvalidDemonstration, "a whole .npz file of plain arrays"):
-        return _arrays_of(read_whole(path))
+        return arrays_of(read_whole(path))
 
 
 def plain_array(path: Path | str) -> NDArray:
@@ -48,32 +44,8 @@ def plain_array(path: Path | str) -> NDArray:
         return _array_of(read_whole(path), MAX_NUMBERS)
 
 
-def matlab_structures(path: Path | str, name: str) -> list[dict[str, NDArray]]:
-    """Return the numeric fields of a structure, or of an array of structures, in a MATLAB file.
-
-    Raises:
-        InvalidDemonstration: Naming the file, when it cannot be read, is damaged, or has no such structure.
-    """
-    expected = f"a MATLAB file, version 7 or older, with the structure {name!r}"
-    with fault_of(path, InvalidDemonstration, expected):
-        # -P: nothing is imported from the script's folder or the working directory.
-        command = [sys.executable, "-P", str(_READER), name]
-        reader = subprocess.run(
-            command, input=read_whole(path), capture_output=True, timeout=120.0, check=False
-        )
-        if reader.returncode < 0:
-            raise ValueError("it is damaged: reading it had to be ended")
-        if reader.returncode:
-            raise ValueError(reader.stderr.decode(errors="replace").strip().rpartition("\n")[2])
-        structures: dict[int, dict[str, NDArray]] = {}
-        for key, array in _arrays_of(reader.stdout).items():
-            number, _, field = key.partition(".")
-            structures.setdefault(int(number), {})[field] = array
-        return [structures[number] for number in sorted(structures)]
-
-
-def _arrays_of(content: bytes) -> dict[str, NDArray]:
-    """Return the arrays in the bytes of a `.npz` file."""
+def arrays_of(content: bytes) -> dict[str, NDArray]:
+    """Return the arrays in the bytes of a `.npz` file; faults raise ValueError, or what zipfile raises."""
     if content.count(b"PK\x01\x02") > _MAX_MEMBERS:
         raise ValueError(f"more than {_MAX_MEMBERS} members")
     arrays: dict[str, NDArray] = {}

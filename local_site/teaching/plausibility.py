@@ -51,7 +51,19 @@ def period_s(space: Manifold) -> float:
 
 
 def check_units(motion: Demonstration) -> None:
-    """Refuse times and lengths that nobody demonstrates in seconds and metres.
+    """Refuse times and lengths that nobody demonstrates in seconds and metres, and what is too short to be learned.
+
+    Raises:
+        InvalidDemonstration: Naming the field, and the unit that it looks like.
+    """
+    check_scale(motion)
+    duration_s = float(motion.time_s[-1] - motion.time_s[0])
+    if duration_s < _DURATION_S[0]:
+        raise _duration(duration_s)
+
+
+def check_scale(motion: Demonstration) -> None:
+    """Refuse times and lengths that are too large for seconds and metres.
 
     Raises:
         InvalidDemonstration: Naming the field, and the unit that it looks like.
@@ -61,13 +73,11 @@ def check_units(motion: Demonstration) -> None:
         step_s = float(np.median(np.diff(motion.time_s)))
         extent_m = float(np.ptp(motion.position_m, axis=0).max())
         away_m = max(float(np.abs(motion.in_frame(p)).max()) for p in range(len(motion.frame_names)))
-    least_s, most_s = _DURATION_S
     if step_s > _LONGEST_PERIOD_S:
         expected = f"a sample every {_LONGEST_PERIOD_S:g} s or more often, got {step_s:g} s"
         raise _invalid("time_s", expected + _like(step_s, 1e-4, 0.2, _TIME_UNITS, "s"))
-    if not least_s <= duration_s <= most_s:
-        expected = f"a motion of {least_s:g} to {most_s:g} s, got {duration_s:g} s"
-        raise _invalid("time_s", expected + _like(duration_s, 0.5, 120.0, _TIME_UNITS, "s"))
+    if not duration_s <= _DURATION_S[1]:
+        raise _duration(duration_s)
     if not extent_m <= _LARGEST_M:
         expected = f"a motion of at most {_LARGEST_M:g} m, got {extent_m:g} m"
         raise _invalid("position_m", expected + _like(extent_m, 0.02, 3.0, _LENGTH_UNITS, "m"))
@@ -75,6 +85,14 @@ def check_units(motion: Demonstration) -> None:
         expected = f"a motion within {_FARTHEST_M:g} m of the task frames, got {away_m:g} m"
         expected += _like(away_m, 0.02, 3.0, _LENGTH_UNITS, "m")
         raise _invalid("position_m, frame_origin_m", expected + "; both need metres")
+
+
+def gap_of(time_s: Array) -> tuple[int, float, float] | None:
+    """Return the sample before the longest gap in a motion, its length and what is tolerated [s]; None without one."""
+    steps_s = np.diff(time_s)
+    most_s = max(MAX_GAP_S, 3.0 * float(np.median(steps_s)))
+    worst = int(np.argmax(steps_s))
+    return (worst, float(steps_s[worst]), most_s) if steps_s[worst] > most_s + 1e-3 else None
 
 
 def check_together(motions: Sequence[Demonstration], names: Sequence[str]) -> None:
@@ -162,16 +180,21 @@ def _from_start(points: Array) -> float:
 
 
 def _check_gaps(motion: Demonstration) -> None:
-    steps_s = np.diff(motion.time_s)
-    most_s = max(MAX_GAP_S, 3.0 * float(np.median(steps_s)))
-    worst = int(np.argmax(steps_s))
-    if steps_s[worst] > most_s + 1e-3:
+    found = gap_of(motion.time_s)
+    if found is not None:
+        worst, gap_s, most_s = found
         at_s = motion.time_s[worst] - motion.time_s[0]
         raise _invalid(
             "time_s",
-            f"no gap of more than {most_s:g} s, but nothing was recorded for {steps_s[worst]:g} s after sample "
+            f"no gap of more than {most_s:g} s, but nothing was recorded for {gap_s:g} s after sample "
             f"{worst} (at {at_s:g} s): cut the recording there, or record the motion again",
         )
+
+
+def _duration(duration_s: float) -> InvalidDemonstration:
+    least_s, most_s = _DURATION_S
+    expected = f"a motion of {least_s:g} to {most_s:g} s, got {duration_s:g} s"
+    return _invalid("time_s", expected + _like(duration_s, 0.5, 120.0, _TIME_UNITS, "s"))
 
 
 def _without_rest(motion: Demonstration, settings: LearnerSettings) -> Demonstration:

@@ -19,7 +19,8 @@ def make_files(folder: Path) -> None:
     rng = np.random.default_rng(0)
     motions = [1000.0 * stroke(rng, 2, 200) + [20.0, -30.0] for _ in range(N_RECORDINGS)]  # mm
     np.savez(folder / "hook.npz", pos=np.stack(motions), t=np.linspace(0.0, 3.0, 200))
-    assert farhand("import", "lasa", folder / "hook.npz", "--out", folder / "taught").returncode == 0
+    taught = folder / "taught"
+    assert farhand("import", folder / "hook.npz", "--kind", "lasa", "--out", taught).returncode == 0
     assert farhand("learn", *demonstrations(folder)[:-1], "--out", folder / "hook.model").returncode == 0
 
 

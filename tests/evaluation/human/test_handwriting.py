@@ -8,7 +8,8 @@ import pytest
 
 from farhand.evaluation.human import handwriting
 from farhand.evaluation.metrics.motion_metrics import dtw_rms
-from farhand.local_site.teaching.foreign_recordings import read_recordings
+from farhand.local_site.recordings.importing import read_demonstrations
+from farhand.local_site.recordings.options import ImportOptions
 
 
 @pytest.fixture
@@ -47,7 +48,9 @@ def test_a_trial_learns_all_but_the_last_and_measures_against_that_one(shared):
     case = {"part": "shape", "set": "shared", "file": str(shared / "arc.npz")}
     measured = handwriting.trial(case)
     assert measured["shape"] == "arc"
-    *taught, last = [d.in_frame() for d in read_recordings("lasa", shared / "arc.npz")]
+    *taught, last = [
+        d.in_frame() for d in read_demonstrations(shared / "arc.npz", ImportOptions(kind="lasa"))
+    ]
     extent = np.ptp(last, axis=0).max()
     assert measured["nearest"] == pytest.approx(
         100.0 * min(dtw_rms(last, other) for other in taught) / extent
@@ -61,7 +64,7 @@ def test_a_trial_learns_all_but_the_last_and_measures_against_that_one(shared):
 
 def test_what_the_last_person_wrote_is_not_learned(shared):
     """Another last demonstration from the same start in the same frame is reproduced as the same motion."""
-    *taught, last = read_recordings("lasa", shared / "arc.npz")
+    *taught, last = read_demonstrations(shared / "arc.npz", ImportOptions(kind="lasa"))
     bent = last.position_m.copy()
     bent[1:-1] += 0.02 * np.sin(np.linspace(0.0, np.pi, len(bent)))[1:-1, None]
     one = handwriting.leave_last_out([*taught, last])

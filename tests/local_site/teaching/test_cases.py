@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from farhand.common.errors import InvalidDemonstration
-from farhand.local_site.teaching.foreign_recordings import import_recordings
+from farhand.local_site.recordings.importing import understand, write_all
+from farhand.local_site.recordings.options import ImportOptions
+from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn_files
 
 CASES = Path(__file__).parents[3].parent / "shared" / "cases"
@@ -29,14 +32,22 @@ def refused(expected: str) -> Callable[[Path, Path], None]:
 
 
 def imported(file: Path, out: Path) -> None:
-    (made,) = import_recordings("lasa", file, out)
+    (made,) = write_all([file], [understand(file, ImportOptions(kind="lasa"))], out)
     assert learn_files([made]).n_demonstrations == 1
 
 
 def not_imported(file: Path, out: Path) -> None:
     with pytest.raises(InvalidDemonstration, match="damaged") as caught:
-        import_recordings("lasa", file, out)
+        understand(file, ImportOptions(kind="lasa"))
     assert str(file) in str(caught.value) and not out.exists()
+
+
+def imported_whole(file: Path, out: Path) -> None:
+    """As a spreadsheet writes it: two samples, which are too few to be learned and enough to be read."""
+    (path,) = write_all([file], [understand(file, ImportOptions())], out)
+    made = Demonstration.load(path)
+    np.testing.assert_array_equal(made.time_s, [0.0, 0.01])
+    np.testing.assert_array_equal(made.position_m, [[0.6, 0.3], [0.59, 0.31]])
 
 
 WHAT_MUST_COME = {
@@ -51,6 +62,7 @@ WHAT_MUST_COME = {
     "lasa1.mat": imported,
     "LASA_UP.MAT": imported,
     "malformed.mat": not_imported,
+    "crlf.csv": imported_whole,
 }
 
 
@@ -60,5 +72,5 @@ def test_each_file_does_what_it_must(name: str, tmp_path: Path):
 
 
 def test_no_file_is_forgotten():
-    files = {file.name for file in CASES.iterdir() if file.suffix.lower() in (".npz", ".mat")}
+    files = {file.name for file in CASES.iterdir() if file.suffix.lower() in (".npz", ".mat", ".csv")}
     assert files == set(WHAT_MUST_COME)

@@ -1,0 +1,161 @@
+"""Columns by what they are: times, positions and orientations of bodies.
+
+What a user says with ``--columns`` comes first, then what the headers say; what two readings would fit is refused,
+never guessed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farhand.common.errors import InvalidDemonstration
+from farhand.local_site.recordings.headers import Label, label
+from farhand.local_site.recordings.options import ImportOptions
+
+Array = NDArray[np.float64]
+
+BODY_ROLES = (
+    "x",
+    "y",
+    "z",
+    "qw",
+    "qx",
+    "qy",
+    "qz",
+    "q0",
+    "q1",
+    "q2",
+    "q3",
+    "rx",
+    "ry",
+    "rz",
+    "roll",
+    "pitch",
+    "yaw",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Columns of numbers as a file has them.
+
+    Args:
+        name: Name of the body where the headers name none: a topic, a TF frame.
+        headers: One per column. Length C.
+        numbers: NaN where the file has nothing. Shape (T, C).
+        rows: Number of each row in the file. Shape (T,).
+        row: What the file calls a row: line, message, frame.
+        parent: Name of the frame in which the poses are given; empty: the world.
+        units: Units by kind (length, angle, time) that hold where a header has none.
+        order: Order of quaternions whose columns have numbers, where the format settles it.
+        texts: Row and text of the cells that are no numbers, by column.
+        told: How the file was taken apart, for the preview.
+    """
+
+    name: str
+    headers: tuple[str, ...]
+    numbers: Array
+    rows: NDArray[np.int64]
+    row: str = "row"
+    parent: str = ""
+    units: dict[str, str] = field(default_factory=dict)
+    order: str = ""
+    texts: dict[int, list[tuple[int, str]]] = field(default_factory=dict)
+    told: str = ""
+
+    def part(self, keep: NDArray[np.bool_]) -> Table:
+        """Return the table with some of its rows only."""
+        rows = self.rows[keep]
+        kept = set(rows.tolist())
+        texts = {
+            n: left for n, bad in self.texts.items() if (left := [cell for cell in bad if cell[0] in kept])
+        }
+        return replace(self, numbers=self.numbers[keep], rows=rows, texts=texts)
+
+
+class Roles(NamedTuple):
+    """Columns of a table by what they are."""
+
+    time: dict[str, int]
+    """Columns of times, frame numbers and episodes, by role."""
+    bodies: dict[str, dict[str, int]]
+    """Columns of each body that has a position, by role."""
+    ignored: list[str]
+    """Headers of columns that are used for nothing."""
+
+
+def assign(table: Table, options: ImportOptions) -> Roles:
+    """Find the columns of times and bodies.
+
+    Raises:
+        InvalidDemonstration: When two columns would fit one role, or a column that was named is missing.
+    """
+    chosen = options.chosen_columns()
+    time: dict[str, int] = {}
+    bodies: dict[str, dict[str, int]] = {}
+    for index, header in enumerate(table.headers):
+        found = label(header)
+        if found is None:
+            continue
+        timely = found.role not in BODY_ROLES and not found.role.startswith("p")
+        if found.body in chosen and not timely and set(chosen[found.body]) & set(BODY_ROLES):
+            continue  # the user has said which columns this body has
+        if timely and found.role in chosen.get("", {}):
+            continue
+        roles = time if timely else bodies.setdefault(found.body, {})
+        roles[found.role] = _the_one(table, found, roles.get(found.role), index)
+    for body, columns in chosen.items():
+        for role, column in columns.items():
+            roles = bodies.setdefault(body, {}) if role in BODY_ROLES else time
+            roles[role] = _column(table, column)
+    whole = {
+        name or table.name: _three_numbers(columns) for name, columns in bodies.items() if _is_placed(columns)
+    }
+    used = set(time.values()).union(*(columns.values() for columns in whole.values()))
+    return Roles(time, whole, [header for n, header in enumerate(table.headers) if n not in used])
+
+
+def _the_one(table: Table, found: Label, before: int | None, index: int) -> int:
+    if before is None:
+        return index
+    both = table.headers[before], table.headers[index]
+    if found.role == "t":  # a message's own stamp is better than the time at which it was written down
+        stamped = ["stamp" in header.lower().replace("timestamp", "") for header in both]
+        if stamped[0] != stamped[1]:
+            return (before, index)[stamped[1]]
+    of = f" of {found.body!r}" if found.body else ""
+    expected = f"one column for {found.role}{of}, got {both[0]!r} and {both[1]!r}: choose with --columns {found.role}=..."
+    raise InvalidDemonstration("recording", "header", expected)
+
+
+def _column(table: Table, name: str) -> int:
+    """Return the index of the column that a user named, by its header or its number from one."""
+    same = [index for index, header in enumerate(table.headers) if header == name]
+    if len(same) == 1:
+        return same[0]
+    if not same and name.isdecimal() and 1 <= int(name) <= len(table.headers):
+        return int(name) - 1
+    known = ", ".join(repr(header) for header in table.headers[:40])
+    expected = f"one column of that name or number among the {len(table.headers)}: {known}"
+    raise InvalidDemonstration("recording", f"--columns {name}", expected)
+
+
+def _is_placed(columns: dict[str, int]) -> bool:
+    return (
+        "x" in columns
+        and "y" in columns
+        and not any(role.startswith("p") and role[1:].isdigit() for role in columns)
+    )
+
+
+def _three_numbers(columns: dict[str, int]) -> dict[str, int]:
+    """Take a rotation of x, y, z without w for what it is: no quaternion."""
+    if "qw" not in columns and {"qx", "qy", "qz"} <= columns.keys():
+        return {
+            role.replace("q", "r") if role in ("qx", "qy", "qz") else role: n for role, n in columns.items()
+        }
+    return columns
