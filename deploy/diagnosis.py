@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from datetime import datetime
 
 from msgspec import Struct
 
@@ -59,11 +60,10 @@ def _of_ended(entry: Entry) -> Iterator[Trouble]:
                 entry, f"{entry.role}-dead", f"{about} was killed or has crashed",
                 "start it again; `farhand status --forget` if it is not wanted any more",
             )  # fmt: skip
-        case "ended":
-            words = entry.words
+        case "ended" if (words := entry.words) is not None:
+            when = f"{datetime.fromtimestamp(words.at_s):%Y-%m-%d at %H:%M:%S}"
             yield _trouble(
-                entry, words.code if words is not None else "failed",
-                f"{about} has ended: {words.text if words is not None else 'it left no words'}",
+                entry, words.code, f"{about} has ended on {when}: {words.text}",
                 "start it again when that is mended; `farhand status --forget` if it is not wanted any more",
             )  # fmt: skip
         case "silent":

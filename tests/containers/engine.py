@@ -64,7 +64,7 @@ class Engine:
 
     def container(self, service: str) -> str:
         """Id of a service's container, whether it runs or has ended."""
-        labels = {"project": self.project, "service": service}
+        labels = {"project": self.project, "service": service, "oneoff": "False"}
         chosen = (f"--filter=label=com.docker.compose.{name}={value}" for name, value in labels.items())
         listed = self.do("ps", "--all", "--quiet", "--no-trunc", *chosen)
         assert listed, f"there is no container of {service}"

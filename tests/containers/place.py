@@ -12,6 +12,8 @@ from typing import Any
 from tests.containers.engine import ANSWER_S, RUN_S, Engine
 from tests.ports import free_port
 
+MIB = 2**20
+SERVICES = ("robot", "link", "operator")
 ESTABLISHED = "01"
 Peer = tuple[str, int, str, int]
 """Own address and port, the other's address and port."""
@@ -41,10 +43,8 @@ class Place:
         """Start all of it and wait for the page. Returns how long that took [s]."""
         began_s = time.monotonic()
         self.compose("up", "--no-build", "--detach")
-        while not self.page_answers():
-            assert time.monotonic() - began_s < RUN_S, "the page did not answer: " + self.engine.all_words(
-                self.files
-            )
+        self.engine.await_words("operator", "the page is at", RUN_S)
+        assert self.page_answers(), self.engine.all_words(self.files)
         return time.monotonic() - began_s
 
     def compose(self, *arguments: str) -> str:

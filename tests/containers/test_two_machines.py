@@ -14,6 +14,7 @@ from dataclasses import replace
 import pytest
 from playwright.sync_api import Browser
 
+from farhand.deploy.status import DEGRADED
 from tests.browser.arm_page import ArmPage
 from tests.containers.engine import ANSWER_S, BUILD_S, RUN_S, Engine
 from tests.containers.place import Place
@@ -40,9 +41,12 @@ def test_the_operator_waits_for_the_robot_and_seats_the_plug(
 ) -> None:
     robot, operator = machines
     operator.up()  # first: the order does not matter
-    assert operator.troubles("operator") == {"page-only"}
+    operator.await_troubles("operator", {"page-only"})
+    assert operator.status("operator", "--of=operator")[0] == DEGRADED
     robot.compose("up", "--no-build", "--detach")
     operator.await_troubles("operator", set())
+    waited = operator.engine.container("operator")
+    assert operator.engine.do("inspect", "--format={{.RestartCount}}", waited) == "0"
     own, other = (
         next(iter(robot.networks("robot").values())),
         next(iter(operator.networks("operator").values())),

@@ -221,11 +221,16 @@ def test_a_taken_port(place: Place, role: str) -> None:
     assert str(port) in answer["troubles"][0]["text"]
 
 
-def test_another_version(place: Place, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("of_it_alone", [False, True], ids=["beside the robot", "as on another machine"])
+def test_another_version(
+    place: Place, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, of_it_alone: bool
+) -> None:
     installed = tmp_path / "farhand-99.0.0.dist-info"
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: farhand\nVersion: 99.0.0\n")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    if of_it_alone:
+        monkeypatch.setenv("FARHAND_RUNTIME_DIR", str(tmp_path))
     with place.another_operator("newer", "--watch") as newer:
         newer.until("the robot reports")
         assert "99.0.0" in await_codes({"version-differs"})["troubles"][0]["text"]

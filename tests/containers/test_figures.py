@@ -1,0 +1,62 @@
+"""The figures of docs/deployment.md: size, time until the page answers, processor and memory at rest.
+
+`pytest -m soak --log-cli-level=INFO tests/containers/test_figures.py` says them; take them on a quiet machine.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+
+import pytest
+
+from farhand.local_site.script.operators_place import RealTime
+from tests.containers.engine import BUILD_S, RUN_S, Engine
+from tests.containers.place import MIB, SERVICES, Place
+
+log = logging.getLogger(__name__)
+pytestmark = [pytest.mark.containers, pytest.mark.timeout(BUILD_S + RUN_S)]
+
+_IMAGE_BYTES = 800_000_000
+_ANSWER_S = 20.0
+_ROBOT_CORES = 0.2
+_REST_S = 30.0
+_CGROUP = """
+cat /sys/fs/cgroup/cpuacct/cpuacct.usage 2>/dev/null || awk '$1 == "usage_usec" { print 1000 * $2 }' /sys/fs/cgroup/cpu.stat
+cat /sys/fs/cgroup/memory/memory.stat 2>/dev/null || cat /sys/fs/cgroup/memory.stat
+"""
+
+
+def test_the_image_is_small(engine: Engine) -> None:
+    n_bytes = int(engine.do("image", "inspect", "--format={{.Size}}", "farhand"))
+    log.info("image: %.0f MB", n_bytes / 1e6)
+    assert n_bytes <= _IMAGE_BYTES
+
+
+@pytest.mark.soak
+def test_the_page_answers_soon_after_up_and_all_of_it_rests_quietly(place: Place) -> None:
+    place.compose("down", "--volumes", "--timeout", "10")
+    answered_s = place.up()
+    for service in SERVICES:
+        place.await_troubles(service, set())
+    before, began_s = {service: usage(place, service) for service in SERVICES}, time.monotonic()
+    RealTime().pause(_REST_S)
+    after, took_s = {service: usage(place, service) for service in SERVICES}, time.monotonic() - began_s
+    cores = {service: (after[service][0] - before[service][0]) / took_s for service in SERVICES}
+    log.info("page: %.1f s after up", answered_s)
+    for service in SERVICES:
+        log.info(
+            "%s: %.1f %% of a core at rest, %.0f MiB",
+            service,
+            100.0 * cores[service],
+            after[service][1] / MIB,
+        )
+    assert answered_s <= _ANSWER_S
+    assert cores["robot"] <= _ROBOT_CORES
+
+
+def usage(place: Place, service: str) -> tuple[float, int]:
+    """Processor time [s] and memory [B] of a container, without the files that its kernel could drop."""
+    used, *lines = place.run(service, "sh", "-c", _CGROUP).splitlines()
+    memory = {name: int(value) for name, value in map(str.split, lines)}
+    return float(used) * 1e-9, memory.get("total_rss") or memory["anon"]
