@@ -122,11 +122,7 @@ def find_engine() -> Engine:
         if docker is None or not Path(docker).exists():
             continue
         # Compose 1 builds with the client it finds first, which must be the one that was tried.
-        environment = os.environ | {
-            "PATH": f"{Path(docker).parent}:{os.environ['PATH']}",
-            "DOCKER_BUILDKIT": "1",
-            "COMPOSE_DOCKER_CLI_BUILD": "1",
-        }
+        environment = os.environ | {"PATH": f"{Path(docker).parent}:{os.environ['PATH']}"}
         if not _succeeds(environment, docker, "version"):
             continue
         for compose in ((docker, "compose"), ("docker-compose",)):
