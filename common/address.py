@@ -107,6 +107,13 @@ def bind(address: Address, receive_buffer_bytes: int = 0, kind: int = socket.SOC
     return sock
 
 
+def free_port(scheme: str = "tcp") -> int:
+    """Return a port of this machine's loopback that is free for a scheme of the transport."""
+    with socket.socket(type=_KINDS[scheme]) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
 def listening_fault(endpoint: str) -> str:
     """Return the reason why an endpoint cannot be listened on now; an empty string when it can.
 

@@ -26,6 +26,8 @@ class Up:
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
+    transport: Literal["tcp", "quic"] = "tcp"
+    """quic encrypts, with certificates that are made for this run alone; lost packets of the simulated link are lost."""
     port: int = 8080
     """Port of the web page on this machine; 0 takes a free one, which is said when the page is there."""
     seed: int = 0
@@ -37,7 +39,7 @@ class Up:
         """Do it."""
         from farhand.deploy.up import Together, run_up
 
-        return run_up(Together(self.task, self.link, self.seed), self.port, self.data_dir)
+        return run_up(Together(self.task, self.link, self.seed, self.transport), self.port, self.data_dir)
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,8 @@ class Demo:
     """Profile of the simulated link: lan, geo, leo or acoustic."""
     seed: int = 0
     """Of the hand's tremor, the target's phase, the noise and the link's jitter."""
+    transport: Literal["tcp", "quic"] = "tcp"
+    """quic encrypts, with certificates that are made for this run alone; lost packets of the simulated link are lost."""
     outage: str = "none"
     """Cut the link during each execution: stall:10, reset:10 or blackhole:10 (seconds), in its middle, or elsewhere:
     stall:10@0.2 when a fifth of the motion is done."""
@@ -68,7 +72,8 @@ class Demo:
         from farhand.deploy.up import Together, run_demo
 
         parse_outage(self.outage)
-        return run_demo(Together(self.task, self.link, self.seed), self.outage, self.json, self.data_dir)
+        together = Together(self.task, self.link, self.seed, self.transport)
+        return run_demo(together, self.outage, self.json, self.data_dir)
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,9 @@ class Local:
     config: Path | None = None
     """TOML file; what is named here on the command line overrides it."""
     connect: str | None = None
-    """Endpoint of the robot or of the link; tcp/127.0.0.1:7447 when not said."""
+    """Endpoint of the robot or of the link; tcp/127.0.0.1:7447 when not said. quic/ROBOT:7447 encrypts, and survives loss."""
+    certificates: str | None = None
+    """Folder that `farhand pki operator` made for this site; for quic/ and tls/ endpoints, which need one."""
     link_rate_bps: float | None = None
     """What the link carries each way [bit/s]; 0: more than enough. Each flow has its share of a narrow one."""
     link_control: str | None = None
@@ -118,7 +125,7 @@ class Local:
         from farhand.deploy.processes import run_local, run_scripted
 
         overrides = {
-            "link_connect": self.connect, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task,
+            "link_connect": self.connect, "link_certificates": self.certificates, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task,
             "page_port": self.port, "page_host": self.host, "page_published_at": self.published_at, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
             "connect_timeout_s": self.connect_timeout_s, "watch": self.watch or None,
         }  # fmt: skip
@@ -137,7 +144,10 @@ class Remote:
     config: Path | None = None
     """TOML file; what is named here on the command line overrides it."""
     listen: str | None = None
-    """Endpoint to listen on: tcp/0.0.0.0:7447 for other machines; tcp/127.0.0.1:7447, for this one, when not said."""
+    """Endpoint to listen on: quic/0.0.0.0:7447 or, in the clear, tcp/0.0.0.0:7447 for other machines; tcp/127.0.0.1:7447, for
+    this one, when not said."""
+    certificates: str | None = None
+    """Folder that `farhand pki robot` made for this robot; for quic/ and tls/ endpoints, which need one."""
     link_rate_bps: float | None = None
     """What the link carries each way [bit/s]; 0: more than enough. Each flow has its share of a narrow one."""
     task: str | None = None
@@ -155,6 +165,7 @@ class Remote:
         return run_remote(
             self.config,
             link_listen=self.listen,
+            link_certificates=self.certificates,
             link_rate_bps=self.link_rate_bps,
             task=self.task,
             data_dir=self.data_dir,

@@ -24,6 +24,7 @@ from farhand.deploy.end_signals import on_end_signal
 from farhand.deploy.status_door import Identity, status_door
 
 if TYPE_CHECKING:
+    from farhand.common.link.endpoint import EndpointSettings
     from farhand.local_site.config import LocalConfig
     from farhand.local_site.site import LocalSite
 
@@ -57,7 +58,7 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
         raise InvalidConfiguration("command line", *field_of(error)) from error
 
 
-_LINK_FIELDS = ("link_listen", "link_connect", "link_vehicle", "link_rate_bps")
+_LINK_FIELDS = ("link_listen", "link_connect", "link_vehicle", "link_rate_bps", "link_certificates")
 
 
 def run_remote(config_file: Path | None, **overrides: object) -> int:
@@ -70,6 +71,7 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
     config = configured(RemoteConfig, config_file, **overrides)
     tasks = find_tasks(config.task)
     site = RemoteSite(config, tasks, data_folder(config.data_dir))
+    _check_certified_name(config.link, "vehicle", config.link.vehicle)
     who = Identity("robot", config.link.vehicle, config.link.listen, tasks.names)
     with status_door(who, site.facts, site.data_folder):
         site.warm_up()  # a signal ends this at once; what follows ends in order
@@ -122,9 +124,29 @@ def _local_site(config: LocalConfig) -> tuple[LocalSite, Identity]:
     from farhand.local_site.site import LocalSite
 
     tasks, folder = find_tasks(config.task), data_folder(config.data_dir)
-    name = config.site_name or default_site_name(folder, data_folder(""))
+    name = config.site_name or _certified_name(config.link) or default_site_name(folder, data_folder(""))
+    _check_certified_name(config.link, "site_name", name)
     site = LocalSite(config, name, tasks, folder, sample_files)
     return site, Identity("operator", name, config.link.connect, tasks.names)
+
+
+def _certified_name(link: EndpointSettings) -> str:
+    """Return the name in the site's certificate, empty without one."""
+    from farhand.common.link.certificates import SiteCertificate
+
+    return SiteCertificate.load(link.certificate_folder).name if link.certificates else ""
+
+
+def _check_certified_name(link: EndpointSettings, field: str, name: str) -> None:
+    """Refuse a name that is not that of the certificate: the other site would know it under both.
+
+    Raises:
+        InvalidConfiguration: When it differs; names the field.
+    """
+    if (certified := _certified_name(link)) not in ("", name):
+        raise InvalidConfiguration(
+            "configuration", field, f"{certified!r}, as in the certificate, got {name!r}"
+        )
 
 
 def run_link_process(listen: str, target: str, control: str, profile: str, seed: int) -> int:

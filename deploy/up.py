@@ -7,7 +7,6 @@ import contextlib
 import json
 import logging
 import signal
-import socket
 import sys
 import tempfile
 import time
@@ -16,11 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from farhand.common.address import bind
+from farhand.common.address import bind, free_port
 from farhand.common.errors import InvalidConfiguration, ProcessFailed
 from farhand.common.impairment.link_profile import find_profile, load_profiles
 from farhand.deploy.child import Child, say_ready
 from farhand.deploy.link.link_process import PROFILES_FILE
+from farhand.deploy.pki.throw_away import Identities, Transport, throw_away_identities
 from farhand.deploy.places import check_writable, data_folder, find_tasks
 from farhand.deploy.summary import summary
 
@@ -41,11 +41,13 @@ class Together:
         task: Names of tasks, or their files, with commas between.
         link: Profile of the simulated link.
         seed: Of everything random.
+        transport: Scheme of the endpoints.
     """
 
     task: str
     link: str
     seed: int
+    transport: Transport = "tcp"
 
     def check(self) -> None:
         """Refuse now, in one line, what would end the processes one by one.
@@ -93,7 +95,9 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
     with tempfile.TemporaryDirectory(prefix="farhand-") as scratch:
         result = Path(scratch) / "result.json"
         data = [f"--data-dir={data_dir or scratch}"]
-        status = asyncio.run(_together(settings, data, ["--demo", f"--outage={outage}", f"--json={result}"]))
+        with throw_away_identities(settings.transport, data_dir or scratch) as identities:
+            job = ["--demo", f"--outage={outage}", f"--json={result}"]
+            status = asyncio.run(_together(settings, data, job, identities))
         if not result.is_file():
             return status
         content = result.read_text(encoding="utf-8")
@@ -126,11 +130,14 @@ def run_up(settings: Together, port: int, data_dir: str) -> int:
         port = free.getsockname()[1]
     _log.info("what is taught is kept in %s", data_folder(data_dir))
     data = [f"--data-dir={data_dir}"] if data_dir else []
-    status = asyncio.run(_together(settings, data, [f"--port={port}"]))
+    with throw_away_identities(settings.transport, data_dir) as identities:
+        status = asyncio.run(_together(settings, data, [f"--port={port}"], identities))
     return 0 if status == INTERRUPTED else status
 
 
-async def _together(settings: Together, data: Sequence[str], local_arguments: Sequence[str]) -> int:
+async def _together(
+    settings: Together, data: Sequence[str], local_arguments: Sequence[str], identities: Identities
+) -> int:  # fmt: skip
     """Start remote, link and local in this order, and end them in the reverse one.
 
     Returns:
@@ -144,7 +151,7 @@ async def _together(settings: Together, data: Sequence[str], local_arguments: Se
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, interrupted.set)
     children: list[Child] = []
-    work = asyncio.create_task(_start_and_wait(settings, data, local_arguments, children))
+    work = asyncio.create_task(_start_and_wait(settings, data, local_arguments, children, identities))
     waiting = asyncio.create_task(interrupted.wait())
     try:
         await asyncio.wait([work, waiting], return_when=asyncio.FIRST_COMPLETED)
@@ -162,12 +169,14 @@ async def _together(settings: Together, data: Sequence[str], local_arguments: Se
 
 
 async def _start_and_wait(
-    settings: Together, data: Sequence[str], local_arguments: Sequence[str], children: list[Child]
+    settings: Together, data: Sequence[str], local_arguments: Sequence[str], children: list[Child],
+    identities: Identities,
 ) -> int:  # fmt: skip
-    remote_port = _free_port()
+    remote_port = free_port(settings.transport)
     task, seed = f"--task={settings.task}", f"--seed={settings.seed}"
     shared = [task, seed, f"--link-rate-bps={settings.rate_bps():g}", *data]
-    remote = Child("remote", ["remote", f"--listen=tcp/{_HOST}:{remote_port}", *shared])
+    end = f"{settings.transport}/{_HOST}"
+    remote = Child("remote", ["remote", f"--listen={end}:{remote_port}", *identities.robot, *shared])
     link = Child(
         "link",
         ["link", f"--listen={_HOST}:0", f"--target={_HOST}:{remote_port}", f"--control={_HOST}:0",
@@ -179,7 +188,8 @@ async def _start_and_wait(
     try:
         ports = await link.start()
         connect = [
-            f"--connect=tcp/{_HOST}:{ports['port']}",
+            f"--connect={end}:{ports['port']}",
+            *identities.operator,
             f"--link-control={_HOST}:{ports['control_port']}",
         ]
         local = Child("local", ["local", *connect, *shared, *local_arguments])
@@ -233,9 +243,3 @@ def first_steps(page: str) -> list[str]:
         "  first: press `Load samples`, `Send model`, `Arm`, `Preview`, `Execute`; or `Record` and show it how",
         "  Ctrl-C ends all three",
     ]
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind((_HOST, 0))
-        return probe.getsockname()[1]

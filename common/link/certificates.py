@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -12,7 +13,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives.serialization import load_pem_private_key
 from cryptography.x509.oid import NameOID
 
-from farhand.common.errors import InvalidConfiguration
+from farhand.common.errors import InvalidConfiguration, LinkError
 from farhand.common.whole_file import fault_of, read_whole
 
 CA_FILE, CERTIFICATE_FILE, KEY_FILE = "ca.pem", "certificate.pem", "key.pem"
@@ -102,6 +103,24 @@ def read_certificate(file: Path) -> x509.Certificate:
     """
     with fault_of(file, InvalidConfiguration, "a certificate in PEM"):
         return x509.load_pem_x509_certificate(read_whole(file))
+
+
+def check_site_certificate(folder: Path, warn: Callable[[str], None]) -> None:
+    """See that the other site can accept this one's certificate: the transport would try for ever, and say nothing.
+
+    Args:
+        folder: Folder of the certificate.
+        warn: Called with what must be said of its end.
+
+    Raises:
+        InvalidConfiguration: When the folder is incomplete or malformed; names the file.
+        LinkError: When the certificate has expired, or is not valid yet.
+    """
+    certificate = SiteCertificate.load(folder)
+    if fault := certificate.fault():
+        raise LinkError(f"{fault}: farhand pki renew {certificate.name}")
+    if warning := certificate.warning():
+        warn(warning)
 
 
 def read_rights(file: Path) -> dict[str, Right]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 
 from farhand.common.address import endpoint_fault
 from farhand.common.clock import Wait
+from farhand.common.link.certificates import CA_FILE, CERTIFICATE_FILE, KEY_FILE
 from farhand.common.names import Name
 from farhand.common.wire.codec import MAX_BYTES
 
@@ -15,6 +17,10 @@ LEAST_BPS = 80.0
 """The slowest modems carry so much [bit/s]."""
 
 
+SECURE = ("quic", "tls")
+"""Schemes that encrypt, and ask both ends for a certificate."""
+_QUIC_OPTIONS = "?mixed_rel=1;multistream=1"
+"""One connection with datagrams beside its streams, and a stream for each priority."""
 _MOST_SESSIONS = 32
 """Sites that may be connected to a robot at a time."""
 _PATIENCE_US = 100_000
@@ -32,6 +38,8 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """Endpoint to listen on, such as tcp/127.0.0.1:7447."""
     connect: str = ""
     """Endpoint to connect to: the other site or the link process."""
+    certificates: str = ""
+    """Folder of this site's ca.pem, certificate.pem and key.pem, which `farhand pki` makes; for quic/ and tls/."""
     rate_bps: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     """What the link carries each way [bit/s]; 0: more than enough. On a narrow one each flow has its share."""
     lease_s: Wait = 120.0
@@ -48,6 +56,24 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         for field in ("listen", "connect"):
             if (endpoint := getattr(self, field)) and (fault := endpoint_fault(endpoint)):
                 raise ValueError(f"{field}: {fault}")
+            secure = scheme_of(endpoint) in SECURE
+            if endpoint and secure and not self.certificates:
+                raise ValueError(
+                    f"certificates: the folder that `farhand pki` made for this site, for {endpoint}"
+                )
+            if endpoint and self.certificates and not secure:
+                expected = f"{'/ or '.join(SECURE)}/ and HOST:PORT, as certificates are given"
+                raise ValueError(f"{field}: {expected}, got {endpoint!r}")
+
+    @property
+    def certificate_folder(self) -> Path:
+        """The folder of the site's certificate, where `certificates` names one."""
+        return Path(self.certificates).expanduser()
+
+
+def scheme_of(endpoint: str) -> str:
+    """Return the scheme of an endpoint, such as tcp."""
+    return endpoint.partition("/")[0]
 
 
 def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
@@ -59,9 +85,9 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
     configuration = {
         "mode": "peer",
         "namespace": settings.vehicle,
-        "listen": {"endpoints": [settings.listen] if settings.listen else []},
+        "listen": {"endpoints": _with_options(settings.listen)},
         "connect": {
-            "endpoints": [settings.connect] if settings.connect else [],
+            "endpoints": _with_options(settings.connect),
             "timeout_ms": -1,
             "exit_on_failure": False,
             "retry": {"period_init_ms": 200, "period_max_ms": 500, "period_increase_factor": 1.5},
@@ -80,6 +106,9 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
             },
             "shared_memory": {"enabled": False},
             "link": {
+                # A mistyped endpoint must not carry in the clear what is meant to be secret.
+                "protocols": sorted({scheme_of(end) for end in (settings.listen, settings.connect) if end}),
+                "tls": _tls(settings.certificate_folder) if settings.certificates else {},
                 # By default a stranger's gigabyte would be put together in memory before anybody looks at it.
                 "rx": {"max_message_size": MAX_BYTES + _ENVELOPE_BYTES},
                 "tx": {
@@ -100,6 +129,28 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
         },
     }
     return _guarded(configuration, settings.vehicle) if settings.listen else configuration
+
+
+def _with_options(endpoint: str) -> list[str]:
+    if scheme_of(endpoint) == "quic" and "?" not in endpoint:
+        address, hash_, configuration = endpoint.partition("#")
+        endpoint = f"{address}{_QUIC_OPTIONS}{hash_}{configuration}"
+    return [endpoint] if endpoint else []
+
+
+def _tls(folder: Path) -> dict[str, Any]:
+    """Return the transport's settings of TLS for a site: each end asks the other one for its certificate."""
+    certificate, key = str(folder / CERTIFICATE_FILE), str(folder / KEY_FILE)
+    return {
+        "root_ca_certificate": str(folder / CA_FILE),
+        "listen_certificate": certificate,
+        "listen_private_key": key,
+        "connect_certificate": certificate,
+        "connect_private_key": key,
+        "enable_mtls": True,
+        "verify_name_on_connect": True,
+        "close_link_on_expiration": True,
+    }
 
 
 def _guarded(configuration: dict[str, Any], vehicle: str) -> dict[str, Any]:

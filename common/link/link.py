@@ -17,8 +17,9 @@ import zenoh
 
 from farhand.common.address import listening_fault
 from farhand.common.errors import LinkError, PortTaken
+from farhand.common.link.certificates import check_site_certificate
 from farhand.common.link.deaf_listeners import DeafListeners
-from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
+from farhand.common.link.endpoint import EndpointSettings, scheme_of, zenoh_configuration
 from farhand.common.link.outbox import Outbox
 from farhand.common.log import loop_logger
 from farhand.common.wire.keys import Channel, Urgency
@@ -126,6 +127,8 @@ class ZenohLink:
     """
 
     def __init__(self, settings: EndpointSettings, dropped: Callable[[str], None] = _log.warning):
+        if settings.certificates:
+            check_site_certificate(settings.certificate_folder, _log.warning)
         try:
             configuration = zenoh.Config.from_json5(json.dumps(zenoh_configuration(settings)))
             self._session = zenoh.open(configuration)
@@ -134,8 +137,11 @@ class ZenohLink:
             why = listening_fault(settings.listen) if settings.listen else ""
             kind = PortTaken if "is in use" in why else LinkError
             raise kind(f"{where}: {why or f'cannot be opened ({_first_line(error)})'}") from error
-        self._deaf = DeafListeners(self._others, settings.listen, dropped) if settings.listen else None
-        held_up = self._deaf.look if self._deaf is not None else _not_told
+        has_deaf = (
+            settings.listen and scheme_of(settings.listen) != "quic"
+        )  # which gives up the deaf by itself
+        self._deaf = DeafListeners(self._others, settings.listen, dropped) if has_deaf else None
+        held_up = self._deaf.look if self._deaf is not None else lambda: None
         self._outboxes = {urgency: Outbox(urgency.name.lower(), _log, held_up) for urgency in Urgency}
         self._publishers: dict[Channel, zenoh.Publisher] = {}
         self._threads: list[threading.Thread] = []
@@ -208,12 +214,14 @@ class ZenohLink:
     def _publisher(self, channel: Channel) -> zenoh.Publisher:
         """Called by the thread of the channel's urgency alone: to declare one may wait for the network."""
         if channel not in self._publishers:
-            control = zenoh.CongestionControl
+            control, reliability = zenoh.CongestionControl, zenoh.Reliability
             self._publishers[channel] = self._session.declare_publisher(
                 channel.key,
                 priority=_priority(channel),
                 congestion_control=control.BLOCK if channel.must_arrive else control.DROP,
                 express=channel.urgency is not Urgency.BULK,
+                # Over TCP nothing is lost, and this means nothing.
+                reliability=reliability.RELIABLE if channel.sent_again else reliability.BEST_EFFORT,
             )
         return self._publishers[channel]
 
@@ -235,10 +243,6 @@ class ZenohLink:
         thread = threading.Thread(target=run, name=f"receive {channel.key}", daemon=True)
         thread.start()
         self._threads.append(thread)
-
-
-def _not_told() -> None:
-    """Say nothing: a site that only connects has one other end, and its outages are told elsewhere."""
 
 
 def _priority(channel: Channel) -> zenoh.Priority:

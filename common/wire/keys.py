@@ -36,6 +36,15 @@ class Channel:
     must_arrive: bool
     keep: int = 1
 
+    @property
+    def sent_again(self) -> bool:
+        """Whether the transport sends a lost message again.
+
+        Not what the newest message replaces, and not a stop: its sender repeats it until it is acknowledged, and a
+        copy that the transport delivers late would stop a robot that was reset meanwhile.
+        """
+        return self.must_arrive and self.urgency is not Urgency.STOP
+
 
 # From the operator
 STOP = Channel("op/stop", Urgency.STOP, must_arrive=True, keep=16)

@@ -38,7 +38,7 @@ from farhand.common.names import MOST_SITE_NAME, check_name
 from farhand.common.whole_file import fault_of, read_whole, write_whole
 from farhand.deploy.pki.issue import Authority, Issued, new_key, parse_hosts
 
-_CA_KEY = "ca.key"
+CA_KEY = "ca.key"
 _MOST_DAYS = 3650
 
 
@@ -57,14 +57,14 @@ class Registry:
             OSError: When the folder cannot be written.
         """
         check_name(name, "name", most=64)
-        if (folder / _CA_KEY).exists() or (folder / CA_FILE).exists():
+        if (folder / CA_KEY).exists() or (folder / CA_FILE).exists():
             expected = (
                 f"a folder without an authority; {folder} has one, which a new one would make worthless"
             )
             raise InvalidConfiguration("command line", "folder", expected)
         authority = Authority.create(name, now)
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _write_key(folder / _CA_KEY, authority.key)
+        _write_key(folder / CA_KEY, authority.key)
         write_whole(folder / CA_FILE, _pem(authority.certificate))
         registry = cls(folder, authority, {})
         registry._write_rights()
@@ -77,16 +77,14 @@ class Registry:
         Raises:
             InvalidConfiguration: When it has none, or a file of it is malformed; names the file.
         """
-        if not (folder / _CA_KEY).exists():
-            expected = (
-                f"the folder of an authority, which `farhand pki init` makes; {folder} has no {_CA_KEY}"
-            )
+        if not (folder / CA_KEY).exists():
+            expected = f"the folder of an authority, which `farhand pki init` makes; {folder} has no {CA_KEY}"
             raise InvalidConfiguration("command line", "folder", expected)
         certificate = read_certificate(folder / CA_FILE)
-        with fault_of(folder / _CA_KEY, InvalidConfiguration, "a private key in PEM, without a password"):
-            key = load_pem_private_key(read_whole(folder / _CA_KEY), None)
+        with fault_of(folder / CA_KEY, InvalidConfiguration, "a private key in PEM, without a password"):
+            key = load_pem_private_key(read_whole(folder / CA_KEY), None)
         if not isinstance(key, ec.EllipticCurvePrivateKey) or key.public_key() != certificate.public_key():
-            raise InvalidConfiguration(str(folder / _CA_KEY), "", f"the key of {CA_FILE}")
+            raise InvalidConfiguration(str(folder / CA_KEY), "", f"the key of {CA_FILE}")
         return cls(folder, Authority(certificate, key), read_rights(folder / RIGHTS_FILE))
 
     def issue(
@@ -195,27 +193,6 @@ class Registry:
     def _write_rights(self) -> None:
         content = msgspec.json.format(msgspec.json.encode(self._rights), indent=2)
         write_whole(self._folder / RIGHTS_FILE, content + b"\n")
-
-
-def make_throw_away(folder: Path, robot: str, hosts: tuple[str, ...], operator: str) -> tuple[Path, Path]:
-    """Make an authority, a robot and an operator for one day; the authority's key is not kept.
-
-    Args:
-        folder: Where the sites' folders are made.
-        robot: Name of the robot.
-        hosts: Names and addresses by which it is dialled.
-        operator: Name of the operator's site.
-
-    Returns:
-        The folders of the robot and of the operator.
-    """
-    registry = Registry.create(folder, "throw-away")
-    folders = (
-        registry.issue(robot, "robot", hosts, 1),
-        registry.issue(operator, "operator", (), 1),
-    )
-    (folder / _CA_KEY).unlink()
-    return folders
 
 
 def default_folder(data_folder: Path) -> Path:

@@ -1,4 +1,4 @@
-"""What several tests look at: two demos, which run beside the other tests and mostly wait, and some files."""
+"""What several tests look at: three demos, which run beside the other tests and mostly wait, and some files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 from tests.farhand_process import FarhandProcess
 from tests.integration.files import make_files
 
-DEMOS = {"lan": (), "geo": ("--outage", "reset:3")}
+DEMOS = {"lan": (), "geo": ("--outage", "reset:3"), "leo": ("--transport", "quic", "--outage", "blackhole:3")}
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Demo:
 
 @pytest.fixture(scope="session", autouse=True)
 def demos(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Demo]]:
-    """Both demos, begun before the first test."""
+    """All demos, begun before the first test."""
     folder = tmp_path_factory.mktemp("demos")
     begun: dict[str, Demo] = {}
     try:

@@ -53,6 +53,13 @@ def test_the_events_tell_the_job_in_its_order(result):
     assert times == sorted(times)
 
 
+def test_the_execution_outlives_a_cut_of_an_encrypted_link_that_loses_datagrams(demos: dict[str, Demo]):
+    result = demos["leo"].result()
+    assert result["link"]["outage"] == "blackhole:3"
+    texts = " / ".join(event["text"] for event in result["events"])
+    assert re.search(r"execute:.* cut the link: blackhole for 3 s.* the link is back.* arrival", texts)
+
+
 def test_a_command_over_the_satellite_takes_two_one_way_delays(demos: dict[str, Demo]):
     link = demos["geo"].result()["link"]
     assert link["profile"] == "geo"

@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.link.certificates import SiteCertificate
 from farhand.deploy.pki.issue import parse_hosts
-from farhand.deploy.pki.registry import Registry, make_throw_away
+from farhand.deploy.pki.registry import Registry
+from farhand.deploy.pki.throw_away import make_throw_away
 
 pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl command")
 NOW = datetime(2027, 3, 1, 12, tzinfo=UTC)
