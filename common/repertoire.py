@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import MOST_TASKS
+from farhand.common.wire.reasons import Code, Reason, because
 
 _OF_THE_ROBOT = (
     "frame_names", "limits", "n_dims", "workspace_m", "start_m", "target", "tracker", "disturbances",
@@ -45,10 +46,9 @@ class TaskSet:
         """Return the task with this name, or None."""
         return self._by_name.get(name)
 
-    def refusal(self, name: str) -> str:
-        """Return the reason why a task with this name is not done; empty when it is."""
-        known = " and ".join(map(repr, self._by_name))
-        return "" if name in self._by_name else f"this robot does {known}, not {name!r}"
+    def refusal(self, name: str) -> Reason | None:
+        """Return the reason why a task with this name is not done; None when it is."""
+        return None if name in self._by_name else because(Code.OTHER_TASK, does=self.names, task=name)
 
     def __iter__(self) -> Iterator[AnyTask]:
         return iter(self._by_name.values())

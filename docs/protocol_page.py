@@ -16,6 +16,8 @@ from farhand.common.wire import keys, messages
 from farhand.common.wire.codec import MAX_BYTES
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import ArmState, Message, RecordingOffer, Stamp
+from farhand.common.wire.reasons import Reason, Value
+from farhand.common.wire.words import WORDS
 
 PAGE = Path(__file__).parent / "protocol.md"
 _UNITS = {"_m": "m", "_s": "s", "_ms": "ms", "_ns": "ns", "_rad": "rad"}
@@ -64,9 +66,13 @@ def page() -> str:
         _stamp(),
         _message(ArmState, " An array of four, in this order."),
         _message(RecordingOffer, " An array of four, in this order."),
+        _message(Reason, " An array of two, in this order."),
+        _message(Value, " An array of two, in this order."),
         *map(_message, kinds),
         "## Errors",
         _table(["where", "words", "when", "then"], [error[:4] for error in ERRORS]),
+        "## Reasons",
+        _reasons(),
         TAIL,
     ]
     return "\n\n".join(part.strip() for part in parts) + "\n"
@@ -91,6 +97,11 @@ def _keys() -> str:
             f"{share:.0%}" if share else "",
         ])  # fmt: skip
     return _table(header, rows)
+
+
+def _reasons() -> str:
+    """The table of all codes: their values are the names in their sentences."""
+    return _table(["code", "values and words"], [[f"`{code}`", words] for code, words in WORDS.items()])
 
 
 def _stamp() -> str:

@@ -27,6 +27,7 @@ from farhand.common.wire.messages import (
     CatalogueReply,
     CatalogueRequest,
     Command,
+    EventKind,
     EventsRequest,
     ExecutionReport,
     Heartbeat,
@@ -40,6 +41,7 @@ from farhand.common.wire.messages import (
     Stop,
 )
 from farhand.common.wire.path_points import thinned
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.model_trial import ModelTrial, Outcome, TryModel, try_at_once
@@ -102,8 +104,8 @@ class Robot:
             tasks, config, self.embodiment, clock, self._announce, request_plan, write
         )
         if remembered is not None and remembered.executing:
-            why = f"the execution of {remembered.executing[:8]} was interrupted by a restart of the robot"
-            self.supervisor.machine.tell("interrupted", why, succeeded=False)
+            why = because(Code.INTERRUPTED, model=remembered.executing[:8])
+            self.supervisor.machine.tell(EventKind.INTERRUPTED, why, succeeded=False)
         if scene := self.embodiment.hardware.scene():
             self.supervisor.recordings.catalogue.show(scene)
         self._reporter = Reporter(self.supervisor, clock)
@@ -140,11 +142,11 @@ class Robot:
             self.supervisor.failsafe.run(self._tell_state)
         self._ticks += 1
 
-    def take_path(self, request: PlanRequest, path: PlannedPath | None, words: str) -> None:
+    def take_path(self, request: PlanRequest, path: PlannedPath | None, note: Reason | None) -> None:
         """A rollout is ready, or there is a reason why not (see `planner.answer`); from any thread."""
         if path is not None:  # it would hold up the reports on a narrow link for seconds
             path = thinned(path, part_bytes(self._config.link.rate_bps))
-        self._first.put(partial(self.supervisor.on_path, request, path, words))
+        self._first.put(partial(self.supervisor.on_path, request, path, note))
 
     def _tell_state(self) -> None:
         self._announce(keys.TELEMETRY, self._reporter.report(self.overruns))
@@ -152,9 +154,9 @@ class Robot:
     def tell_dropped(self, words: str) -> None:
         """The link dropped a listener; from any thread."""
         _log.warning(words)
-        self._first.put(
-            partial(self.supervisor.machine.tell, "dropped", words, succeeded=False, who="a listener")
-        )
+        why = because(Code.LISTENER_DROPPED, text=words)
+        tell = self.supervisor.machine.tell
+        self._first.put(partial(tell, EventKind.DROPPED, why, succeeded=False, who="a listener"))
 
     def _announce(self, channel: Channel, message: Message) -> None:
         self._link.send(channel, encode(message))

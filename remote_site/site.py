@@ -17,7 +17,9 @@ from farhand.common.log import loop_logger
 from farhand.common.process_status import DataFolder, RobotFacts
 from farhand.common.repertoire import TaskSet
 from farhand.common.whole_file import Claim
-from farhand.common.wire.messages import PlannedPath
+from farhand.common.wire.messages import EventKind, PlannedPath
+from farhand.common.wire.reasons import Code, Reason, because
+from farhand.common.wire.words import sentence
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.motion.model_trial import ModelTrials
 from farhand.remote_site.motion.planner import Planner, PlanRequest
@@ -60,14 +62,14 @@ class RemoteSite:
             return None
         supervisor, now_s = robot.supervisor, time.monotonic()
         stopped = supervisor.mode is ControlMode.STOPPED
-        stop = supervisor.events.newest("stopped") if stopped else None
+        stop = supervisor.events.newest(EventKind.STOPPED) if stopped else None
         newest = supervisor.models.newest
         return RobotFacts(
             mode=supervisor.mode, phase=supervisor.phase, holder=supervisor.contact.lease.holder,
             heard_s=supervisor.contact.heard_s, tick_age_s=now_s - self._ticked_s,
             overruns=robot.overruns, control_hz=robot.embodiment.hardware.control_hz,
             model=newest.sha256[:8] if newest is not None else "",
-            stopped_because=stop.text if stop is not None else "",
+            stopped_because=sentence(stop.reason, stop.cause) if stop is not None else "",
             stopped_by_fault=stop is not None and not stop.who, waiting=robot.waiting,
         )  # fmt: skip
 
@@ -92,7 +94,7 @@ class RemoteSite:
         event_log = EventLog(self._data_dir / "events.jsonl")
         self._files = memory, event_log
         try:
-            why = self._boot(memory, event_log, ready, "")
+            why = self._boot(memory, event_log, ready, None)
             while not self._stop.is_set():
                 why = self._boot(memory, event_log, lambda: None, why)
         finally:
@@ -100,16 +102,18 @@ class RemoteSite:
             event_log.close()
             claim.release()
 
-    def _boot(self, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None], why: str) -> str:
+    def _boot(
+        self, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None], why: Reason | None
+    ) -> Reason | None:
         """One life of the robot, until it is stopped, or for a reason that is returned: nothing of it may go on."""
 
-        def tell_dropped(words: str) -> None:
-            robot.tell_dropped(words)  # which needs the link first
+        def tell_dropped(text: str) -> None:
+            robot.tell_dropped(text)  # which needs the link first
 
         link = ZenohLink(self._config.link, tell_dropped)
 
-        def take_path(request: PlanRequest, path: PlannedPath | None, words: str) -> None:
-            robot.take_path(request, path, words)  # which needs the planner first
+        def take_path(request: PlanRequest, path: PlannedPath | None, note: Reason | None) -> None:
+            robot.take_path(request, path, note)  # which needs the planner first
 
         planner, trials = Planner(take_path), ModelTrials()
         remembered = memory.load(self._tasks.first.space.n_dims)
@@ -118,8 +122,8 @@ class RemoteSite:
                 self._config, self._tasks, BootClock(), link, planner.request, event_log.append,
                 remembered, try_model=trials.submit_trial,
             )  # fmt: skip
-            for words in filter(None, (why, memory.unknown_place)):
-                robot.supervisor.machine.tell("restarted", words, succeeded=False)
+            for reason in filter(None, (why, memory.unknown_place)):
+                robot.supervisor.machine.tell(EventKind.RESTARTED, reason, succeeded=False)
             _log.info("the robot is ready: %s", self._config.link.listen)
             self._ticked_s, self._robot = time.monotonic(), robot
             ready()
@@ -131,7 +135,7 @@ class RemoteSite:
             planner.close()
             link.close()
 
-    def _loop(self, robot: Robot, memory: PlantMemory, times: TickTimes) -> str:
+    def _loop(self, robot: Robot, memory: PlantMemory, times: TickTimes) -> Reason | None:
         control_hz = robot.embodiment.hardware.control_hz
         remember_every = max(1, round(PERIOD_S * control_hz))
         rate, suspend = Rate(1.0 / control_hz, self._stop), SuspendWatch()
@@ -140,9 +144,7 @@ class RemoteSite:
             if (suspended_s := suspend.suspended_s()) > 0.0:
                 robot.supervisor.failsafe.run(partial(_remember, robot, memory))
                 robot.supervisor.motion.halt(1.0 / control_hz)
-                return (
-                    f"the robot's computer was suspended for {suspended_s:.1f} s: it begins again, DISARMED"
-                )
+                return because(Code.SUSPENDED, suspended_s=suspended_s)
             robot.overruns = rate.overruns
             self._ticked_s, began_ns = time.monotonic(), time.thread_time_ns()
             robot.step(rate.late_s)
@@ -151,7 +153,7 @@ class RemoteSite:
                 robot.supervisor.failsafe.run(partial(_remember, robot, memory))
             tick += 1
         times.tell(rate.overruns)
-        return ""
+        return None
 
 
 def _remember(robot: Robot, memory: PlantMemory) -> None:

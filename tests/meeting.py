@@ -231,7 +231,7 @@ class Meeting:
         self._boots += 1
 
         def request_plan(request: PlanRequest) -> None:
-            robot.take_path(request, plan(request), "")
+            robot.take_path(request, plan(request), None)
 
         robot = Robot(
             self._config, self.tasks, BootClock(f"boot {self._boots}", self.time), self.robots_end,

@@ -12,6 +12,8 @@ from msgspec import inspect
 
 from farhand.common import names
 from farhand.common.wire.messages import SCHEMA, Message
+from farhand.common.wire.reasons import Reason
+from farhand.common.wire.words import sentence
 
 
 def all_kinds() -> list[type[Message]]:
@@ -26,6 +28,11 @@ def instances(kind: type[Message]) -> st.SearchStrategy[Message]:
     assert isinstance(described, inspect.StructType)
     fields = {f.name: _values(f.type) for f in described.fields if f.name != "schema"}
     return st.fixed_dictionaries(fields).map(lambda values: kind(**values))
+
+
+def said(message: Any) -> str:
+    """The reason in a message, in words."""
+    return sentence(message.reason, getattr(message, "cause", None))
 
 
 def plain(message: Message) -> dict[str, Any]:
@@ -80,7 +87,7 @@ def _values(described: inspect.Type) -> st.SearchStrategy[Any]:  # noqa: C901 (a
         case inspect.EnumType(cls=kind):
             return st.sampled_from(list(kind))
         case inspect.VarTupleType(item_type=item, min_length=least, max_length=most):
-            return st.lists(_values(item), min_size=least or 0, max_size=most or 3).map(tuple)
+            return st.lists(_values(item), min_size=least or 0, max_size=min(most or 3, 6)).map(tuple)
         case inspect.TupleType(item_types=items):
             return st.tuples(*map(_values, items))
         case inspect.UnionType(types=types):
@@ -95,8 +102,10 @@ def _single(bound: float | None, inwards: float) -> float | None:
     if bound is None:
         return None
     single = np.float32(bound)
-    outside = single < bound if inwards > 0 else single > bound
+    outside = float(single) < bound if inwards > 0 else float(single) > bound
     return float(np.nextafter(single, np.float32(inwards)) if outside else single)
 
 
-__all__ = ["SCHEMA", "all_kinds", "floats_in", "instances", "plain"]
+reasons = _values(inspect.type_info(Reason))
+
+__all__ = ["SCHEMA", "all_kinds", "floats_in", "instances", "plain", "reasons", "said"]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from farhand.common.arm.insertion_trajectory import InsertionTrajectory
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.poses import difference
+from farhand.common.wire.reasons import Code, Reason, because
 
 Array = NDArray[np.float64]
 
@@ -41,21 +42,20 @@ class Preflight:
     worst_rad: float
 
     @property
-    def refusal(self) -> str:
-        """Reason not to begin the insertion; empty when it may begin."""
+    def refusal(self) -> Reason | None:
+        """Reason not to begin the insertion; None when it may begin."""
         if self.worst_m > _WORST_M or self.worst_rad > _WORST_RAD:
-            away = f"{1e3 * self.worst_m:.0f} mm and {np.degrees(self.worst_rad):.0f} degrees"
-            return f"the receptacle is out of the arm's reach: the way in is missed by {away}"
+            return because(Code.OUT_OF_REACH, missed_m=self.worst_m, missed_rad=self.worst_rad)
         if self.least_singular_value < REFUSED_BELOW:
-            return f"the wrist would be straight on the way in ({self.least_singular_value:.3f})"
-        return ""
+            return because(Code.WRIST_STRAIGHT, singular_value=self.least_singular_value)
+        return None
 
     @property
-    def warning(self) -> str:
-        """Warning for the operator before the insertion; empty for none."""
-        if not self.refusal and self.least_singular_value < WARNED_BELOW:
-            return f"the wrist is nearly straight on the way in ({self.least_singular_value:.3f})"
-        return ""
+    def warning(self) -> Reason | None:
+        """Warning for the operator before the insertion; None for none."""
+        if self.refusal is None and self.least_singular_value < WARNED_BELOW:
+            return because(Code.WRIST_NEARLY_STRAIGHT, singular_value=self.least_singular_value)
+        return None
 
 
 class Preflights:

@@ -13,8 +13,9 @@ from msgspec import UNSET, Meta, Struct, UnsetType
 
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.names import MOST_SITE_NAME, PRINTABLE, SiteName
+from farhand.common.wire.reasons import Reason
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of all messages together; a site refuses another one by name."""
 MAX_TELEMETRY_BYTES = 264
 """No report is longer [B]."""
@@ -24,12 +25,11 @@ MAX_MODEL_BYTES = 2_000_000
 MOST_CONTENT_BYTES = 65_536
 """Bulk travels in parts of at most this size [B]."""
 MAX_BYTES = 4 * MOST_CONTENT_BYTES
-"""No message is longer [B]: the longest is a full `EventsReply`. The transport takes little more, the decoder no more."""
+"""No message is longer [B]; of events the robot gives as many at a time as fit. The transport takes little more, the decoder no more."""
 MOST_TASKS = 8
 """No robot says that it does more."""
 
 Id = Annotated[str, Meta(pattern=PRINTABLE, max_length=64)]
-Text = Annotated[str, Meta(max_length=500)]
 Count = Annotated[int, Meta(ge=0)]
 Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
 """Bounded, so that sums and differences of what arrived stay finite [m]."""
@@ -180,7 +180,7 @@ class LeaseReply(Message, frozen=True, kw_only=True):
     lease_id: Id
     """The asker's lease, empty for none: a renewal that came too late does not end it, silence does."""
     holder: Id
-    reason: Text = ""
+    reason: Reason | None = None
     asked_by: Id = ""
     """To the holder: who asks for the control."""
     stamp: Stamp
@@ -207,18 +207,45 @@ class Command(Message, frozen=True, kw_only=True):
 
 
 class CommandReply(Message, frozen=True, kw_only=True):
-    """The first answer to a command: received, or refused with the reason and the measured value."""
+    """The first answer to a command: received, or refused with the reason and what was measured."""
 
     command_id: Id
     accepted: bool
-    reason: Text = ""
-    measured: float | None = None
+    reason: Reason | None = None
     mode: ControlMode
     stamp: Stamp
 
+    @property
+    def measured(self) -> float | None:
+        """What was measured, if anything was."""
+        return self.reason.measured if self.reason is not None else None
 
-RECORDED = "recorded"
-"""Kind of the event that says how a recording in DIRECT ended, good or bad."""
+
+class EventKind(StrEnum):
+    """Kinds of events; a newer robot may have others."""
+
+    COMPLETED = "completed"
+    """A command came to its good end."""
+    FAILED = "failed"
+    """A command was begun and did not."""
+    EXECUTING = "executing"
+    CONTROL = "control"
+    """The control of the robot changed hands."""
+    RECORDED = "recorded"
+    """A recording in DIRECT ended, good or bad."""
+    STOPPED = "stopped"
+    DECOUPLED = "decoupled"
+    BACKING_OFF = "backing off"
+    GAVE_UP = "gave up"
+    PAUSED = "paused"
+    RETRACTING = "retracting"
+    HOLDING = "holding"
+    """A manoeuvre that the robot began itself has ended."""
+    INTERRUPTED = "interrupted"
+    """The robot's process ended during an execution."""
+    RESTARTED = "restarted"
+    DROPPED = "dropped"
+    """A listener that read nothing was dropped."""
 
 
 class Event(Message, frozen=True, kw_only=True):
@@ -227,7 +254,11 @@ class Event(Message, frozen=True, kw_only=True):
     seq: Count
     stamp: Stamp
     kind: Id
-    text: Text
+    """One of the kinds of events, or a newer one."""
+    reason: Reason
+    """What came of it, or why it happened."""
+    cause: Reason | None = None
+    """The reason behind the reason, if there is one."""
     command_id: Id = ""
     action: Id = ""
     """What the command asked for."""
@@ -237,7 +268,11 @@ class Event(Message, frozen=True, kw_only=True):
     plan_id: Count = 0
     who: Id = ""
     """The site that caused it, empty for the robot itself."""
-    measured: float | None = None
+
+    @property
+    def measured(self) -> float | None:
+        """What was measured, if anything was."""
+        return self.reason.measured
 
 
 class EventsRequest(Message, frozen=True, kw_only=True):
@@ -283,7 +318,7 @@ class ModelReply(Message, frozen=True, kw_only=True):
     complete: bool = True
     received: Count = 0
     """How many bytes from the beginning the robot has; the next part begins there."""
-    reason: Text = ""
+    reason: Reason | None = None
     stamp: Stamp
 
 

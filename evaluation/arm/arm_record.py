@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm.simulation.simulation import TICK_S
+from farhand.common.wire.reasons import Code
 from farhand.evaluation.study import Case
 
 Array = NDArray[np.float64]
@@ -18,6 +19,13 @@ HELD_S = 1.0
 _TARED_TICKS = 50
 _APPROACH_M = 0.05
 _SINGULAR = 0.02
+
+_KINDS: dict[str, str] = {
+    Code.FORCE: "force",
+    Code.JAMMED: "jammed too often",
+    **dict.fromkeys((Code.TARGET_LOST, Code.TARGET_MOVED, Code.TARGET_TURNED), "perception lost"),
+}
+"""How the tables name the robot's reasons."""
 
 
 @dataclass
@@ -31,7 +39,7 @@ class Record:
         force_n: Force on the tool, tared.
         behind: In free water, the tangent from the setpoint to the tip.
         least_singular_value: Least singular value of the arm's Jacobian, ten times a second.
-        cause: Reason why it ended without success; empty for a success.
+        cause: Reason why it ended without success: a code of the robot, or a sentence; empty for a success.
         refusal: Reason why the kinematic pre-flight refused the trial; empty if it did not.
         inserted_s: Time when the plug was in for the first time.
         tick_s: Processor time of each control period, everything included [s].
@@ -69,7 +77,7 @@ class Record:
             return ""
         if self.cause == "time":
             return ("stuck in the bore" if self.local[-1][2] > 0.0 else "not at the mouth in time") + singular
-        return ("force" if self.cause.startswith("the force") else self.cause.split(":")[0]) + singular
+        return _KINDS.get(self.cause, self.cause.split(":")[0]) + singular
 
     @property
     def approach_deg(self) -> float:

@@ -133,7 +133,7 @@ class Trial:
                 self._supervisor.mode is not ControlMode.AUTONOMOUS
                 or self._supervisor.motion.execution is None
             ):
-                record.cause = self._operator.events[-1].text  # it has arrived by now
+                record.cause = self._operator.events[-1].reason.code  # it has arrived by now
         self._hooks = Hooks()
         record.tick_s = (time.process_time() - began_s) / max(len(record.local), 1)
         return record

@@ -19,6 +19,7 @@ from farhand.common.wire.messages import (
     Command,
     CommandReply,
     Event,
+    EventKind,
     Heartbeat,
     LeaseReply,
     LeaseRequest,
@@ -28,6 +29,7 @@ from farhand.common.wire.messages import (
     Stamp,
     Telemetry,
 )
+from farhand.common.wire.words import sentence
 
 _STEP_S, _PATIENCE_S = 0.01, 5.0
 _HEARTBEAT_S, _RENEWAL_S = 0.1, 1.0
@@ -80,7 +82,7 @@ class Commander:
         whole = ModelTransfer(session=_SESSION, task=task, sha256=content_hash(content), content=content)
         reply = self._ask(keys.MODEL, whole, ModelReply)
         if not (reply.accepted and reply.complete):
-            raise NotDone(reply.reason)
+            raise NotDone(sentence(reply.reason))
         return reply.sha256
 
     def ask(self, action: Action, **fields: Any) -> Command:
@@ -100,7 +102,7 @@ class Commander:
             if reply.accepted:
                 return command
             if self._time.now_s() > give_up_s:
-                raise NotDone(reply.reason)
+                raise NotDone(sentence(reply.reason))
             self._run(_HEARTBEAT_S)
 
     def do(self, action: Action, **fields: Any) -> Event:
@@ -114,12 +116,12 @@ class Commander:
         ending = self._ending(command)
         assert ending is not None
         if not ending.succeeded:
-            raise NotDone(ending.text)
+            raise NotDone(sentence(ending.reason, ending.cause))
         return ending
 
     def _ending(self, command: Command) -> Event | None:
         ends = (event for event in self.events if event.command_id == command.command_id)
-        return next((event for event in ends if event.kind in ("completed", "failed")), None)
+        return next((event for event in ends if event.kind in (EventKind.COMPLETED, EventKind.FAILED)), None)
 
     # The link -----------------------------------------------------------------------------------
 

@@ -73,7 +73,7 @@ MUTANTS: dict[str, Callable[[], Any]] = {
     "the force guard retracts": lambda: _row(Guard.FORCE, phase=Phase.RETRACTING),
     "the force guard feels nothing": lambda: _method(ForceGuard, "reason", lambda *_: ("", None)),
     "the loss of sight changes nothing": lambda: _method(SightGuard, "reason", lambda *_: ("", None)),
-    "any age is fresh": lambda: _method(Freshness, "judge", lambda *_: Verdict("", 0.1)),
+    "any age is fresh": lambda: _method(Freshness, "judge", lambda *_, **__: Verdict(None, 0.1)),
     "the watchdog sleeps": lambda: _method(OperatorSession, "lost_reason", lambda *_: ""),
     "commands run as often as they arrive": lambda: _method(CommandLog, "reply_to", _never_heard_of),
     "any plan will do": lambda: _method(Plans, "refusal", lambda *_: ("", None)),

@@ -179,7 +179,7 @@ class World:
             path_id=request.path_id, plan_id=request.plan_id, stamp=request.stamp, n_coordinates=2, step_s=0.1,
             model_sha256=request.stored.sha256, points=points, reaches_end=True,
         )  # fmt: skip
-        self.robot.on_path(request, path, "")
+        self.robot.on_path(request, path, None)
         for operator in self.operators:
             operator.plan_id = request.plan_id
 

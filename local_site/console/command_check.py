@@ -1,47 +1,79 @@
-"""Checks by the console before it asks the robot, with an immediate reason for a refusal."""
+"""The console's permission for commands: the common rule, and what this site alone knows.
+
+The page's buttons and the console ask the same function, so that a button never offers what the console would refuse.
+"""
 
 from __future__ import annotations
 
-from farhand.common.control_mode import Action, mode_after, modes_allowing
+from farhand.common.control_mode import Action, ControlMode
+from farhand.common.errors import FarhandError
+from farhand.common.permission import Situation, refusal
 from farhand.common.wire.messages import Telemetry
-from farhand.local_site.console import intents
+from farhand.common.wire.reasons import Code, Reason, because
+from farhand.common.wire.words import sentence
 from farhand.local_site.console.picture import Picture
-from farhand.local_site.teaching.lesson import NotNow
 
 
-def check(intent: intents.CommandRobot, picture: Picture) -> Telemetry:
-    """Check that a command may be sent now.
-
-    The robot decides again on its own; this check only spares the operator a round trip.
+class CommandRefused(FarhandError):
+    """A command that the console does not send.
 
     Args:
-        intent: Command that the operator asks for; a stop is never refused and does not come here.
-        picture: Present state of the console.
-
-    Returns:
-        The report that the command was checked against.
-
-    Raises:
-        NotNow: With the reason.
+        reason: Why.
     """
-    action, robot = intent.action, picture.robot
+
+    def __init__(self, reason: Reason):
+        self.reason = reason
+        super().__init__(sentence(reason))
+
+
+def command_refusal(action: Action, picture: Picture, shown: ControlMode | None = None) -> Reason | None:
+    """Return why a command is not sent now; None when it may be. The robot judges once more.
+
+    Args:
+        action: The command. Stop is always allowed.
+        picture: State of the console.
+        shown: Mode that the operator saw; None if that does not matter.
+    """
+    robot = picture.robot
+    if action is Action.STOP:
+        return None
     if robot is None:
-        raise NotNow("the robot has not reported yet")
-    if intent.shown_mode is not None and intent.shown_mode is not robot.mode:
-        shown, present = intent.shown_mode.name, robot.mode.name
-        raise NotNow(f"page was behind: it showed {shown}, the robot is in {present}")
+        return because(Code.OTHER_VERSION if picture.other_schema else Code.NOT_REPORTED)
+    if shown is not None and shown is not robot.mode:
+        return because(Code.PAGE_BEHIND, shown=shown, mode=robot.mode)
     if action in picture.pending:
-        raise NotNow(f"{action} is under way already")
+        return because(Code.UNDER_WAY, action=action)
     if action is Action.RESET and picture.stop is not None and not picture.stop.settled:
-        raise NotNow("your own stop is not acknowledged yet")
-    if mode_after(robot.mode, robot.phase, action) is None:
-        raise NotNow(f"{action} is not allowed in {robot.mode.name}, only in {modes_allowing(action)}")
-    if action in (Action.PREVIEW, Action.EXECUTE) and not picture.confirmed_sha256:
-        raise NotNow("the robot has confirmed no model: send it first")
-    if action in (Action.PREVIEW, Action.EXECUTE) and picture.standing.differs:
-        raise NotNow("the robot has another model than the one shown here: press Send model first")
-    if action is Action.EXECUTE and picture.task.require_preview and not picture.plan_id:
-        raise NotNow("the robot executes only what was previewed: press Preview first")
+        return because(Code.OWN_STOP)
+    if (reason := refusal(action, _situation(picture, robot))) is not None:
+        return reason
     if action is Action.COUPLE and picture.recording:
-        raise NotNow("a demonstration is being recorded: end or undo it first")
-    return robot
+        return because(Code.RECORDING_HERE)
+    if action is Action.RECORD and picture.robot_records:
+        return because(Code.RECORDING_ALREADY)
+    return None
+
+
+def _situation(picture: Picture, robot: Telemetry) -> Situation:
+    return Situation(
+        mode=robot.mode,
+        phase=robot.phase,
+        why_not_in_control=None if picture.in_control else _why_not_in_control(picture, robot),
+        why_no_model=_why_no_model(picture),
+        is_previewed=bool(picture.plan_id),
+        needs_preview=picture.task.require_preview,
+        can_retract=picture.task.retract_m is not None,
+    )
+
+
+def _why_not_in_control(picture: Picture, robot: Telemetry) -> Reason:
+    why = picture.why_not_in_control
+    if robot.holder and (why is None or why.code == Code.HELD):
+        return because(Code.OTHER_IN_CONTROL, site=robot.holder)
+    return why or because(Code.LEASE_ENDED)
+
+
+def _why_no_model(picture: Picture) -> Reason | None:
+    if not picture.confirmed_sha256:
+        return because(Code.NO_MODEL)
+    return because(Code.MODEL_DIFFERS) if picture.standing.differs else None

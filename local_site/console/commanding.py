@@ -21,6 +21,8 @@ from farhand.common.wire.messages import (
     Telemetry,
     Wish,
 )
+from farhand.common.wire.reasons import Code, Reason, because
+from farhand.common.wire.words import sentence
 from farhand.local_site.console.picture import Pending
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.requests import Requests
@@ -63,7 +65,7 @@ class Commanding:
         self.robot_tasks: tuple[str, ...] = ()
         """Names of the robot's tasks; none before it has answered."""
         self.lease_id = ""
-        self.why_not_in_control = "the robot has not answered yet"
+        self.why_not_in_control: Reason | None = because(Code.NOT_ANSWERED)
         self.pending: dict[Action, Pending] = {}
         self.round_trips_s: list[float] = []
         self._lease_stamp_ns, self._lease_boot = 0, ""
@@ -100,7 +102,7 @@ class Commanding:
         for action, pending in list(self.pending.items()):
             if now_s - pending.since_s > _UNSETTLED_S:
                 del self.pending[action]
-                self._notify(Notice(now_s, action, "the robot never reported the end of it", good=False))
+                self._tell(now_s, action, because(Code.NEVER_ENDED))
 
     def command(
         self,
@@ -141,8 +143,19 @@ class Commanding:
         what = event.action or event.kind
         robot_s = event.stamp.t_ns * 1e-9
         late_s = self._monitor.late_s(event.stamp, now_s)
+        text = sentence(event.reason, event.cause)
         self._notify(
-            Notice(now_s, what, event.text, event.succeeded, event.measured, event.who, robot_s, late_s)
+            Notice(
+                now_s,
+                what,
+                text,
+                event.succeeded,
+                event.measured,
+                event.who,
+                robot_s,
+                late_s,
+                event.reason.code,
+            )
         )
 
     def on_report(self, robot: Telemetry) -> None:
@@ -160,7 +173,7 @@ class Commanding:
             return
         self._lease_boot, self._lease_stamp_ns = reply.stamp.boot, reply.stamp.t_ns
         self.lease_id, self.robot_tasks = reply.lease_id, reply.tasks
-        self.why_not_in_control = "" if reply.granted else reply.reason
+        self.why_not_in_control = None if reply.granted else reply.reason
         if reply.asked_by and reply.asked_by != self.asked_by:
             self._notify(
                 Notice(
@@ -187,10 +200,14 @@ class Commanding:
             return  # the report of its end came before the answer
         if reply is None:
             del self.pending[action]
-            text = "NOT DELIVERED: the robot did not answer"
-            self._notify(Notice(asked_s, action, text, good=False))
+            self._tell(asked_s, action, because(Code.NOT_DELIVERED))
         elif not reply.accepted:
             del self.pending[action]
-            self._notify(Notice(asked_s + took_s, action, f"refused: {reply.reason}", False, reply.measured))
+            self._tell(asked_s + took_s, action, reply.reason or because(Code.OTHER, text=""), "refused: ")
         else:
             self.pending[action] = Pending(command_id, pending.since_s, reply.stamp.t_ns, reply.mode)
+
+    def _tell(self, at_s: float, action: Action, why: Reason, prefix: str = "") -> None:
+        """Tell the operator why something was not done."""
+        text = f"{prefix}{sentence(why)}"
+        self._notify(Notice(at_s, action, text, good=False, measured=why.measured, code=why.code))

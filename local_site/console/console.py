@@ -22,9 +22,10 @@ from farhand.common.link.link import Link
 from farhand.common.link.link_monitor import LinkMonitor
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Event, ExecutionReport, PlannedPath, ReportRequest, Telemetry, Wish
+from farhand.common.wire.reasons import Code, because
 from farhand.local_site.console import intents
 from farhand.local_site.console.catalogue import Catalogue
-from farhand.local_site.console.command_check import check
+from farhand.local_site.console.command_check import CommandRefused, command_refusal
 from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.console.parts import Parts
 from farhand.local_site.console.picture import Picture
@@ -206,7 +207,8 @@ class Console:
                 case _:
                     self._teaching.do(intent)
         except FarhandError as error:
-            self._tell(intent.label, f"refused: {error}", good=False)
+            code = error.reason.code if isinstance(error, CommandRefused) else ""
+            self._tell(intent.label, f"refused: {error}", good=False, code=code)
 
     def _command(self, intent: intents.CommandRobot) -> None:
         action, now_s = intent.action, self._now_s()
@@ -214,7 +216,10 @@ class Console:
             self._teaching.roll_back(f"{action} was pressed")
         if action is Action.STOP:
             return  # sent already by its own lane
-        robot = check(intent, self._parts.draw(now_s))
+        refused = command_refusal(action, self._parts.draw(now_s), intent.shown_mode)
+        robot = self._reports.robot
+        if refused is not None or robot is None:
+            raise CommandRefused(refused or because(Code.NOT_REPORTED))
         self._stop.commanded(action)
         task, sha256 = self._library.task.name, self._models.confirmed_sha256(self._library.task.name)
         self._commanding.command(action, robot, now_s, task, sha256, self._reports.plan_id, intent.pace)
@@ -249,5 +254,5 @@ class Console:
         self._commanding.on_event(event, self._now_s())
         self._catalogue.on_event(event)
 
-    def _tell(self, what: str, text: str, good: bool = True) -> None:
-        self._notices.add(Notice(self._now_s(), what, text, good))
+    def _tell(self, what: str, text: str, good: bool = True, code: str = "") -> None:
+        self._notices.add(Notice(self._now_s(), what, text, good, code=code))

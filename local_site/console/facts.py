@@ -8,7 +8,8 @@ from farhand.common.control_mode import ControlMode
 from farhand.common.errors import FarhandError
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.process_status import LinkFacts, OperatorFacts
-from farhand.common.wire.messages import Wish
+from farhand.common.wire.messages import EventKind, Wish
+from farhand.common.wire.words import sentence
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.picture import Picture
 
@@ -34,7 +35,7 @@ def operator_facts(console: Console, page: str, control: RelayControl | None) ->
         holder=robot.holder if robot is not None else "",
         in_control=picture.in_control,
         only_watches=picture.wish is Wish.WATCH,
-        why_not_in_control=picture.why_not_in_control,
+        why_not_in_control=sentence(picture.why_not_in_control),
         link=link.health,
         silent_s=None if math.isinf(link.silent_s) else link.silent_s + tick_age_s,
         age_s=None if link.age_s is None else link.age_s + tick_age_s,
@@ -51,7 +52,7 @@ def _stopped_by_fault(picture: Picture) -> bool:
     """Distinguish a stop by a guard from one by an operator, which names a site."""
     if picture.mode is not ControlMode.STOPPED:
         return False
-    stop = next((notice for notice in reversed(picture.notices) if notice.what == "stopped"), None)
+    stop = next((notice for notice in reversed(picture.notices) if notice.what == EventKind.STOPPED), None)
     return stop is not None and not stop.who
 
 

@@ -14,6 +14,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import PlannedPath, Telemetry, Wish
+from farhand.common.wire.reasons import Reason
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
@@ -121,7 +122,7 @@ class Picture:
     other_schema: str
     link: LinkView
     in_control: bool
-    why_not_in_control: str
+    why_not_in_control: Reason | None
     wish: Wish
     asked_by: str
     pending: dict[Action, Pending]

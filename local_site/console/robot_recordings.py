@@ -7,7 +7,7 @@ from functools import partial
 
 from farhand.common.control_mode import Action
 from farhand.common.errors import FarhandError
-from farhand.common.wire.messages import RECORDED, Event, RecordingOffer
+from farhand.common.wire.messages import Event, EventKind, RecordingOffer
 from farhand.common.wire.recorded_motion import RecordedMotion
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
@@ -16,6 +16,9 @@ from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.library import Library
+
+_SOURCE = "driven; recorded by the robot as "
+"""Where a demonstration of the robot's is from; its hash follows."""
 
 
 class RobotRecordings:
@@ -70,7 +73,7 @@ class RobotRecordings:
 
     def on_event(self, event: Event) -> bool:
         """Process an event of the robot; return whether its catalogue has changed for this site."""
-        if event.kind != RECORDED or event.who != self._site_name:
+        if event.kind != EventKind.RECORDED or event.who != self._site_name:
             return False
         self._ended = self._expected and event.succeeded
         self._expected = False
@@ -87,7 +90,7 @@ class RobotRecordings:
     def on_offers(self, offers: Sequence[RecordingOffer]) -> None:
         """Process the robot's list of recordings."""
         taught, known = self._library.by_task.values(), self._offers
-        learned = "\n".join(each.source for task in taught for each in task.demonstrations)
+        learned = {each.source.removeprefix(_SOURCE) for task in taught for each in task.demonstrations}
         self._offers = tuple(
             o for o in offers if o.site_name == self._site_name and o.sha256 not in learned
         )  # fmt: skip
@@ -170,5 +173,5 @@ def _demonstration(motion: RecordedMotion, sha256: str) -> Demonstration:
         frame_origin_m=samples.frame_origin_m,
         frame_rotation=samples.frame_rotation,
         frame_names=motion.frame_names,
-        source=f"driven; recorded by the robot as {sha256}",
+        source=_SOURCE + sha256,
     )

@@ -9,6 +9,7 @@ from functools import partial
 from farhand.common.link.budget import part_bytes
 from farhand.common.wire import keys
 from farhand.common.wire.messages import ModelReply, ModelTransfer
+from farhand.common.wire.words import sentence
 from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.teaching.lesson import LearnedModel
 
@@ -129,7 +130,9 @@ class ModelSender:
         if reply is None:
             transfer.settle("NOT DELIVERED: the robot did not confirm it", False)
         elif not reply.accepted or reply.sha256 != sha256:
-            transfer.settle(f"refused: {reply.reason or 'the robot confirmed another model'}", False)
+            transfer.settle(
+                f"refused: {sentence(reply.reason) or 'the robot confirmed another model'}", False
+            )
         else:
             self._confirmed[transfer.task] = sha256
             self._had.add(sha256)

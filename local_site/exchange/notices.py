@@ -24,6 +24,7 @@ class Notice:
         who: The site that caused it; empty for the robot itself, and for this site.
         robot_s: When it happened at the robot, on the robot's own clock [s]; None for what happened here.
         late_s: How much longer than usual it was on its way: an outage held it up [s].
+        code: Of the reason, where it has one: behaviour depends on it and never on the text.
     """
 
     time_s: float
@@ -34,6 +35,7 @@ class Notice:
     who: str = ""
     robot_s: float | None = None
     late_s: float = 0.0
+    code: str = ""
 
 
 class Tell(Protocol):
@@ -61,7 +63,7 @@ class Notices:
         if self._log is not None:
             self._log.append(
                 what=notice.what, who=notice.who, text=notice.text, good=notice.good, measured=notice.measured,
-                robot_s=notice.robot_s,
+                robot_s=notice.robot_s, code=notice.code,
             )  # fmt: skip
 
     def newest(self) -> tuple[Notice, ...]:

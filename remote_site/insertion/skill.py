@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from farhand.common.control_mode import Action, Phase
 from farhand.common.task import AnyTask, ArmTask
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.insertion.goals import AlongAxis, confined, free_speed_m_s, in_bore, shifted
 from farhand.remote_site.insertion.recovery import Recovery
 from farhand.remote_site.insertion.touch import BACK_M_S, InsertionArm, Touch, TrackedPerception, pose_of
@@ -70,7 +71,7 @@ class InsertionSkill:
         """See `Skill`."""
         waits = now_s < self._look_until_s
         felt = self._touch.update(sensing, executing and not waits, now_s, dt_s)
-        given_up = "jammed too often" if self._touch.recovery.given_up else ""
+        given_up = because(Code.JAMMED) if self._touch.recovery.given_up else None
         return Belief(
             felt.frames, Guidance(waits, felt.back, BACK_M_S, given_up, felt.receptacle, felt.presses)
         )
@@ -121,13 +122,13 @@ class InsertionSkill:
             return FixedGoal.to(self._ready, sensing.effector.point, self._speed_m_s)
         return None
 
-    def refusal(self, action: Action, sensing: Sensing) -> str:
+    def refusal(self, action: Action, sensing: Sensing) -> Reason | None:
         """See `Skill`."""
         if action is Action.GO_TO_READY and in_bore(sensing):
-            return "the plug is in the receptacle: retract it first"
+            return because(Code.IN_RECEPTACLE)
         if action is Action.RETRACT and not np.isfinite(sensing.unseen_s):
-            return "the robot has not seen its receptacle: it does not know the way out"
-        return ""
+            return because(Code.WAY_OUT_UNKNOWN)
+        return None
 
     def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
         """See `Skill`; an insertion has its path into the bore examined."""

@@ -22,6 +22,7 @@ from farhand.common.control_mode import Action, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ArmState
+from farhand.common.wire.reasons import Reason
 from farhand.remote_site.interface.arm_memory import ArmMemory
 from farhand.remote_site.interface.goals import ManoeuvreGoal
 from farhand.remote_site.interface.perception import Perception
@@ -39,7 +40,7 @@ class Guidance(NamedTuple):
         waits: An execution must stand still.
         back: The point to go back to before it goes on; None when it may go on. Shape (C,).
         back_m_s: How fast [m/s].
-        given_up: Why it must end; empty while it may go on.
+        given_up: Why it must end; None while it may go on.
         receptacle: Where the arm is to believe its receptacle; None for nothing new.
         presses: Whether the plug is to be pressed into it.
     """
@@ -47,7 +48,7 @@ class Guidance(NamedTuple):
     waits: bool = False
     back: Array | None = None
     back_m_s: float = 0.0
-    given_up: str = ""
+    given_up: Reason | None = None
     receptacle: SeenReceptacle | None = None
     presses: bool = False
 
@@ -68,12 +69,12 @@ class Check(NamedTuple):
     """What was found out about a motion before it begins.
 
     Args:
-        refusal: Why it should not begin; empty when it may.
-        warning: What the operator should know before; empty for nothing.
+        refusal: Why it should not begin; None when it may.
+        warning: What the operator should know before; None for nothing.
     """
 
-    refusal: str = ""
-    warning: str = ""
+    refusal: Reason | None = None
+    warning: Reason | None = None
 
 
 class Record(Protocol):
@@ -162,8 +163,11 @@ class Skill(Protocol):
         """Return where the manoeuvre of a phase leads from here; None when there is none."""
         ...
 
-    def refusal(self, action: Action, sensing: Sensing) -> str:
-        """Return why the robot cannot do what is asked from where it is; empty when it can."""
+    def refusal(self, action: Action, sensing: Sensing) -> Reason | None:
+        """Return why the robot cannot do what is asked from where it is; None when it can.
+
+        `farhand.common.wire.reasons.in_words` makes a reason of a sentence of your own.
+        """
         ...
 
     def end_phase(self, sensing: Sensing) -> Phase:

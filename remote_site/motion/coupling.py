@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from farhand.common.model.manifold import POSE
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import OperatorInput
+from farhand.common.wire.reasons import Code, Reason, because
 
 Array = NDArray[np.float64]
 
@@ -79,13 +80,13 @@ class Coupling:
         if self._hand is not None:
             self._anchor, self._reference = (self._hand, reference), reference
 
-    def end_reason(self, now_s: float) -> str:
-        """Why the coupling ends by what the hand did or did not do; empty while it may go on."""
+    def end_reason(self, now_s: float) -> Reason | None:
+        """Return why the coupling ends by what the hand did or did not do; None while it may go on."""
         if self.released:
-            return "the drag ended"
+            return because(Code.DRAG_ENDED)
         if now_s - self._last_input_s > INPUT_ABANDONED_S:
-            return f"there was no input for {INPUT_ABANDONED_S:.0f} s"
-        return ""
+            return because(Code.NO_INPUT, limit_s=INPUT_ABANDONED_S)
+        return None
 
     def reference(self, now_s: float) -> Array | None:
         """Where the robot should be. Shape (C,). None while it waits for input."""

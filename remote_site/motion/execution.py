@@ -9,6 +9,7 @@ from farhand.common.control_mode import Phase
 from farhand.common.errors import InvalidInput
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import Command, ExecutionReport, Stamp
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.model_trial import StoredModel
@@ -18,13 +19,13 @@ from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 Array = NDArray[np.float64]
 
 
-def start_refusal(stored: StoredModel, effector: EffectorState, frames: list[TaskFrame]) -> str:
-    """Return why the model cannot be executed from where the robot is; empty when it can."""
+def start_refusal(stored: StoredModel, effector: EffectorState, frames: list[TaskFrame]) -> Reason | None:
+    """Return why the model cannot be executed from where the robot is; None when it can."""
     try:
         check_start(stored.model, *effector.controlled, frames)
     except InvalidInput as error:
-        return error.expected
-    return ""
+        return because(Code.CANNOT_START, text=error.expected)
+    return None
 
 
 class Execution:

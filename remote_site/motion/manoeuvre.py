@@ -6,6 +6,7 @@ import numpy as np
 
 from farhand.common.control_mode import Phase
 from farhand.common.wire.messages import Command
+from farhand.common.wire.reasons import Reason
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.goals import ManoeuvreGoal
 from farhand.remote_site.interface.plant import EffectorState, Plant
@@ -22,7 +23,7 @@ class Manoeuvre:
         phase: What the robot is said to be doing.
         goal: Where it leads.
         command: Whose second answer its end is; None when the robot began it itself.
-        why: What made the robot begin it itself.
+        why: What made the robot begin it itself; None for a command.
         pace: Share of its speed; changeable on the way.
     """
 
@@ -31,7 +32,7 @@ class Manoeuvre:
         phase: Phase,
         goal: ManoeuvreGoal,
         command: Command | None = None,
-        why: str = "",
+        why: Reason | None = None,
         pace: float = 1.0,
     ):
         self.phase, self.command, self.why, self.pace = phase, command, why, pace
@@ -60,7 +61,7 @@ class Manoeuvres:
         self._embodiment, self._sensing = embodiment, sensing
 
     def make(
-        self, phase: Phase, command: Command | None = None, why: str = "", pace: float = 1.0
+        self, phase: Phase, command: Command | None = None, why: Reason | None = None, pace: float = 1.0
     ) -> Manoeuvre:
         """The manoeuvre of a phase from here; see `Manoeuvre` for the arguments.
 

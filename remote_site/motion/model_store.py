@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections import OrderedDict
 
-from farhand.common.errors import InvalidModel
 from farhand.common.repertoire import TaskSet
-from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ModelReply, ModelTransfer, Stamp
-from farhand.remote_site.motion.model_trial import ModelTrial, Outcome, StoredModel
+from farhand.common.wire.reasons import Reason
+from farhand.remote_site.motion.model_trial import ModelRefused, ModelTrial, Outcome, StoredModel
 
 _MOST_ARRIVING = 4
 """So many models may arrive in parts at a time; the one that was heard of least recently begins anew."""
@@ -29,20 +28,6 @@ class ModelStore:
         self._arriving: OrderedDict[str, bytearray] = OrderedDict()
         self.newest: StoredModel | None = None
 
-    def receive(self, transfer: ModelTransfer, content: bytes) -> StoredModel:
-        """Try and keep a model.
-
-        Args:
-            transfer: What was said of it.
-            content: All of it.
-
-        Raises:
-            InvalidModel: See `ModelTrial.run`.
-        """
-        stored = ModelTrial(transfer, content, self._task_of(transfer)).run()
-        self._keep(stored)
-        return stored
-
     def answer(self, transfer: ModelTransfer, now: Stamp) -> ModelReply:
         """Receive a model or a part of one, try it when it is whole, and confirm it by its hash, or say why not."""
         taken = self.take(transfer, now)
@@ -56,10 +41,9 @@ class ModelStore:
         Returns:
             The answer, or what must be tried before there is one (see `settle`).
         """
-        try:
-            task = self._task_of(transfer)
-        except InvalidModel as error:
-            return _refusal(transfer, error, now)
+        task = self._tasks.get(transfer.task)
+        if task is None:
+            return _refusal(transfer, self._tasks.refusal(transfer.task), now)
         known = self._models.get(transfer.sha256)
         if transfer.size and known is not None and known.task is task:
             self.newest = known
@@ -74,8 +58,8 @@ class ModelStore:
     def settle(self, trial: ModelTrial, outcome: Outcome, now: Stamp) -> ModelReply:
         """Keep what was tried with success, and answer."""
         self._arriving.pop(trial.transfer.sha256, None)
-        if isinstance(outcome, InvalidModel):
-            return _refusal(trial.transfer, outcome, now)
+        if isinstance(outcome, ModelRefused):
+            return _refusal(trial.transfer, outcome.reason, now)
         self._keep(outcome)
         return _reply(trial.transfer, now, len(trial.content))
 
@@ -84,12 +68,6 @@ class ModelStore:
         self._models[stored.sha256] = self.newest = stored
         if len(self._models) > _MOST_KEPT:
             del self._models[next(iter(self._models))]
-
-    def _task_of(self, transfer: ModelTransfer) -> AnyTask:
-        task = self._tasks.get(transfer.task)
-        if task is None:
-            raise InvalidModel("model", "task", self._tasks.refusal(transfer.task))
-        return task
 
     def _so_far(self, transfer: ModelTransfer) -> bytearray:
         """What has arrived of a model, this part included."""
@@ -114,5 +92,5 @@ def _reply(transfer: ModelTransfer, now: Stamp, received: int, complete: bool = 
     return ModelReply(accepted=True, sha256=transfer.sha256, complete=complete, received=received, stamp=now)
 
 
-def _refusal(transfer: ModelTransfer, error: InvalidModel, now: Stamp) -> ModelReply:
-    return ModelReply(accepted=False, sha256=transfer.sha256, reason=str(error)[:500], stamp=now)
+def _refusal(transfer: ModelTransfer, reason: Reason | None, now: Stamp) -> ModelReply:
+    return ModelReply(accepted=False, sha256=transfer.sha256, reason=reason, stamp=now)

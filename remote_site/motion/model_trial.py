@@ -20,6 +20,8 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ModelTransfer
+from farhand.common.wire.reasons import Code, Reason, because
+from farhand.common.wire.words import sentence
 from farhand.common.worker import Worker
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 
@@ -52,6 +54,19 @@ _WAY_LIMITS: dict[str, tuple[float, str]] = {
     "duration_gains": (_MOST_GAIN, "1/m"),
     "deviations": (MOST_M, "m"),
 }
+
+
+class ModelRefused(InvalidModel):
+    """A model that was tried and is refused.
+
+    Args:
+        field: The field at fault, empty for the whole.
+        reason: Why, for the operator.
+    """
+
+    def __init__(self, field: str, reason: Reason):
+        super().__init__("model", field, sentence(reason))
+        self.reason = reason
 
 
 @dataclass(frozen=True)
@@ -92,12 +107,13 @@ class ModelTrial:
         """Decode, check and try the model.
 
         Raises:
-            InvalidModel: When its hash, content, task, dimensions or numbers do not fit, or it cannot be executed.
+            ModelRefused: When its hash, task, dimensions or numbers do not fit, or it leads nowhere.
+            InvalidModel: When its content is malformed, or it cannot be executed.
         """
         sha256 = content_hash(self.content)
         if sha256 != self.transfer.sha256:
             announced = self.transfer.sha256[:8]
-            raise InvalidModel("model", "sha256", f"{announced} was announced, {sha256[:8]} arrived")
+            raise ModelRefused("sha256", because(Code.HASH_DIFFERS, announced=announced, arrived=sha256[:8]))
         model = decode(self.content)
         _check_task(model, self.task)
         _check_numbers(model)
@@ -108,16 +124,22 @@ class ModelTrial:
         """The model, or why it is refused. Never raises."""
         try:
             return self.run()
+        except ModelRefused as refused:
+            return refused
         except InvalidModel as error:
-            return error
+            return _malformed(error.field, error.expected)
         except Exception as error:  # whatever foreign numbers lead to, they lead to it here
             _log.exception("a model could not be tried")
-            return InvalidModel("model", "", f"a model that can be tried ({type(error).__name__}: {error})")
+            return _malformed("", f"a model that can be tried ({type(error).__name__}: {error})")
 
 
-Outcome = StoredModel | InvalidModel
+Outcome = StoredModel | ModelRefused
 TryModel = Callable[[ModelTrial, Callable[[Outcome], None]], None]
 """Has a model tried, and the outcome told."""
+
+
+def _malformed(field: str, text: str) -> ModelRefused:
+    return ModelRefused(field, because(Code.MODEL_MALFORMED, field=field or "whole", text=text))
 
 
 def try_at_once(trial: ModelTrial, done: Callable[[Outcome], None]) -> None:
@@ -138,32 +160,35 @@ class ModelTrials(Worker[tuple[ModelTrial, Callable[[Outcome], None]]]):
 
 def _check_task(model: TPHSMM, task: AnyTask) -> None:
     if model.manifold.oriented != task.space.oriented:
-        kinds = ("positions", "poses")[:: -1 if model.manifold.oriented else 1]
-        raise InvalidModel("model", "means", f"{kinds[1]}, as the task has; these are {kinds[0]}")
+        code = Code.POSES_WANTED if task.space.oriented else Code.POSITIONS_WANTED
+        raise ModelRefused("means", because(code))
     if (model.n_dims, model.n_frames) != (task.space.n_dims, len(task.frame_names)):
-        expected = f"{task.space.n_dims} dimensions and {len(task.frame_names)} frames"
-        raise InvalidModel("model", "means", f"{expected}, got {model.n_dims} and {model.n_frames}")
+        wanted = because(
+            Code.OTHER_SIZE, n_dims=task.space.n_dims, n_frames=len(task.frame_names), model_dims=model.n_dims,
+            model_frames=model.n_frames,
+        )  # fmt: skip
+        raise ModelRefused("means", wanted)
     if model.frame_names != task.frame_names:
-        ours, theirs = (" and ".join(map(repr, names)) for names in (task.frame_names, model.frame_names))
-        raise InvalidModel(
-            "model", "frame_names", f"{ours}, the frames of task {task.name!r}; it was learned in {theirs}"
+        ours, theirs = tuple(task.frame_names), tuple(model.frame_names)
+        raise ModelRefused(
+            "frame_names", because(Code.OTHER_FRAMES, task=task.name, ours=ours, theirs=theirs)
         )
     if not model.terminal.any():
-        raise InvalidModel("model", "terminal", "a component where a demonstration ended; end one first")
+        raise ModelRefused("terminal", because(Code.NO_END))
 
 
 def _check_numbers(model: TPHSMM) -> None:
     """Refuse what nobody demonstrates.
 
     Raises:
-        InvalidModel: Naming the field.
+        ModelRefused: Naming the field.
     """
     _check_sizes(model, _LIMITS)
     for way in model.ways:
         _check_sizes(way, _WAY_LIMITS, "ways.")
         _check_variances("ways.covariances", way.covariances)
     if model.max_distance_m > MOST_M:
-        raise InvalidModel("model", "max_distance_m", f"at most {MOST_M:g} m, got {model.max_distance_m:.3g}")
+        raise _too_large("max_distance_m", MOST_M, "m", model.max_distance_m)
     for name in ("covariances", "residual_covariances", "start_covariances"):
         _check_variances(name, getattr(model, name))
 
@@ -172,28 +197,33 @@ def _check_sizes(owner: object, limits: dict[str, tuple[float, str]], prefix: st
     for name, (most, unit) in limits.items():
         largest = float(np.abs(getattr(owner, name)).max())
         if largest > most:
-            raise InvalidModel(
-                "model", prefix + name, f"at most {most:g} {unit}".rstrip() + f", got {largest:.3g}"
-            )
+            raise _too_large(prefix + name, most, unit, largest)
+
+
+def _too_large(field: str, limit: float, unit: str, largest: float) -> ModelRefused:
+    return ModelRefused(field, because(Code.TOO_LARGE, largest=largest, limit=limit, field=field, unit=unit))
 
 
 def _check_variances(name: str, covariances: Array) -> None:
     variances = np.linalg.eigvalsh(covariances)
     least, most = float(variances.min()), float(variances.max())
     if least < LEAST_VARIANCE or most > MOST_VARIANCE:
-        raise InvalidModel(
-            "model", name, f"variances from {LEAST_VARIANCE:g} to {MOST_VARIANCE:g}, got {least:.3g} to {most:.3g}"
+        wrong = because(
+            Code.VARIANCE, least=least, most=most, least_allowed=LEAST_VARIANCE, most_allowed=MOST_VARIANCE, field=name
         )  # fmt: skip
+        raise ModelRefused(name, wrong)
     condition = float((variances[..., -1] / variances[..., 0]).max())
     if condition > MOST_CONDITION:
-        raise InvalidModel("model", name, f"a condition of {MOST_CONDITION:g} at most, got {condition:.3g}")
+        raise ModelRefused(
+            name, because(Code.CONDITION, condition=condition, limit=MOST_CONDITION, field=name)
+        )  # fmt: skip
 
 
 def _try_out(model: TPHSMM) -> None:
     """Begin where demonstrations began, and in the middle of the motion, and execute a few periods from there.
 
     Raises:
-        InvalidModel: When an error occurs or a number is not finite.
+        ModelRefused: When a number is not finite.
     """
     frames = [TaskFrame.identity(model.n_dims)] * model.n_frames
     begins = np.flatnonzero(model.initial > 0)[:_TRIED_STARTS]
@@ -207,4 +237,4 @@ def _try_out(model: TPHSMM) -> None:
         for _ in range(_TRIED_STEPS):
             control = executor.step(point, still, frames)
             if not (np.isfinite(control.acceleration).all() and np.isfinite(control.desired).all()):
-                raise InvalidModel("model", "", "a model that leads somewhere; its motion is not finite")
+                raise ModelRefused("", because(Code.NOT_A_MOTION))

@@ -9,6 +9,7 @@ import numpy as np
 
 from farhand.common.errors import FarhandError
 from farhand.common.log import loop_logger
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Embodiment, Guidance
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
@@ -51,7 +52,7 @@ class Motion:
         self.mover: Mover | None = None
         """What moves the robot, or would if it were not paused."""
         self.paused = False
-        self.failure = ""
+        self.failure: Reason | None = None
         """Why the last period failed that did."""
         self._interrupted = False
 
@@ -95,13 +96,13 @@ class Motion:
         try:
             return self._step(guidance, now_s, dt_s, wait)
         except FarhandError as error:
-            return self._failed(f"the robot cannot be moved: {error}")
+            return self._failed(because(Code.CANNOT_MOVE, text=str(error)))
 
     def _step(self, guidance: Guidance, now_s: float, dt_s: float, wait: bool) -> Outcome:
         mover, effector = self.mover, self._sensing.effector
         if not effector.is_finite:
             self._plant.brake(dt_s)
-            return self._failed("a measured number is not finite")
+            return self._failed(because(Code.NOT_FINITE_MEASURED))
         if mover is None or self.paused or (wait and isinstance(mover, Execution)):
             return self.brake(dt_s)
         if isinstance(mover, Execution):
@@ -128,7 +129,7 @@ class Motion:
             except Exception:
                 _log.exception("the plant could not be stopped")
 
-    def _failed(self, why: str) -> Outcome:
+    def _failed(self, why: Reason) -> Outcome:
         self.failure = why
         return Outcome.FAILED
 
@@ -163,7 +164,7 @@ class Motion:
         acceleration = execution.step(dt_s)
         if not np.isfinite(acceleration).all():
             self._plant.brake(dt_s)
-            return self._failed("a computed number is not finite")
+            return self._failed(because(Code.NOT_FINITE_COMPUTED))
         self._plant.accelerate(acceleration, dt_s)
         execution.measure(now_s, dt_s)
         if execution.arrived_after_s is None:

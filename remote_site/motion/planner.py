@@ -10,6 +10,7 @@ from farhand.common.mailbox import Mailbox
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath, Stamp
 from farhand.common.wire.path_points import packed
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.common.worker import Worker
 from farhand.remote_site.interface.embodiment import Check
 from farhand.remote_site.interface.plant import EffectorState
@@ -70,10 +71,10 @@ def plan(request: PlanRequest) -> PlannedPath:
     )
 
 
-def answer(request: PlanRequest) -> tuple[PlannedPath | None, str]:
-    """The path and what the operator should know of it, or None and why there is none."""
+def answer(request: PlanRequest) -> tuple[PlannedPath | None, Reason | None]:
+    """Return the path and what the operator should know of it, or None and why there is none."""
     found = Check() if request.check is None else request.check()
-    return (None, f"refused: {found.refusal}") if found.refusal else (plan(request), found.warning)
+    return (plan(request), found.warning) if found.refusal is None else (None, found.refusal)
 
 
 class Planner(Worker[PlanRequest]):
@@ -83,7 +84,7 @@ class Planner(Worker[PlanRequest]):
         deliver: Called from the worker with each request and what `answer` gives.
     """
 
-    def __init__(self, deliver: Callable[[PlanRequest, PlannedPath | None, str], None]):
+    def __init__(self, deliver: Callable[[PlanRequest, PlannedPath | None, Reason | None], None]):
         self._deliver = deliver
         super().__init__("planner", self._answer, Mailbox(), Mailbox())
 
@@ -93,9 +94,9 @@ class Planner(Worker[PlanRequest]):
 
     def _answer(self, request: PlanRequest) -> None:
         try:
-            path, words = answer(request)
+            path, note = answer(request)
         except Exception as error:  # a plan that fails must not end the worker
             _log.exception("path %d could not be planned", request.path_id)
-            self._deliver(request, None, f"the plan failed: {error}")
+            self._deliver(request, None, because(Code.PLAN_FAILED, text=str(error)))
         else:
-            self._deliver(request, path, words)
+            self._deliver(request, path, note)

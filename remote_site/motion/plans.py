@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import Stamp
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.model_trial import StoredModel
@@ -97,27 +98,26 @@ class Plans:
         if len(self._previews) > _KEPT:
             del self._previews[min(self._previews)]
 
-    def refusal(self, plan_id: int, now: Situation, round_trip_s: float) -> tuple[str, float | None]:
-        """Why a plan no longer holds, with the measured difference; an empty reason when it does."""
+    def refusal(self, plan_id: int, now: Situation, round_trip_s: float) -> Reason | None:
+        """Return why a plan no longer holds, with the measured difference; None when it does."""
         plan = self._previews.get(plan_id)
         if plan is None:
-            return f"there is no plan {plan_id}: preview again", None
+            return because(Code.NO_SUCH_PLAN, plan=str(plan_id))
         if plan.model_sha256 != now.model_sha256:
-            return "the model is not the one that was previewed: preview again", None
+            return because(Code.OTHER_MODEL_PREVIEWED)
         for what, before, at, most_m, most_rad in (
             ("robot", plan.effector, now.effector, _MAX_EFFECTOR_MOVE_M, _MAX_EFFECTOR_TURN_RAD),
             ("target", plan.mean_frame, now.mean_frame, _MAX_FRAME_MOVE_M, _MAX_FRAME_TURN_RAD),
         ):
             moved_m, turned_rad = apart(before, at)
             if moved_m > most_m:
-                return f"the {what} moved {moved_m * 1e3:.0f} mm since the preview: preview again", moved_m
+                return because(Code.MOVED_SINCE, moved_m=moved_m, what=what)
             if turned_rad > most_rad:
-                degrees = math.degrees(turned_rad)
-                return f"the {what} turned {degrees:.0f} degrees since the preview: preview again", turned_rad
+                return because(Code.TURNED_SINCE, turned_rad=turned_rad, what=what)
         age_s = now.time_s - plan.time_s
         if age_s > _MAX_AGE_S + round_trip_s:
-            return f"the preview is {age_s:.0f} s old: preview again", age_s
-        return "", None
+            return because(Code.PREVIEW_TOO_OLD, age_s=age_s)
+        return None
 
     def _request(self, stored: StoredModel, execution: Execution | None, plan_id: int, now: Stamp) -> None:
         self._path_count += 1

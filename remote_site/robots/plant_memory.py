@@ -20,6 +20,7 @@ from farhand.common.log import loop_logger
 from farhand.common.mailbox import Mailbox
 from farhand.common.model.manifold import UNIT_TOLERANCE
 from farhand.common.whole_file import fault_of, read_whole
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.arm_memory import ArmMemory
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.perception.sensing import Sensing
@@ -90,8 +91,8 @@ class PlantMemory:
         self._path = path
         self.error: OSError | None = None
         """Why the newest state could not be written; None when it was."""
-        self.unknown_place = ""
-        """Why `load` did not find where the robot was, though it was somewhere: for the operator."""
+        self.unknown_place: Reason | None = None
+        """Why `load` did not find where the robot was, though it was somewhere: for the operator; None when it did."""
         self._box: Mailbox[PlantState] = Mailbox()
         self._wanted = threading.Event()
         self._closed = False
@@ -105,7 +106,7 @@ class PlantMemory:
             return self._newest
         if not self._path.exists():
             if self._stale.exists():
-                self.unknown_place = "where the robot was could not be kept: it begins at its start"
+                self.unknown_place = because(Code.PLACE_NOT_KEPT)
             return None
         try:
             with fault_of(self._path, InvalidConfiguration, "the state of a robot"):
@@ -117,9 +118,7 @@ class PlantMemory:
                 self._path.replace(aside)
             words = "%s is not understood and kept as %s, the robot starts anew: %s"
             _log.warning(words, self._path, aside.name, error.expected)
-            self.unknown_place = (
-                f"where the robot was is not understood ({aside.name}): it begins at its start"
-            )
+            self.unknown_place = because(Code.PLACE_NOT_UNDERSTOOD, file=aside.name)
             return None
         return state if len(state.position_m) == n_dims else None
 

@@ -12,6 +12,7 @@ from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, Phase
 from farhand.common.task import AnyTask, PointTask
 from farhand.common.wire.messages import ArmState
+from farhand.common.wire.reasons import Reason
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.arm_memory import ArmMemory
 from farhand.remote_site.interface.embodiment import Belief, Check, Embodiment, Guidance, World
@@ -100,9 +101,9 @@ class PointSkill:
             return None
         return FixedGoal.to(np.clip(place, 0.0, task.workspace_m), effector.point, speed_m_s)
 
-    def refusal(self, action: Action, sensing: Sensing) -> str:
+    def refusal(self, action: Action, sensing: Sensing) -> Reason | None:
         """See `Skill`."""
-        return ""
+        return None
 
     def end_phase(self, sensing: Sensing) -> Phase:
         """See `Skill`."""

@@ -6,12 +6,15 @@ from collections import OrderedDict
 
 import numpy as np
 
-from farhand.common.control_mode import Action, ControlMode, Phase, mode_after, modes_allowing
+from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.permission import Situation, refusal
 from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import Command, CommandReply, Stamp
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Skill
 from farhand.remote_site.motion.execution import start_refusal
 from farhand.remote_site.motion.model_store import ModelStore
+from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.supervision.session import OperatorSession
@@ -41,52 +44,50 @@ class Admission:
         self._tasks, self._contact, self._models = tasks, contact, models
         self._plans, self._sensing, self._skill = plans, sensing, skill
 
-    def refusal(
-        self, command: Command, mode: ControlMode, phase: Phase, now: Stamp
-    ) -> tuple[str, float | None]:  # fmt: skip
-        """Why a command may not run, with the measured value; an empty reason when it may."""
-        reason, measured = self._contact.command_refusal(command)
-        if reason:
-            return reason, measured
+    def refusal(self, command: Command, mode: ControlMode, phase: Phase, now: Stamp) -> Reason | None:
+        """Return why a command may not run, with what was measured; None when it may."""
+        why_not_in_control = self._contact.command_refusal(command)
         if command.action is Action.STOP:
-            return "a stop travels on its own key", None
-        if mode_after(mode, phase, command.action) is None:
-            return (
-                f"{command.action} is not allowed in {mode.name}, only in {modes_allowing(command.action)}",
-                None,
-            )
-        if command.action in (Action.EXECUTE, Action.PREVIEW):
-            return self._motion_refusal(command, mode, now)
-        if command.action is Action.RETRACT and self._skill.task.retract_m is None:
-            return "this task says nowhere to retract to (`retract_m`)", None
-        return self._skill.refusal(command.action, self._sensing), None
-
-    def _motion_refusal(
-        self, command: Command, mode: ControlMode, now: Stamp
-    ) -> tuple[str, float | None]:  # fmt: skip
-        if reason := self._tasks.refusal(command.task):
-            return reason, None
+            return why_not_in_control or because(Code.OWN_KEY)
         stored = self._models.get(command.model_sha256)
+        situation = Situation(
+            mode=mode,
+            phase=phase,
+            why_not_in_control=why_not_in_control,
+            why_no_model=self._why_no_model(command, stored),
+            is_previewed=command.plan_id > 0,
+            needs_preview=stored is not None and stored.task.require_preview,
+            can_retract=self._skill.task.retract_m is not None,
+        )
+        if (reason := refusal(command.action, situation)) is not None:
+            return reason
+        if command.action not in (Action.PREVIEW, Action.EXECUTE) or stored is None:
+            return self._skill.refusal(command.action, self._sensing)
+        return self._motion_refusal(command, stored, now)
+
+    def _why_no_model(self, command: Command, stored: StoredModel | None) -> Reason | None:
+        if (reason := self._tasks.refusal(command.task)) is not None:
+            return reason
         if stored is None:
-            return f"the robot has no model {command.model_sha256[:8] or '(none named)'}: send it first", None
+            return because(Code.NO_SUCH_MODEL, model=command.model_sha256[:8] or "(none named)")
         if stored.task.name != command.task:
-            return f"model {stored.sha256[:8]} is one of {stored.task.name!r}, not of {command.task!r}", None
+            return because(
+                Code.MODEL_OF_OTHER_TASK, model=stored.sha256[:8], of=stored.task.name, task=command.task
+            )
+        return None
+
+    def _motion_refusal(self, command: Command, stored: StoredModel, now: Stamp) -> Reason | None:
+        """Return what the robot alone knows against a motion from here."""
         if self._sensing.unseen_s > 0.0:
             unseen_s = self._sensing.unseen_s
-            since = (
-                f"has not seen the target for {unseen_s:.1f} s"
-                if np.isfinite(unseen_s)
-                else "sees no target yet"
-            )
-            return f"the robot {since}", min(unseen_s, 1e6)
-        if reason := start_refusal(stored, self._sensing.effector, self._sensing.frames):
-            return reason, None
+            seen_before = bool(np.isfinite(unseen_s))
+            return because(Code.NOT_SEEN if seen_before else Code.NOT_SEEN_YET, unseen_s=unseen_s)
+        if (reason := start_refusal(stored, self._sensing.effector, self._sensing.frames)) is not None:
+            return reason
         if command.action is Action.EXECUTE and stored.task.require_preview:
-            if mode is ControlMode.DIRECT:
-                return "this task is previewed before it is executed: clutch and preview first", None
             situation = self._plans.situation(command.model_sha256, now)
             return self._plans.refusal(command.plan_id, situation, self._contact.usual_age_s)
-        return "", None
+        return None
 
 
 _KEPT = 4096

@@ -10,15 +10,26 @@ import msgspec
 
 from farhand.common.control_mode import ControlMode
 from farhand.common.wire import keys
+from farhand.common.wire.codec import encode
 from farhand.common.wire.keys import Channel
-from farhand.common.wire.messages import Event, EventsReply, EventsRequest, Message, Stamp
+from farhand.common.wire.messages import (
+    MAX_BYTES,
+    Event,
+    EventKind,
+    EventsReply,
+    EventsRequest,
+    Message,
+    Stamp,
+)
+from farhand.common.wire.reasons import N_MORE, Reason
+from farhand.common.wire.words import sentence
 
 Announce = Callable[[Channel, Message], None]
 Write = Callable[..., None]
 """Writes one event down, from its fields."""
 
 _KEPT = 256
-_MOST_AT_ONCE = 64
+_MOST_AT_ONCE, _ROOM_FOR_THE_REST = 64, 1024
 _AT_ONCE, _EACH_S = 32.0, 0.5
 
 
@@ -41,10 +52,10 @@ class _Flood:
             self._counted[kind] = self._counted.get(kind, 0) + 1
         return room >= 1.0
 
-    def with_count(self, kind: str, text: str) -> str:
-        """Return the text of an event that passes, with the number of those before it that did not."""
+    def with_count(self, kind: str, reason: Reason) -> Reason:
+        """Return the reason of an event that passes, with the number of those before it that did not."""
         counted = self._counted.pop(kind, 0)
-        return f"{text} (and {counted} more like it)" if counted else text
+        return reason.with_value(N_MORE, counted) if counted else reason
 
 
 class Events:
@@ -62,25 +73,28 @@ class Events:
         self._seq = 0
         self._flood = _Flood()
 
-    def tell(self, kind: str, text: str, mode: ControlMode, **fields: Any) -> None:
+    def tell(self, kind: EventKind, reason: Reason, mode: ControlMode, **fields: Any) -> None:
         """Announce, keep and write down what happened."""
         if fields.get("who") and not fields.get("command_id"):  # the end of a command is always told
             if not self._flood.passes(kind, self._now().t_ns * 1e-9):
                 return
-            text = self._flood.with_count(kind, text)
+            reason = self._flood.with_count(kind, reason)
         self._seq += 1
-        event = Event(seq=self._seq, stamp=self._now(), kind=kind, text=text[:500], mode=mode, **fields)
+        event = Event(seq=self._seq, stamp=self._now(), kind=kind, reason=reason, mode=mode, **fields)
         self._recent.append(event)
         self._announce(keys.EVENT, event)
-        self._write(**msgspec.to_builtins(event))
-
-    def refused(self, what: str, who: str, why: str, mode: ControlMode, measured: float | None) -> None:
-        """Write a refusal down. Who asked has it in the answer; it is not announced."""
-        if not self._flood.passes("refused", self._now().t_ns * 1e-9):
-            return
         self._write(
-            kind="refused", what=what, who=who, text=self._flood.with_count("refused", why), measured=measured, mode=mode,
-            stamp=msgspec.to_builtins(self._now()),
+            **msgspec.to_builtins(event), text=sentence(event.reason, event.cause), measured=event.measured
+        )  # fmt: skip
+
+    def refused(self, what: str, who: str, why: Reason | None, mode: ControlMode) -> None:
+        """Write a refusal down. Who asked has it in the answer; it is not announced."""
+        if why is None or not self._flood.passes("refused", self._now().t_ns * 1e-9):
+            return
+        why = self._flood.with_count("refused", why)
+        self._write(
+            kind="refused", what=what, who=who, reason=msgspec.to_builtins(why), text=sentence(why),
+            measured=why.measured, mode=mode, stamp=msgspec.to_builtins(self._now()),
         )  # fmt: skip
 
     def newest(self, kind: str) -> Event | None:
@@ -88,6 +102,13 @@ class Events:
         return next((event for event in reversed(list(self._recent)) if event.kind == kind), None)
 
     def answer(self, request: EventsRequest) -> EventsReply:
-        """The events after a number, the oldest first, as many as fit."""
-        later = [event for event in self._recent if event.seq > request.after_seq]
-        return EventsReply(events=tuple(later[:_MOST_AT_ONCE]), newest_seq=self._seq, stamp=self._now())
+        """Return the events after a number, the oldest first, as many as fit into one message."""
+        fitting, room = list[Event](), MAX_BYTES - _ROOM_FOR_THE_REST
+        for event in self._recent:
+            if event.seq <= request.after_seq:
+                continue
+            room -= len(encode(event))
+            if room < 0 or len(fitting) == _MOST_AT_ONCE:
+                break
+            fitting.append(event)
+        return EventsReply(events=tuple(fitting), newest_seq=self._seq, stamp=self._now())

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from farhand.common.control_mode import ControlMode, Guard
 from farhand.common.log import loop_logger
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.supervision.black_box import BlackBox
 from farhand.remote_site.supervision.guards import Trip
@@ -45,9 +46,9 @@ class Failsafe:
             said = self._failed and self._machine.mode is ControlMode.STOPPED
             self._failed = True
             if not said:
-                self._stop(f"the control loop failed: {type(error).__name__}: {error}")
+                self._stop(because(Code.LOOP_FAILED, text=f"{type(error).__name__}: {error}"))
 
-    def _stop(self, why: str) -> None:
+    def _stop(self, why: Reason) -> None:
         try:
             self._machine.trip(Trip(Guard.FAULT, why))
             self._black_box.dump()

@@ -13,6 +13,7 @@ import numpy as np
 
 from farhand.common.clock import BootClock
 from farhand.common.wire.messages import Stamp
+from farhand.common.wire.reasons import Code, Reason, because
 
 _WINDOW = 10
 _RISING = 2
@@ -28,11 +29,11 @@ class Verdict:
     """Whether a message may count.
 
     Args:
-        reason: Empty when it may, else why not.
+        reason: Why not; None when it may.
         age_s: The measured age [s], where it could be measured.
     """
 
-    reason: str
+    reason: Reason | None
     age_s: float | None
     delay_changed: bool = False
     """Another age is usual from now on: the delay of the link has risen for good."""
@@ -75,30 +76,31 @@ class Freshness:
         self._late.clear()
         self._last_echo_ns, self._last_renewal_s = -1, -np.inf
 
-    def judge(self, echo: Stamp | None, ttl_max_s: float | None = None) -> Verdict:
-        """Whether a message with this echo is fresh.
+    def judge(self, echo: Stamp | None, ttl_max_s: float | None = None, what: str = "command") -> Verdict:
+        """Decide whether a message with this echo is fresh.
 
         Args:
             echo: The robot's stamp in the message.
             ttl_max_s: Upper bound of what it may exceed the reference by [s]; None: a command's.
+            what: The kind of the message, for the reason.
         """
         if echo is None:
-            return Verdict("it echoes no report of the robot", None)
+            return Verdict(because(Code.NO_ECHO, what=what), None)
         if echo.boot != self._clock.boot:
-            return Verdict("it echoes another boot of the robot", None)
+            return Verdict(because(Code.OTHER_BOOT, what=what), None)
         age_s = (self._clock.now_ns() - echo.t_ns) * 1e-9
         if age_s < 0.0:
-            return Verdict("it echoes a report that was never sent", age_s)
+            return Verdict(because(Code.NEVER_SENT, age_s=age_s, what=what), age_s)
         limit_s = self._max_age_s
         if (reference_s := self.reference_s) is not None:
             limit_s = min(limit_s, reference_s + self._ttl_s(ttl_max_s or self._command_ttl_max_s))
         if age_s > limit_s:
-            return Verdict(f"it is {age_s:.2f} s old, at most {limit_s:.2f} s is allowed", age_s)
-        return Verdict("", age_s)
+            return Verdict(because(Code.TOO_OLD, age_s=age_s, limit_s=limit_s, what=what), age_s)
+        return Verdict(None, age_s)
 
     def renew(self, echo: Stamp | None) -> Verdict:
         """Judge a lease renewal and learn from it what is usual."""
-        verdict = self.judge(echo)
+        verdict = self.judge(echo, what="renewal")
         if verdict.age_s is None or verdict.age_s < 0.0 or echo is None:
             return verdict  # nothing was measured: the next one is the first of its kind, not part of a burst
         now_s = self._clock.now_s()
@@ -109,7 +111,7 @@ class Freshness:
         if in_burst or not in_order:
             self._late.clear()
             return verdict
-        if not verdict.reason:
+        if verdict.reason is None:
             self._accepted.append(verdict.age_s)
             self._late.clear()
             return verdict

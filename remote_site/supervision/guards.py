@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from farhand.common.control_mode import ControlMode, Guard, Phase
 from farhand.common.task import Limits, Task
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Guidance
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.motion import Motion
@@ -37,17 +38,17 @@ class ForceGuard:
         self._limits = limits
         self._above_s = 0.0
 
-    def reason(self, effector: EffectorState, dt_s: float) -> tuple[str, float | None]:
-        """Why it trips now, and the force [N]; an empty reason when it does not."""
+    def reason(self, effector: EffectorState, dt_s: float) -> Reason | None:
+        """Return why it trips now, with the force; None when it does not."""
         force_n = effector.contact_n
         if force_n is None:
-            return "", None
+            return None
         self._above_s = self._above_s + dt_s if force_n > self._limits.force_n else 0.0
         if force_n > self._limits.force_peak_n:
-            return f"the force of {force_n:.0f} N is above {self._limits.force_peak_n:.0f} N", force_n
+            return because(Code.FORCE, force_n=force_n, limit_n=self._limits.force_peak_n)
         if self._above_s >= FORCE_FOR_S:
-            return f"the force of {force_n:.0f} N is above {self._limits.force_n:.0f} N", force_n
-        return "", None
+            return because(Code.FORCE, force_n=force_n, limit_n=self._limits.force_n)
+        return None
 
 
 class SightGuard:
@@ -65,20 +66,19 @@ class SightGuard:
         """Whether an execution slows to a stop: a prediction is not good for longer."""
         return self._sensing.unseen_s > PREDICTED_S
 
-    def reason(self) -> tuple[str, float | None]:
-        """Why an execution cannot go on, and the measured value; an empty reason while it can."""
+    def reason(self) -> Reason | None:
+        """Return why an execution cannot go on, with what was measured; None while it can."""
         sensed = self._sensing
         if sensed.unseen_s > SIGHT_PATIENCE_S:
-            return f"perception lost: the target was not seen for {SIGHT_PATIENCE_S:.0f} s", sensed.unseen_s
+            return because(Code.TARGET_LOST, unseen_s=sensed.unseen_s, limit_s=SIGHT_PATIENCE_S)
         again = sensed.seen_again
         if again is None or again.gap_s <= PREDICTED_S:
-            return "", None
+            return None
         if again.moved_m > SIGHT_MOVED_M:
-            return f"perception lost: the target came back {again.moved_m * 1e3:.0f} mm off", again.moved_m
+            return because(Code.TARGET_MOVED, moved_m=again.moved_m)
         if again.turned_rad > SIGHT_TURNED_RAD:
-            degrees = math.degrees(again.turned_rad)
-            return f"perception lost: the target came back turned by {degrees:.0f} degrees", again.turned_rad
-        return "", None
+            return because(Code.TARGET_TURNED, turned_rad=again.turned_rad)
+        return None
 
 
 class LinkGuard:
@@ -88,10 +88,8 @@ class LinkGuard:
         self._acted = False
         self._blind_and_alone_s = 0.0
 
-    def trip(
-        self, task: Task, silent_s: float, executing: bool, blind: bool, dt_s: float
-    ) -> tuple[Guard | None, str]:  # fmt: skip
-        """What follows from the link's silence now.
+    def trip(self, task: Task, silent_s: float, executing: bool, blind: bool, dt_s: float) -> Trip | None:
+        """Return what follows from the link's silence now; None for nothing.
 
         Args:
             task: The present one; its policy counts.
@@ -105,16 +103,13 @@ class LinkGuard:
         self._blind_and_alone_s = self._blind_and_alone_s + dt_s if lost and blind else 0.0
         if task.blind_retract and self._blind_and_alone_s > BLIND_AND_ALONE_S:
             self._blind_and_alone_s = 0.0
-            return Guard.LINK_LOST_RETRACT, "neither the target was seen nor the link heard for a minute"
+            return Trip(Guard.LINK_LOST_RETRACT, because(Code.BLIND_AND_ALONE))
         if not lost or self._acted or not executing or task.lost_link == "continue":
-            return None, ""
+            return None
         self._acted = True
         hold = task.lost_link == "hold"
-        guard = Guard.LINK_LOST_HOLD if hold else Guard.LINK_LOST_RETRACT
-        return (
-            guard,
-            f"the link is lost for {silent_s:.1f} s: this task then {'pauses' if hold else 'retracts'}",
-        )
+        why = because(Code.LINK_LOST, silent_s=silent_s, policy="pauses" if hold else "retracts")
+        return Trip(Guard.LINK_LOST_HOLD if hold else Guard.LINK_LOST_RETRACT, why)
 
 
 @dataclass(frozen=True)
@@ -123,14 +118,12 @@ class Trip:
 
     Args:
         guard: Which; the table of modes says what follows.
-        why: In words.
-        measured: The value that was too much, if there is one.
+        why: The reason, with the value that was too much.
         wanted: Whether the operator had it so: nothing is wrong.
     """
 
     guard: Guard
-    why: str
-    measured: float | None = None
+    why: Reason
     wanted: bool = False
 
 
@@ -169,7 +162,7 @@ class Guards:
         """
         moving = mode in (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
         if moving and late_s > self._deadline_s:
-            return Trip(Guard.FAULT, f"the control loop was {late_s * 1e3:.0f} ms late", late_s)
+            return Trip(Guard.FAULT, because(Code.LOOP_LATE, late_s=late_s))
         return (
             self._force_trip(moving, dt_s)
             or self._coupling_trip(now_s)
@@ -177,33 +170,31 @@ class Guards:
         )
 
     def _force_trip(self, moving: bool, dt_s: float) -> Trip | None:
-        why, measured = self._force.reason(self._sensing.effector, dt_s)
+        why = self._force.reason(self._sensing.effector, dt_s)
         manoeuvre = self._motion.manoeuvre
         backing_off = manoeuvre is not None and manoeuvre.phase is Phase.BACKING_OFF
-        return Trip(Guard.FORCE, why, measured) if why and moving and not backing_off else None
+        return Trip(Guard.FORCE, why) if why is not None and moving and not backing_off else None
 
     def _coupling_trip(self, now_s: float) -> Trip | None:
         coupling = self._motion.coupling
         if coupling is None:
             self._contact.delay_changed = False  # nobody drives by the old delay
             return None
-        if why := self._contact.lost_reason(coupling.lease_id, now_s):
+        if (why := self._contact.lost_reason(coupling.lease_id, now_s)) is not None:
             return Trip(Guard.COUPLING_ENDED, why)
         why = coupling.end_reason(now_s)
-        return Trip(Guard.COUPLING_ENDED, why, wanted=coupling.released) if why else None
+        return Trip(Guard.COUPLING_ENDED, why, wanted=coupling.released) if why is not None else None
 
     def _execution_trip(
         self, mode: ControlMode, guidance: Guidance, now_s: float, dt_s: float
     ) -> Trip | None:
         executing = mode is ControlMode.AUTONOMOUS and self._motion.execution is not None
         if executing:
-            why, measured = self._sight.reason()
-            if why:
-                return Trip(Guard.PERCEPTION_LOST, why, measured)
-            if guidance.given_up:
+            if (why := self._sight.reason()) is not None:
+                return Trip(Guard.PERCEPTION_LOST, why)
+            if guidance.given_up is not None:
                 return Trip(Guard.JAMMED, guidance.given_up)
         paused = mode is ControlMode.PAUSED and self._motion.execution is not None
         blind = paused and self._sensing.unseen_s > 0.0
         task, silent_s = self._motion.embodiment.skill.task, self._contact.silent_s(now_s)
-        guard, why = self._link.trip(task, silent_s, executing, blind, dt_s)
-        return Trip(guard, why) if guard is not None else None
+        return self._link.trip(task, silent_s, executing, blind, dt_s)

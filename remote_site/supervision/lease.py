@@ -7,16 +7,9 @@ import secrets
 from collections import OrderedDict, deque
 
 from farhand.common.wire.messages import Wish
+from farhand.common.wire.reasons import Code, Reason, because
 
 _REMEMBERED = 64
-
-
-def taken_over(site_name: str) -> str:
-    """Return the words for a site whose control another process of its name has."""
-    return (
-        f"another site named {site_name} has taken over: this one started again, or somebody's with the same name "
-        "(--site-name tells them apart)"
-    )
 
 
 class Lease:
@@ -45,7 +38,7 @@ class Lease:
         """What every motion input must carry, empty when free."""
         self.asked_by = ""
         """Name of the site that asks the holder for it, empty for none."""
-        self.freed_because = ""
+        self.freed_because: Reason | None = None
         """Why the last holder has it no more."""
 
     def request(
@@ -57,7 +50,7 @@ class Lease:
         fresh: bool = True,
         heard_s: float | None = math.inf,
         late_s: float = 0.0,
-    ) -> str:
+    ) -> Reason | None:
         """Take, renew, ask for, hand over or give up the lease.
 
         Args:
@@ -70,49 +63,49 @@ class Lease:
             late_s: How much later than usual the request came [s]: it renews for so much less.
 
         Returns:
-            An empty string when it holds the lease after this, else why not.
+            None when it holds the lease after this, else why not.
         """
         self.expire(now_s)
         if not session or not any(letter.isalnum() for letter in site_name):
-            return "who asks must say who it is: a session and a site name with letters"
+            return because(Code.ANONYMOUS)
         if session not in self._sessions:
             self._sessions.append(session)
         if self._is_earlier(session, site_name):
-            return f"{taken_over(site_name)}; this one only watches"
+            return because(Code.TAKEN_OVER, site=site_name)
         holds = bool(self.lease_id) and self.session == session
         if wish is Wish.WATCH:
             if holds:
-                self._free("it only watches")
-            return "watching"
+                self._free(because(Code.ONLY_WATCHES))
+            return because(Code.WATCHING)
         if holds and wish is Wish.GIVE and self.asked_by:
             asking, name, _ = self._asking
             self._grant(asking, name, now_s, hears=True)
-            return f"handed over to {name}"
+            return because(Code.HANDED_OVER, site=name)
         if holds:
             self._renewed_s = max(self._renewed_s, now_s - late_s)
             self._hears = self._hears or heard_s is not None
-            return ""
+            return None
         return self._take(session, site_name, now_s, wish, fresh, heard_s)
 
     def _take(
         self, session: str, site_name: str, now_s: float, wish: Wish, fresh: bool, heard_s: float | None
-    ) -> str:
+    ) -> Reason | None:
         """Take what somebody else holds, or nobody; see `request`."""
         heard = heard_s is not None and heard_s > self._lost_s.get(session, -math.inf)
         if not heard and session in self._lost_s:
-            return "waiting to hear the robot"
+            return because(Code.WAITING_TO_HEAR)
         # Its own, after a restart; or from a site that hears nothing.
         may_replace = heard and fresh and (self.holder == site_name or not self._hears)
         if self.lease_id and not may_replace:
             if wish is Wish.ASK:
                 self._asking, self.asked_by = (session, site_name, now_s), site_name
-            return f"held by {self.holder} for {now_s - self.since_s:.0f} s"
+            return because(Code.HELD, held_s=now_s - self.since_s, site=self.holder)
         if self.lease_id:
             if self.holder == site_name:
                 self._replaced.append((self.session, site_name))
             self._lose(now_s)
         self._grant(session, site_name, now_s, heard)
-        return ""
+        return None
 
     def expire(self, now_s: float) -> bool:
         """Free the lease when its holder is silent for too long. True when it was freed just now."""
@@ -120,7 +113,7 @@ class Lease:
             self._forget_asking()
         if self.lease_id and now_s - self._renewed_s > self._duration_s:
             self._lose(self._renewed_s + self._duration_s)
-            self._free(f"nothing of it arrived in time for {self._duration_s:g} s")
+            self._free(because(Code.NOTHING_IN_TIME, lease_s=self._duration_s))
             return True
         return False
 
@@ -151,8 +144,8 @@ class Lease:
         self.lease_id = secrets.token_hex(8)
         self._forget_asking()
 
-    def _free(self, because: str) -> None:
-        self.freed_because = because
+    def _free(self, why: Reason) -> None:
+        self.freed_because = why
         self.session = self.holder = self.lease_id = ""
         self._forget_asking()
 

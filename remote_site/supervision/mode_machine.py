@@ -9,7 +9,8 @@ from typing import Any
 
 from farhand.common.control_mode import TABLE, Action, Cause, ControlMode, Guard, Phase, mode_after
 from farhand.common.wire import keys
-from farhand.common.wire.messages import Command, Stamp, Stop
+from farhand.common.wire.messages import Command, EventKind, Stamp, Stop
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
@@ -26,13 +27,13 @@ from farhand.remote_site.supervision.stops import Stops
 
 # What the robot calls what a guard did.
 _KINDS = {
-    Guard.COUPLING_ENDED: "decoupled",
-    Guard.FORCE: "backing off",
-    Guard.JAMMED: "gave up",
-    Guard.PERCEPTION_LOST: "paused",
-    Guard.LINK_LOST_HOLD: "paused",
-    Guard.LINK_LOST_RETRACT: "retracting",
-    Guard.FAULT: "stopped",
+    Guard.COUPLING_ENDED: EventKind.DECOUPLED,
+    Guard.FORCE: EventKind.BACKING_OFF,
+    Guard.JAMMED: EventKind.GAVE_UP,
+    Guard.PERCEPTION_LOST: EventKind.PAUSED,
+    Guard.LINK_LOST_HOLD: EventKind.PAUSED,
+    Guard.LINK_LOST_RETRACT: EventKind.RETRACTING,
+    Guard.FAULT: EventKind.STOPPED,
 }
 
 
@@ -90,8 +91,9 @@ class ModeMachine:
     def stop(self, stop: Stop) -> None:
         """Stop, whoever asks and in whatever mode; only one that is resent in STOPPED is no more than acknowledged."""
         if self._stops.receive(stop.stop_id, self._now()):
-            self._enter(Action.STOP, f"stopped by {stop.site_name}")
-            self.tell("stopped", f"stop by {stop.site_name}", who=stop.site_name)
+            why = because(Code.STOPPED_BY, site=stop.site_name)
+            self._enter(Action.STOP, why)
+            self.tell(EventKind.STOPPED, why, who=stop.site_name)
 
     def run(self, command: Command, stored: StoredModel | None) -> None:
         """Do an allowed command; its second answer comes as an event.
@@ -103,19 +105,19 @@ class ModeMachine:
         action = command.action
         if action is Action.PREVIEW and stored is not None:
             if (replaced := self.previews.begin(command, stored, self._now())) is not None:
-                self.fail(replaced, "replaced by a newer preview")
+                self.fail(replaced, because(Code.REPLACED))
             return
         if action is Action.SET_PACE:
             self._set_pace(command)
             return
         if action in (Action.RECORD, Action.END_RECORDING):
             why_not = self._recordings.run(action, command.task)
-            self.fail(command, why_not) if why_not else self.complete(command, "done")
+            self.complete(command, because(Code.DONE)) if why_not is None else self.fail(command, why_not)
             return
         for overtaken in self._until_standing:
-            self.fail(overtaken, f"{action} came before the robot stood still")
+            self.fail(overtaken, because(Code.OVERTAKEN, action=action))
         self._until_standing.clear()
-        self._enter(action, f"ended by {action}")
+        self._enter(action, because(Code.ENDED_BY, action=action))
         match action:
             case Action.EXECUTE if stored is not None:
                 self._execute(command, stored)
@@ -124,7 +126,7 @@ class ModeMachine:
             case Action.COUPLE:
                 self._couple(command)
             case Action.RESUME:
-                self.complete(command, "resumed")
+                self.complete(command, because(Code.RESUMED))
             case _:
                 self._until_standing.append(command)
 
@@ -135,7 +137,7 @@ class ModeMachine:
         self._enter(trip.guard, trip.why)
         if (phase := TABLE[trip.guard].phase) is not Phase.NONE:
             self._motion.begin(self._manoeuvres.make(phase, why=trip.why))
-        self.tell(_KINDS[trip.guard], trip.why, succeeded=trip.wanted, measured=trip.measured)
+        self.tell(_KINDS[trip.guard], trip.why, succeeded=trip.wanted)
         return True
 
     def force_stopped(self) -> None:
@@ -145,44 +147,52 @@ class ModeMachine:
 
     def arrived(self, execution: Execution) -> None:
         """An execution has come to the end of its motion, and goes on tracking."""
-        self.complete(execution.command, f"{execution.phase} after {execution.arrived_after_s:.2f} s")
+        after_s = execution.arrived_after_s or 0.0
+        self.complete(execution.command, because(Code.AT_END, elapsed_s=after_s, phase=execution.phase))
 
     def end_manoeuvre(self, manoeuvre: Manoeuvre) -> None:
         """A manoeuvre has come to its end."""
         self._motion.end()
-        self._enter(Guard.MANOEUVRE_ENDED, "")
-        text = f"{manoeuvre.phase} ended" + ("" if manoeuvre.reached else " before its goal was reached")
+        code = Code.MANOEUVRE_ENDED if manoeuvre.reached else Code.MANOEUVRE_GAVE_UP
+        ended = because(code, phase=manoeuvre.phase)
+        self._enter(Guard.MANOEUVRE_ENDED, ended)
         if manoeuvre.command is None:
-            self.tell("holding", f"{text}, after: {manoeuvre.why}")
+            self.tell(
+                EventKind.HOLDING, because(Code.HOLDS_AFTER, phase=manoeuvre.phase), cause=manoeuvre.why
+            )
         elif manoeuvre.reached:
-            self.complete(manoeuvre.command, text)
+            self.complete(manoeuvre.command, ended)
         else:
-            self.fail(manoeuvre.command, text)
+            self.fail(manoeuvre.command, ended)
 
     def settle(self) -> None:
         """The robot stands still: answer what waited for that."""
         for command in self._until_standing:
-            self.complete(command, "done")
+            self.complete(command, because(Code.DONE))
         self._until_standing.clear()
         self._stops.stands(self._now())
 
     # What happened ------------------------------------------------------------------------------
 
-    def complete(self, command: Command, text: str, **ids: int) -> None:
+    def complete(self, command: Command, result: Reason, **fields: Any) -> None:
         """A command has come to its good end."""
-        self.tell("completed", text, command_id=command.command_id, action=command.action, **ids)
+        self.tell(
+            EventKind.COMPLETED, result, command_id=command.command_id, action=command.action, **fields
+        )  # fmt: skip
 
-    def fail(self, command: Command, why: str) -> None:
+    def fail(self, command: Command, why: Reason) -> None:
         """A command was begun and did not come to its good end."""
-        self.tell("failed", why, succeeded=False, command_id=command.command_id, action=command.action)
+        self.tell(
+            EventKind.FAILED, why, succeeded=False, command_id=command.command_id, action=command.action
+        )  # fmt: skip
 
-    def tell(self, kind: str, text: str, **fields: Any) -> None:
+    def tell(self, kind: EventKind, reason: Reason, **fields: Any) -> None:
         """Say what happened, with the mode that it led to."""
-        self._events.tell(kind, text, self.mode, **fields)
+        self._events.tell(kind, reason, self.mode, **fields)
 
     # Doing it -----------------------------------------------------------------------------------
 
-    def _enter(self, cause: Cause, why: str) -> None:
+    def _enter(self, cause: Cause, why: Reason) -> None:
         """Go where the table says; what moved the robot is paused, goes on, or ends for this reason."""
         target = mode_after(self.mode, self.phase, cause)
         if target is None:
@@ -200,7 +210,7 @@ class ModeMachine:
         now_ns = self._now().t_ns
         round_trip_s = (now_ns - command.echo.t_ns) * 1e-9 if command.echo else 0.0
         self._motion.begin(Coupling(self._coupling_count, command.lease_id, now_ns * 1e-9, round_trip_s))
-        self.complete(command, "coupled", coupling_id=self._coupling_count)
+        self.complete(command, because(Code.COUPLED), coupling_id=self._coupling_count)
 
     def _set_pace(self, command: Command) -> None:
         """Go at another pace from now on, also in what is under way."""
@@ -212,7 +222,7 @@ class ModeMachine:
         # What the robot began by itself, it does for safety: as fast as it may.
         if manoeuvre is not None and manoeuvre.command is not None:
             manoeuvre.pace = command.pace
-        self.complete(command, f"the pace is {command.pace:.0%}")
+        self.complete(command, because(Code.PACE, pace=command.pace))
 
     def _execute(self, command: Command, stored: StoredModel) -> None:
         now = self._now()
@@ -221,10 +231,12 @@ class ModeMachine:
             command, stored, self._plans.settings, self._embodiment, self._sensing, now
         )
         self._motion.begin(self.last_execution)
-        self.tell("executing", f"executing {stored.label}", command_id=command.command_id)
+        self.tell(
+            EventKind.EXECUTING, because(Code.EXECUTING, model=stored.label), command_id=command.command_id
+        )
         self._plans.forget_commit()
 
-    def _leave_motion(self, why: str) -> None:
+    def _leave_motion(self, why: Reason) -> None:
         """End whatever moves the robot; the plant brakes from the next tick on."""
         execution, manoeuvre = self._motion.execution, self._motion.manoeuvre
         if execution is not None and execution.arrived_after_s is None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from farhand.common.control_mode import ControlMode
 from farhand.common.wire.messages import ModelReply, ModelTransfer, Stamp
+from farhand.common.wire.reasons import Code, because
 from farhand.remote_site.motion.model_store import ModelStore
 from farhand.remote_site.motion.model_trial import ModelTrial, Outcome
 from farhand.remote_site.supervision.events import Events
@@ -36,7 +37,7 @@ class ModelReception:
     def take(self, transfer: ModelTransfer) -> ModelReply | ModelTrial:
         """Take a model or a part of one: the answer, or what must be tried before there is one."""
         if self._lease.session not in ("", transfer.session):
-            reason = f"{self._lease.holder} is in control"
+            reason = because(Code.OTHER_IN_CONTROL, site=self._lease.holder)
             reply = ModelReply(accepted=False, sha256=transfer.sha256, reason=reason, stamp=self._now())
             return self._noted(reply)
         taken = self._models.take(transfer, self._now())
@@ -48,5 +49,5 @@ class ModelReception:
 
     def _noted(self, reply: ModelReply) -> ModelReply:
         if not reply.accepted:
-            self._events.refused("model", "", reply.reason, self._mode(), None)
+            self._events.refused("model", "", reply.reason, self._mode())
         return reply

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import Stamp
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.common.wire.recorded_motion import MAX_DURATION_S, MAX_GAP_S, RecordedMotion, packed_row
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.perception.sensing import PREDICTED_S, Sensing
@@ -61,31 +62,31 @@ class MotionRecorder:
         """For how long, up to the newest sample [s]; zero before the first."""
         return self._last_s
 
-    def sample(self, coupling: Coupling) -> str:
+    def sample(self, coupling: Coupling) -> Reason | None:
         """Take a sample, if one is due.
 
         Args:
             coupling: What moves the robot.
 
         Returns:
-            Why the recording cannot go on; empty while it can.
+            Why the recording cannot go on; None while it can.
         """
         now = self._now()
         if self._began is None:
             if coupling.waiting(now.t_ns * 1e-9):
-                return ""
+                return None
             self._began = now
         time_s = (now.t_ns - self._began.t_ns) * 1e-9
         if (gap_s := time_s - self.recorded_s) > MAX_GAP_S:
-            return f"{gap_s:.2f} s without a sample"
+            return because(Code.SAMPLE_MISSING, gap_s=gap_s)
         if time_s > MAX_DURATION_S:
-            return f"it is longer than {MAX_DURATION_S:g} s"
+            return because(Code.RECORDING_TOO_LONG, limit_s=MAX_DURATION_S)
         self._ticks += 1
         # What was not seen for a moment is predicted; after that there is nothing to record.
         if self._ticks % self._every == 0 and self._sensing.unseen_s <= PREDICTED_S:
             self._rows += packed_row(time_s, self._sensing.effector.point, self._sensing.frames)
             self._n, self._last_s = self._n + 1, time_s
-        return ""
+        return None
 
     def close(self, whole: bool) -> Recorded | None:
         """End the recording. None when there is nothing in it.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import StrEnum
+from enum import Enum
 
 from farhand.common.control_mode import Action, Cause, ControlMode, Guard
 from farhand.common.repertoire import TaskSet
-from farhand.common.wire.messages import RECORDED, Stamp
+from farhand.common.wire.messages import EventKind, Stamp
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.supervision.catalogue import Catalogue
@@ -16,22 +17,15 @@ from farhand.remote_site.supervision.lease import Lease
 from farhand.remote_site.supervision.motion_recorder import MotionRecorder
 
 
-class Ending(StrEnum):
+class Ending(Enum):
     """How a recording ends."""
 
-    WHOLE = "recorded"
+    WHOLE = Code.RECORDED
     """Whoever drove ended it: it is a demonstration."""
-    INTERRUPTED = "interrupted"
+    INTERRUPTED = Code.RECORDING_INTERRUPTED
     """Something else did: it can be had, if it was good all the same."""
-    INCOMPLETE = "incomplete"
+    INCOMPLETE = Code.RECORDING_INCOMPLETE
     """A piece is missing: it is no motion."""
-
-
-_CONSEQUENCE = {
-    Ending.WHOLE: "",
-    Ending.INTERRUPTED: "; it can be recovered",
-    Ending.INCOMPLETE: "; it is not kept",
-}
 
 
 class Recordings:
@@ -65,8 +59,8 @@ class Recordings:
         """For how long a motion is being recorded [s]; None while none is."""
         return self._recorder.recorded_s if self._recorder.recording else None
 
-    def run(self, action: Action, task_name: str) -> str:
-        """Record from now on for a task, or to here. Returns why not, empty when it was done."""
+    def run(self, action: Action, task_name: str) -> Reason | None:
+        """Record from now on for a task, or to here. Returns why not, None when it was done."""
         recording = self._recorder.recording
         if action is Action.RECORD and not recording:
             task = self._tasks.get(task_name)
@@ -75,23 +69,25 @@ class Recordings:
             self._who = self._lease.holder
             self._recorder.begin(self._who, task)
         elif action is Action.END_RECORDING and recording:
-            self._end(Ending.WHOLE, f"ended by {action}")
+            self._end(Ending.WHOLE, because(Code.ENDED_BY, action=action))
         else:
-            return "a motion is being recorded already" if recording else "nothing is being recorded"
-        return ""
+            return because(Code.RECORDING_ALREADY if recording else Code.NOT_RECORDING)
+        return None
 
     def sample(self) -> None:
         """Take a sample, if one is due; a recording that cannot go on ends."""
         coupling = self._motion.coupling
-        if self._recorder.recording and coupling is not None and (why := self._recorder.sample(coupling)):
-            self._end(Ending.INCOMPLETE, why)
+        if self._recorder.recording and coupling is not None:
+            why = self._recorder.sample(coupling)
+            if why is not None:
+                self._end(Ending.INCOMPLETE, why)
 
-    def leave(self, cause: Cause, why: str) -> None:
+    def leave(self, cause: Cause, why: Reason) -> None:
         """DIRECT is about to end, and the recording with it, if there is one.
 
         Args:
             cause: What ends it.
-            why: In words.
+            why: The reason.
         """
         if self._recorder.recording:
             coupling = self._motion.coupling
@@ -99,11 +95,15 @@ class Recordings:
             whole = let_go or cause in (Action.CLUTCH, Action.EXECUTE)
             self._end(Ending.WHOLE if whole else Ending.INTERRUPTED, why)
 
-    def _end(self, ending: Ending, why: str) -> None:
+    def _end(self, ending: Ending, why: Reason) -> None:
         recorded = self._recorder.close(ending is Ending.WHOLE)
         if recorded is not None and ending is not Ending.INCOMPLETE:
             self.catalogue.offer(recorded)
-        words = f"{ending} after {recorded.duration_s:.1f} s" if recorded else "nothing recorded"
+        if recorded is None:
+            said = because(Code.NOTHING_RECORDED)
+        else:
+            said = because(ending.value, recorded_s=recorded.duration_s)
         good = recorded is not None and ending is Ending.WHOLE
-        text = f"{words}: {why}{_CONSEQUENCE[ending] if recorded else ''}"
-        self._events.tell(RECORDED, text, ControlMode.DIRECT, succeeded=good, who=self._who)
+        self._events.tell(
+            EventKind.RECORDED, said, ControlMode.DIRECT, cause=why, succeeded=good, who=self._who
+        )  # fmt: skip

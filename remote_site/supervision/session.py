@@ -14,12 +14,12 @@ from farhand.common.wire.messages import (
     LeaseRequest,
     Stamp,
 )
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.supervision.freshness import Freshness
-from farhand.remote_site.supervision.lease import Lease, taken_over
+from farhand.remote_site.supervision.lease import Lease
 
 _INPUT_TTL_MAX_S = 1.0
-_DELAY_CHANGED = "link delay changed"
 _SILENCE_S = 0.5
 """The watchdog of DIRECT: nothing newer than this beyond the link's usual delay."""
 
@@ -53,7 +53,7 @@ class OperatorSession:
     def answer(self, request: LeaseRequest, tasks: TaskSet, now: Stamp) -> LeaseReply:
         """Grant, renew or refuse the lease, and say what the robot is."""
         reason, age_s = self._refusal(request)
-        holds = not reason
+        holds = reason is None
         theirs = self.lease.session == request.session
         return LeaseReply(
             granted=holds,
@@ -67,26 +67,27 @@ class OperatorSession:
             newest_age_s=age_s,
         )
 
-    def _refusal(self, request: LeaseRequest) -> tuple[str, float | None]:
-        """Take or renew the lease: why not (empty when granted), and the age of the request's echo [s]."""
+    def _refusal(self, request: LeaseRequest) -> tuple[Reason | None, float | None]:
+        """Take or renew the lease: why not (None when granted), and the age of the request's echo [s]."""
         now_s = self._clock.now_s()
         self.lease.expire(now_s)
         is_renewal = self.lease.is_held_by(request.session, self.lease.lease_id)
         # What is usual is learned from the holder alone: another site may be nearer or further away.
         verdict = (self._freshness.renew if is_renewal else self._freshness.judge)(request.echo)
         self.delay_changed = self.delay_changed or verdict.delay_changed
-        if is_renewal and verdict.reason and not verdict.delay_changed and not self._awaits_report(request):
+        late = verdict.reason is not None
+        if is_renewal and late and not verdict.delay_changed and not self._awaits_report(request):
             self.stale_refused += 1
-            return f"this renewal came too late: {verdict.reason}", verdict.age_s
+            return verdict.reason, verdict.age_s
         heard_s = now_s - verdict.age_s if verdict.age_s is not None and verdict.age_s >= 0.0 else None
         late_s = max(0.0, (verdict.age_s or 0.0) - self.usual_age_s) if is_renewal else 0.0
         reason = self.lease.request(
-            request.session, request.site_name, now_s, request.wish, not verdict.reason, heard_s, late_s
+            request.session, request.site_name, now_s, request.wish, not late, heard_s, late_s
         )
         if self.lease.session and self.lease.session != self._usual_for:
             self._usual_for = self.lease.session
             self._freshness.forget()
-        if not reason:
+        if reason is None:
             if not is_renewal:
                 self._freshness.renew(request.echo)
             self._heard(request.echo)
@@ -97,28 +98,29 @@ class OperatorSession:
         unheard = request.echo is None and self._freshness.reference_s is None
         return unheard and self._clock.now_s() - self.lease.since_s <= self._max_age_s
 
-    def command_refusal(self, command: Command) -> tuple[str, float | None]:
-        """Why a command may not count, with the measured value; an empty reason when it may."""
+    def command_refusal(self, command: Command) -> Reason | None:
+        """Return why a command may not count by its lease and its age; None when it may."""
         if not self.lease.is_held_by(command.session, command.lease_id):
-            return self._not_held_by(command.session), None
+            return self._not_held_by(command.session)
         verdict = self._freshness.judge(command.echo)
-        if verdict.reason:
+        if verdict.reason is not None:
             self.stale_refused += 1
-            return f"this command came too late: {verdict.reason}", verdict.age_s
+            return verdict.reason
         self._heard(command.echo)
-        return "", verdict.age_s
+        return None
 
-    def _not_held_by(self, session: str) -> str:
+    def _not_held_by(self, session: str) -> Reason:
         holder = self.lease.holder
         if not holder:
-            return "you are not in control: the lease ended"
+            return because(Code.LEASE_ENDED)
         if self.lease.session == session:
-            return "the control of the robot had been lost on the way; it is back: press again"
-        return taken_over(holder) if self.lease.was_replaced(session) else f"{holder} is in control"
+            return because(Code.LEASE_CHANGED)
+        code = Code.TAKEN_OVER if self.lease.was_replaced(session) else Code.OTHER_IN_CONTROL
+        return because(code, site=holder)
 
     def is_fresh(self, echo: Stamp) -> bool:
         """Whether an input of the operator's hand, by its echo, is fresh enough to move something."""
-        if self._freshness.judge(echo, _INPUT_TTL_MAX_S).reason:
+        if self._freshness.judge(echo, _INPUT_TTL_MAX_S, "input").reason is not None:
             self.stale_refused += 1
             return False
         self._heard(echo)
@@ -147,15 +149,15 @@ class OperatorSession:
         """How much older than usual the newest thing heard from the operator is [s]."""
         return now_s - self._newest_echo_ns * 1e-9 - self.usual_age_s
 
-    def lost_reason(self, lease_id: str, now_s: float) -> str:
-        """Why who had this lease is not there to drive any more; empty while they are."""
+    def lost_reason(self, lease_id: str, now_s: float) -> Reason | None:
+        """Return why the holder of this lease is not there to drive any more; None while it is."""
         if lease_id != self.lease.lease_id:
-            return _DELAY_CHANGED if self._freshness.rising else "the lease was lost"
+            return because(Code.DELAY_CHANGED if self._freshness.rising else Code.LEASE_LOST)
         if self.delay_changed:
-            return _DELAY_CHANGED
+            return because(Code.DELAY_CHANGED)
         if self.silent_s(now_s) > self._silence_s:
-            return f"nothing new was heard from the operator for {self._silence_s:.2g} s longer than usual"
-        return ""
+            return because(Code.SILENCE, limit_s=self._silence_s)
+        return None
 
     def _heard(self, echo: Stamp | None) -> None:
         # A stamp that was never given out must not quieten the watchdog.

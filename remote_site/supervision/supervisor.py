@@ -17,6 +17,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.messages import (
     Command,
     CommandReply,
+    EventKind,
     LeaseReply,
     LeaseRequest,
     OperatorInput,
@@ -25,6 +26,7 @@ from farhand.common.wire.messages import (
     Stop,
 )
 from farhand.common.wire.path_points import duration_s
+from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Belief, Embodiment, Guidance
 from farhand.remote_site.motion.execution import Execution
@@ -142,25 +144,25 @@ class Supervisor:
         """Run a command once, or answer it again."""
         if (known := self._log.reply_to(command.command_id)) is not None:
             return known
-        reason, measured = self._judge.refusal(command, self.mode, self.phase, self.stamp())
-        if reason:
-            self.events.refused(command.action, self.contact.lease.holder, reason, self.mode, measured)
+        reason = self._judge.refusal(command, self.mode, self.phase, self.stamp())
+        if reason is not None:
+            self.events.refused(command.action, self.contact.lease.holder, reason, self.mode)
         else:
             self.machine.run(command, self.models.get(command.model_sha256))
         reply = CommandReply(
-            command_id=command.command_id, accepted=not reason, reason=reason, measured=measured,
-            mode=self.mode, stamp=self.stamp(),
+            command_id=command.command_id, accepted=reason is None, reason=reason, mode=self.mode,
+            stamp=self.stamp(),
         )  # fmt: skip
         self._log.remember(reply)
         return reply
 
-    def on_path(self, request: PlanRequest, path: PlannedPath | None, words: str) -> None:
+    def on_path(self, request: PlanRequest, path: PlannedPath | None, note: Reason | None) -> None:
         """A rollout is ready, or could not be made.
 
         Args:
             request: What was asked.
             path: The rollout, None when there is none.
-            words: Why there is none, or what the operator should know of it.
+            note: Why there is none, or what the operator should know of it.
         """
         command = self.machine.previews.finish(request, path)
         if request.plan_id and command is None:
@@ -171,11 +173,11 @@ class Supervisor:
             if path is not None and self.motion.execution is not None:
                 self.machine.path_id = path.path_id
         elif path is None:
-            self.machine.fail(command, words)
+            self.machine.fail(command, note or because(Code.PLAN_FAILED, text=""))
         else:
-            motion = f"{duration_s(path):.1f} s of motion, {request.stored.label}"
-            text = f"previewed {motion}" + (f"; {words}" if words else "")
-            self.machine.complete(command, text, plan_id=request.plan_id)
+            code = Code.PREVIEWED if note is None else Code.PREVIEWED_WITH_WARNING
+            result = because(code, motion_s=duration_s(path), model=request.stored.label)
+            self.machine.complete(command, result, cause=note, plan_id=request.plan_id)
 
     # The tick -----------------------------------------------------------------------------------
 
@@ -211,10 +213,10 @@ class Supervisor:
         try:
             sensing.update(now_s)
             if not sensing.effector.is_finite:  # it must not enter any estimate
-                return Belief(sensing.seen), Trip(Guard.FAULT, "a measured number is not finite")
+                return Belief(sensing.seen), Trip(Guard.FAULT, because(Code.NOT_FINITE_MEASURED))
             belief = self.embodiment.skill.believe(sensing, self.motion.executing, now_s, dt_s)
         except InvalidInput as error:
-            return Belief(sensing.seen), Trip(Guard.FAULT, f"a measurement is wrong: {error}")
+            return Belief(sensing.seen), Trip(Guard.FAULT, because(Code.MEASUREMENT_WRONG, text=str(error)))
         sensing.frames = belief.frames
         return belief, None
 
@@ -227,7 +229,7 @@ class Supervisor:
                 self.machine.arrived(execution)
             case Outcome.ENDED if manoeuvre is not None:
                 self.machine.end_manoeuvre(manoeuvre)
-            case Outcome.FAILED:
+            case Outcome.FAILED if self.motion.failure is not None:
                 self._trip(Trip(Guard.FAULT, self.motion.failure))
             case Outcome.STANDING:
                 self.machine.settle()
@@ -244,6 +246,6 @@ class Supervisor:
         holder, before = self.contact.lease.holder, self._holder
         if holder != before:
             self._holder = holder
-            freed = f"{before} is not in control any more: {self.contact.lease.freed_because}"
-            text = f"{holder} is in control" if holder else freed
-            self.machine.tell("control", text, who=holder or before)
+            why = because(Code.CONTROL_TAKEN if holder else Code.CONTROL_LOST, site=holder or before)
+            freed = None if holder else self.contact.lease.freed_because
+            self.machine.tell(EventKind.CONTROL, why, who=holder or before, cause=freed)

@@ -33,6 +33,7 @@ from farhand.common.wire.messages import (
     Stop,
     Telemetry,
 )
+from farhand.common.wire.reasons import Reason, in_words
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.teaching.library import Library
@@ -56,8 +57,8 @@ class RobotEnd:
         self._link = link
         self.boot, self.mode = "boot", ControlMode.DISARMED
         self.tasks: tuple[str, ...] = (TASK.name,)
-        self.refusal = ""
-        self.lease_refusal = ""
+        self.refusal: Reason | None = None
+        self.lease_refusal: Reason | None = None
         self.on_command: Callable[[Command], None] = lambda command: None
         self._t_ns = self._seq = 0
         self._heard: list[Message] = []
@@ -103,7 +104,7 @@ class RobotEnd:
 
     def event(self, kind: str, text: str, **fields: Any) -> None:
         self._seq += 1
-        self.say(keys.EVENT, Event(seq=self._seq, stamp=self.now(), kind=kind, text=text, mode=self.mode, **fields))  # fmt: skip
+        self.say(keys.EVENT, Event(seq=self._seq, stamp=self.now(), kind=kind, reason=in_words(text), mode=self.mode, **fields))  # fmt: skip
 
     def say(self, channel: Channel, message: Message) -> None:
         self._link.send(channel, encode(message))
@@ -139,7 +140,7 @@ class RobotEnd:
         self.on_command(command)
         return CommandReply(
             command_id=command.command_id, accepted=not self.refusal, reason=self.refusal,
-            measured=2.5 if self.refusal else None, mode=self.mode, stamp=self.now(),
+            mode=self.mode, stamp=self.now(),
         )  # fmt: skip
 
     def _on_model(self, transfer: ModelTransfer) -> ModelReply:

@@ -17,6 +17,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.messages import CommandReply, EventsReply, EventsRequest, MoveTarget, Telemetry
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.site import RemoteSite
+from tests.messages import said
 from tests.ports import free_port
 from tests.remote_site.planar import TASK
 from tests.robustness.raw_operator import RawOperator
@@ -77,7 +78,7 @@ def test_a_suspended_robot_begins_again_disarmed_and_refuses_what_was_asked_befo
         # Its events are kept for who was not connected when they were announced.
         answer = operator.ask(keys.EVENTS, EventsRequest(), EventsReply)
         (event,) = [event for event in answer.events if event.kind == "restarted"]
-        assert "suspended for 60.0 s" in event.text and not event.succeeded
+        assert "suspended for 60.0 s" in said(event) and not event.succeeded
 
 
 @pytest.mark.parametrize("suspended", [False, True])
@@ -97,7 +98,7 @@ def test_the_age_of_what_was_sent_before_counts_the_suspend(tmp_path: Path, monk
         now = operator.report(lambda report: report.stale_refused >= n_refused + (2 if suspended else 0))
         assert now.stamp.boot == before.stamp.boot
         if suspended:
-            assert now.mode is ControlMode.HOLD and "too late" in reply.reason
+            assert now.mode is ControlMode.HOLD and "too late" in said(reply)
 
 
 class NeverNotices:

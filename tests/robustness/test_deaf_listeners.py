@@ -19,6 +19,7 @@ from farhand.common.wire.messages import (
     ReportRequest,
     Stop,
 )
+from tests.messages import said
 from tests.robustness.neighbours import VEHICLE, DeafPeer, RawPeer
 from tests.robustness.raw_operator import RawOperator
 
@@ -68,7 +69,7 @@ class Events:
 
     def dropped(self) -> list[str]:
         events = [decode(data, Event) for data in list(self._seen)]
-        return [event.text for event in events if event.kind == "dropped"]
+        return [said(event) for event in events if event.kind == "dropped"]
 
 
 @pytest.mark.parametrize("n_peers", [1, 3])

@@ -22,6 +22,7 @@ from farhand.common.wire.messages import StopAck
 from farhand.local_site.console import intents
 from farhand.local_site.teaching.raw_recording import RawRecording
 from tests.meeting import Meeting, Site
+from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench
 from tests.remote_site.planar import TASK
 
@@ -86,7 +87,7 @@ def test_a_keep_alive_without_a_hand_keeps_nothing_moving():
     assert bench.mode is ControlMode.DIRECT and bench.speed_m_s < 1e-6
     bench.run(10.0)
     assert bench.mode is ControlMode.HOLD
-    assert "no input for 10 s" in bench.events("decoupled")[0].text
+    assert "no input for 10 s" in said(bench.events("decoupled")[0])
 
 
 # 4. videosdk-teleop and MoveIt Servo: 100 ms whatever the link, so that over a satellite every command is

@@ -16,6 +16,7 @@ from farhand.common.model.model_file import encode as encode_model
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import ModelReply, ModelTransfer, OperatorInput, Stamp
+from tests.messages import said
 from tests.remote_site.planar import short_strokes
 from tests.robustness.raw_operator import SESSION, RawOperator
 from tests.strategies import learned
@@ -64,14 +65,14 @@ def test_a_model_that_is_not_what_was_announced_is_refused(operator):
         operator, ModelTransfer(session=SESSION, task="planar", sha256="0" * 64, content=good), "sha256"
     )
     foreign = ModelTransfer(session=SESSION, task="juggling", sha256=content_hash(good), content=good)
-    assert_refused(operator, foreign, "task")
+    assert_refused(operator, foreign, "not 'juggling'")
 
 
 def assert_refused(operator: RawOperator, transfer: ModelTransfer, reason: str) -> None:
     before = operator.report().model
     reply = operator.ask(keys.MODEL, transfer, ModelReply)
     assert not reply.accepted
-    assert reason in reply.reason
+    assert reason in said(reply)
     assert operator.report().model == before
 
 
@@ -95,7 +96,7 @@ def test_a_command_that_must_not_run_is_answered_with_the_reason(action, fields,
         fields = {"echo": Stamp(now.boot, now.t_ns + 10**12)}
     reply = operator.command(action, **fields)
     assert not reply.accepted
-    assert reason in reply.reason
+    assert reason in said(reply)
     assert operator.report().mode is ControlMode.HOLD
 
 

@@ -1,4 +1,4 @@
-"""The operator's buttons: each an intent; enabled only where the table of modes and the console allow it."""
+"""The operator's buttons: each an intent; enabled only where the console would accept it."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import Literal
 
 import viser
 
-from farhand.common.control_mode import Action, ControlMode, allowed_actions
+from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Wish
 from farhand.local_site.console import intents
+from farhand.local_site.console.command_check import command_refusal
 from farhand.local_site.console.picture import Picture
 
 _PENDING_ICON = viser.Icon.HOURGLASS
@@ -40,38 +41,10 @@ def _command(action: Action, label: str, colour: Colour = "blue") -> ButtonSpec:
     return ButtonSpec(
         label,
         lambda shown: intents.CommandRobot(action, shown),
-        lambda picture: _command_enabled(action, picture),
+        lambda picture: command_refusal(action, picture) is None,
         lambda picture: action in picture.pending,
         colour,
     )
-
-
-def _robot_has_what_is_shown(picture: Picture) -> bool:
-    return bool(picture.confirmed_sha256) and not picture.standing.differs
-
-
-def _command_enabled(action: Action, picture: Picture) -> bool:
-    """What the console would refuse is not offered; the console judges again when it is pressed."""
-    if action is Action.STOP:
-        return True
-    mode = picture.mode
-    if mode is None or not picture.in_control or action in picture.pending:
-        return False
-    if action not in allowed_actions(mode, picture.phase):
-        return False
-    match action:
-        case Action.PREVIEW:
-            return _robot_has_what_is_shown(picture)
-        case Action.EXECUTE:
-            previewed = bool(picture.plan_id) or not picture.task.require_preview
-            return previewed and _robot_has_what_is_shown(picture)
-        case Action.COUPLE:
-            return not picture.recording
-        case Action.RETRACT:
-            return picture.task.retract_m is not None
-        case Action.RESET:
-            return picture.stop is None or picture.stop.settled
-    return True
 
 
 def _wish(wish: Wish, label: str, enabled: Callable[[Picture], bool], colour: Colour = "gray") -> ButtonSpec:
@@ -96,7 +69,7 @@ def _can_send_library(picture: Picture) -> bool:
 def _can_record(picture: Picture) -> bool:
     """While coupled it is the robot that records."""
     if picture.coupled:
-        return _command_enabled(Action.RECORD, picture) and not picture.robot_records
+        return command_refusal(Action.RECORD, picture) is None
     return not picture.recording
 
 

@@ -7,6 +7,7 @@ import viser
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.model.ways import OUTSIDE, chosen_way, distance_from_taught
 from farhand.common.wire.path_points import points_of
+from farhand.common.wire.words import PRESS_AGAIN
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words import Words, words_of
@@ -46,7 +47,7 @@ def refusal(picture: Picture) -> str:
         if picture.now_s - notice.time_s > _REFUSAL_S:
             return ""
         if notice.what in _ASKED and not notice.who:
-            again = " Press it again." if "too late" in notice.text or "NOT DELIVERED" in notice.text else ""
+            again = " Press it again." if notice.code in PRESS_AGAIN else ""
             return "" if notice.good else f"{str(notice.what).capitalize()}: {notice.text}.{again}"
     return ""
 

@@ -13,6 +13,7 @@ from msgspec import UNSET
 from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import Telemetry
+from farhand.common.wire.words import sentence
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.exchange.reports import PLAN_GOOD_S
 from farhand.local_site.exchange.stop_sender import StopStatus
@@ -149,7 +150,7 @@ def _pending_words(picture: Picture, now_s: float) -> list[str]:
 def _lease_words(picture: Picture) -> str:
     if picture.in_control:
         return f"{picture.asked_by} asks for it" if picture.asked_by else "yours to command"
-    return picture.why_not_in_control or "asking for the robot"
+    return sentence(picture.why_not_in_control) or "asking for the robot"
 
 
 def _silence_words(picture: Picture, now_s: float) -> str:

@@ -10,6 +10,7 @@ from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.poses import moved
 from farhand.common.arm.preflight import REFUSED_BELOW, WARNED_BELOW, Preflight, Preflights
 from farhand.common.arm.simulation.disturbances import Surroundings
+from farhand.common.wire.words import sentence
 
 DIMENSIONS = Dimensions()
 HOME = np.array(DIMENSIONS.home_rad)
@@ -34,7 +35,7 @@ def test_the_receptacle_in_front_of_the_arm_is_let_through():
 
 def test_a_receptacle_beyond_the_arms_reach_is_refused_with_the_distance():
     found = PREFLIGHTS.examine(HOME, receptacle((1.20, 0.0, 0.38)))
-    assert "out of the arm's reach" in found.refusal
+    assert "out of the arm's reach" in sentence(found.refusal)
     assert found.worst_m > 0.05
     assert found.warning == ""
 

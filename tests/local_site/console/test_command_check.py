@@ -8,11 +8,10 @@ from msgspec import structs
 
 from farhand.common.control_mode import Action, ControlMode, Phase, mode_after
 from farhand.common.wire.messages import Stamp, Telemetry
-from farhand.local_site.console import intents
-from farhand.local_site.console.command_check import check
+from farhand.common.wire.words import sentence
+from farhand.local_site.console.command_check import command_refusal
 from farhand.local_site.console.picture import Pending, Picture
 from farhand.local_site.exchange.stop_sender import StopStatus
-from farhand.local_site.teaching.lesson import NotNow
 from tests.local_site.robot_end import TASK, desk
 
 SHA = "a" * 64
@@ -34,19 +33,15 @@ def seen(
     base: Picture, mode: ControlMode = ControlMode.HOLD, phase: Phase = Phase.NONE, **changes
 ) -> Picture:
     robot = structs.replace(ROBOT, mode=mode, phase=phase)
-    return replace(base, **({"robot": robot, "confirmed_sha256": SHA} | changes))
+    return replace(base, **({"robot": robot, "confirmed_sha256": SHA, "in_control": True} | changes))
 
 
 def refusal(action: Action, picture: Picture, shown: ControlMode | None = None) -> str:
-    try:
-        check(intents.CommandRobot(action, shown), picture)
-    except NotNow as error:
-        return str(error)
-    return ""
+    return sentence(command_refusal(action, picture, shown))
 
 
-def test_before_the_first_report_everything_is_refused(nothing_yet: Picture):
-    for action in Action:
+def test_before_the_first_report_everything_is_refused_but_a_stop(nothing_yet: Picture):
+    for action in set(Action) - {Action.STOP}:
         assert "not reported" in refusal(action, nothing_yet)
 
 

@@ -9,6 +9,8 @@ from msgspec.structs import replace
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.link_monitor import LinkMonitor
 from farhand.common.wire.messages import Command, Event, Heartbeat, LeaseReply, LeaseRequest, Stamp, Telemetry
+from farhand.common.wire.reasons import Code, because, in_words
+from farhand.common.wire.words import PRESS_AGAIN, sentence
 from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.requests import Requests
@@ -54,7 +56,7 @@ def desk() -> Iterator[Desk]:
 def an_event(command_id: str, succeeded: bool = True) -> Event:
     kind = "completed" if succeeded else "failed"
     return Event(
-        seq=1, stamp=Stamp("boot", 9), kind=kind, text="words", command_id=command_id,
+        seq=1, stamp=Stamp("boot", 9), kind=kind, reason=in_words("words"), command_id=command_id,
         succeeded=succeeded, mode=ControlMode.HOLD,
     )  # fmt: skip
 
@@ -87,20 +89,20 @@ def test_this_site_is_in_control_only_when_the_robot_itself_says_so(desk: Desk):
 
 
 def test_a_refused_lease_is_shown_in_the_robots_words(desk: Desk):
-    desk.robot.lease_refusal = "held by bob"
+    desk.robot.lease_refusal = in_words("held by bob")
     commanding = desk.in_control()
-    assert commanding.lease_id == "" and commanding.why_not_in_control == "held by bob"
+    assert commanding.lease_id == "" and sentence(commanding.why_not_in_control) == "held by bob"
 
 
 def test_an_older_answer_about_the_lease_does_not_replace_a_newer_one(desk: Desk):
     commanding = desk.in_control()
     older = LeaseReply(
-        granted=False, lease_id="", holder="", reason="long ago", stamp=Stamp("boot", 0), tasks=("planar",), n_dims=2
+        granted=False, lease_id="", holder="", reason=in_words("long ago"), stamp=Stamp("boot", 0), tasks=("planar",), n_dims=2
     )  # fmt: skip
     commanding._on_lease(older, 0.1)
     assert commanding.lease_id == LEASE_ID
     commanding._on_lease(LeaseReply(
-        granted=False, lease_id="", holder="", reason="restarted", stamp=Stamp("next boot", 0), tasks=("planar",),
+        granted=False, lease_id="", holder="", reason=in_words("restarted"), stamp=Stamp("next boot", 0), tasks=("planar",),
         n_dims=2,
     ), 0.1)  # fmt: skip
     assert commanding.lease_id == ""
@@ -147,13 +149,13 @@ def test_an_event_that_waited_out_an_outage_before_any_newer_report_came_is_late
 
 def test_a_refusal_is_told_with_its_reason_and_measured_value(desk: Desk):
     commanding = desk.in_control()
-    desk.robot.refusal = "too late"
+    desk.robot.refusal = because(Code.TOO_OLD, age_s=2.5, limit_s=1.0, what="command")
     commanding.command(Action.ARM, desk.report(), 101.0)
     desk.settle()
     assert not commanding.pending and not commanding.round_trips_s
     notice = desk.notices[-1]
     assert (notice.what, notice.good, notice.measured) == (Action.ARM, False, 2.5)
-    assert "too late" in notice.text
+    assert notice.code in PRESS_AGAIN and "too late" in notice.text
 
 
 def test_an_event_that_comes_before_the_answer_settles_the_command_for_good(desk: Desk):

@@ -19,6 +19,7 @@ from farhand.common.wire.messages import (
     Stop,
     StopAck,
 )
+from farhand.common.wire.reasons import in_words
 from farhand.local_site.console import intents
 from tests.local_site.robot_end import LEASE_ID, Desk, desk, stroke
 
@@ -104,7 +105,7 @@ def test_a_model_that_the_robot_refuses_is_not_confirmed(tmp_path: Path):
     with desk(tmp_path) as it:
         it.connected(ControlMode.HOLD)
         teach(it)
-        it.robot.refusal = "it does not fit"
+        it.robot.refusal = in_words("it does not fit")
         it.console.submit(intents.SendModel())
         it.told("refused: it does not fit")
         assert not it.picture.confirmed_sha256

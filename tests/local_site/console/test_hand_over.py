@@ -9,6 +9,7 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.wire.messages import Wish
+from farhand.common.wire.words import sentence
 from farhand.local_site.console import intents
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.exchange.stop_sender import StopStatus
@@ -43,7 +44,7 @@ def execute(site: Site) -> Picture:
 
 def test_the_first_is_in_control_and_the_second_is_told_by_whom(ann: Site, bob: Site):
     assert ann.picture.in_control and not bob.picture.in_control
-    assert "held by ann" in bob.picture.why_not_in_control
+    assert "held by ann" in sentence(bob.picture.why_not_in_control)
     bob.ask(Action.ARM)
     assert bob.told("arm: refused: ann is in control")
 
@@ -248,7 +249,7 @@ def test_the_control_is_free_after_the_lease_and_goes_to_who_wants_it(meeting: M
     assert bob.picture.in_control
     ann.link.mend()
     meeting.run(3.0)
-    assert not ann.picture.in_control and "held by bob" in ann.picture.why_not_in_control
+    assert not ann.picture.in_control and "held by bob" in sentence(ann.picture.why_not_in_control)
 
 
 def test_events_that_an_outage_has_swallowed_are_told_once_each_and_in_order(

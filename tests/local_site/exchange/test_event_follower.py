@@ -7,13 +7,17 @@ from farhand.common.link.link import Request
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Event, EventsReply, EventsRequest, Stamp
+from farhand.common.wire.reasons import in_words
 from farhand.local_site.exchange.event_follower import EventFollower
 from farhand.local_site.exchange.requests import Requests
 from tests.loopback import Loopback
+from tests.messages import said
 
 
 def event(seq: int, boot: str = "one") -> Event:
-    return Event(seq=seq, stamp=Stamp(boot, seq), kind="told", text=f"{boot} {seq}", mode=ControlMode.HOLD)
+    return Event(
+        seq=seq, stamp=Stamp(boot, seq), kind="told", reason=in_words(f"{boot} {seq}"), mode=ControlMode.HOLD
+    )
 
 
 class Robot:
@@ -26,7 +30,7 @@ class Robot:
         self.boot, self.n_events, self.kept_from = "one", 0, 1
         self.told: list[str] = []
         inquiries = Requests(local, lambda job: job(), lambda: 0.0)
-        self.follower = EventFollower(inquiries, lambda told: self.told.append(told.text))
+        self.follower = EventFollower(inquiries, lambda told: self.told.append(said(told)))
 
     def asked_after(self) -> list[int]:
         return [decode(request.data, EventsRequest).after_seq for request in self.requests]

@@ -9,6 +9,7 @@ from farhand.common.model.model_file import encode as encode_model
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import ModelReply, ModelTransfer, Stamp
+from farhand.common.wire.reasons import in_words
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.teaching.lesson import LearnedModel
@@ -71,7 +72,7 @@ def test_a_model_counts_once_the_robot_has_confirmed_its_hash():
 
 def test_a_refusal_is_told_in_the_robots_words():
     sending = Sending()
-    sending.serve(accepted=False, reason="another task")
+    sending.serve(accepted=False, reason=in_words("another task"))
     sending.send(a_model())
     sending.settle()
     assert not sending.confirmed_sha256 and not sending.sender.sending("planar")
@@ -101,7 +102,7 @@ def test_a_refused_model_leaves_the_confirmed_one():
     sending.serve()
     sending.send(first)
     sending.jobs.get(timeout=60.0)()
-    sending.serve(accepted=False, reason="no")
+    sending.serve(accepted=False, reason=in_words("no"))
     sending.send(a_model(seed=1))
     sending.settle()
     assert sending.confirmed_sha256 == first.sha256

@@ -10,6 +10,7 @@ from msgspec import structs
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Command
+from farhand.common.wire.reasons import in_words
 from farhand.local_site.script.operators_place import RealTime
 from farhand.local_site.script.scripted_actions import JobFailed, ScriptedActions
 from farhand.local_site.script.scripted_operator import ScriptedOperator
@@ -28,7 +29,7 @@ def test_a_command_is_tried_three_times_and_then_fails_in_the_robots_words(tmp_p
         it.connected(ControlMode.DISARMED)
 
         def refuse(command: Command) -> None:
-            it.robot.refusal = "the arm is being serviced"
+            it.robot.refusal = in_words("the arm is being serviced")
 
         it.robot.on_command = refuse
         operator = ScriptedOperator(it.console, [TASK], None, None, 0)
@@ -42,7 +43,7 @@ def test_where_the_robot_is_already_it_need_not_be_told_to_go(tmp_path: Path):
         it.connected(ControlMode.DISARMED)
 
         def refuse(command: Command) -> None:
-            it.robot.refusal = f"{command.action} is not allowed now"
+            it.robot.refusal = in_words(f"{command.action} is not allowed now")
             it.robot.report(ControlMode.HOLD)
 
         it.robot.on_command = refuse
@@ -63,7 +64,7 @@ def test_whatever_another_job_has_left_the_robot_is_disarmed_first(
 
         def stop_here(command: Command) -> None:
             if command.action is Action.ARM:
-                it.robot.refusal = "the test ends here"
+                it.robot.refusal = in_words("the test ends here")
             it.robot.report(ControlMode.DISARMED)
 
         it.robot.on_command = stop_here

@@ -17,6 +17,7 @@ from farhand.evaluation.arm import hot_unstab
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught
 from farhand.remote_site.perception.marker_tracker import TYPICAL
+from tests.messages import said
 from tests.remote_site.arm_bench import ArmBench
 
 
@@ -49,7 +50,7 @@ def test_one_seed_gives_the_same_bits():
 
 def test_a_receptacle_that_is_lost_for_good_ends_it_with_the_reason():
     record = Trial(taught(), Conditions(lost_s=60.0), 3).run()
-    assert record.cause.startswith("perception lost")
+    assert record.kind_of_failure.startswith("perception lost")
     deepest = max(point[2] for point in record.local)
     assert deepest < 0.03  # it did not go on blindly
 
@@ -79,7 +80,7 @@ def test_a_sensor_that_breaks_ends_it_before_anything_moves_on(monkeypatch: pyte
         broken.setattr(bench.arm.plant.servo.wrist, "force", np.full(3, np.nan))
         bench.run(bench.dt_s)
     assert bench.mode is ControlMode.STOPPED
-    assert bench.events("stopped")[-1].text == "a measured number is not finite"
+    assert said(bench.events("stopped")[-1]) == "a measured number is not finite"
     bench.run(1.0)
     assert bench.speed_m_s < 2e-3
     assert len(bench.events("stopped")) == 1  # nothing of it is left in what is estimated

@@ -18,6 +18,7 @@ from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.perception.target_filter import Estimate
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 from farhand.remote_site.robots.point_embodiment import NoWorld
+from tests.messages import said
 from tests.remote_site.arm_bench import HOT_STAB, hot_stab_model
 from tests.remote_site.bench import Bench
 
@@ -138,4 +139,4 @@ def test_a_jam_is_felt_left_and_tried_again_until_it_is_given_up():
         if bench.robot.phase is Phase.RECOVERING:
             depths_m.append(arm.depth_m)
     assert min(depths_m) < 0.008  # 30 mm back
-    assert bench.mode is ControlMode.HOLD and bench.events("gave up")[0].text == "jammed too often"
+    assert bench.mode is ControlMode.HOLD and said(bench.events("gave up")[0]) == "jammed too often"

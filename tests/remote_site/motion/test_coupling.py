@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from farhand.common.wire.messages import OperatorInput, Stamp
+from farhand.common.wire.words import sentence
 from farhand.remote_site.motion.coupling import Coupling
 
 ROBOT = np.array([0.4, 0.6])
@@ -72,18 +73,18 @@ def test_after_a_pause_of_the_hand_the_robot_goes_on_from_where_it_stopped():
 
 def test_it_ends_when_the_hand_lets_go_or_is_gone_for_ten_seconds():
     coupling = Coupling(1, "l", 0.0)
-    assert not coupling.end_reason(9.9) and "10 s" in coupling.end_reason(10.1)
+    assert not coupling.end_reason(9.9) and "10 s" in sentence(coupling.end_reason(10.1))
     coupling.feed(an_input(1, 0.0, 0.0), ROBOT, 9.0)
     assert not coupling.end_reason(18.9)
     coupling.feed(an_input(2, 0.0, 0.0, released=True), ROBOT, 18.0)
-    assert coupling.end_reason(18.0) == "the drag ended"
+    assert sentence(coupling.end_reason(18.0)) == "the drag ended"
     coupling.feed(an_input(3, 0.0, 0.0), ROBOT, 18.1)
     assert coupling.end_reason(18.1), "once let go it is over"
 
 
 def test_the_ten_seconds_begin_when_the_first_input_can_be_there():
     coupling = Coupling(1, "l", 0.0, round_trip_s=10.4)
-    assert not coupling.end_reason(20.3) and "10 s" in coupling.end_reason(20.5)
+    assert not coupling.end_reason(20.3) and "10 s" in sentence(coupling.end_reason(20.5))
     coupling.feed(an_input(1, 0.0, 0.0), ROBOT, 10.5)
     assert coupling.waiting(11.1)  # the dead-man is as quick as ever
 

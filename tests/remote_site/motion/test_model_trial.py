@@ -21,6 +21,7 @@ from farhand.common.wire.messages import ModelTransfer, Stamp
 from farhand.remote_site.motion.model_store import _MOST_KEPT, ModelStore
 from farhand.remote_site.motion.model_trial import ModelTrial, _check_numbers, _try_out
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
+from tests.messages import said
 from tests.remote_site.bench import Bench
 from tests.remote_site.planar import TASK, cyclic, planar_model, transfer
 from tests.strategies import learned
@@ -65,7 +66,7 @@ def test_what_nobody_demonstrates_is_refused_with_its_field(case: str):
     assert isinstance(outcome, InvalidModel) and outcome.field == field
     bench = Bench().armed()
     reply = bench.send_model(transfer(with_one(field, value)))
-    assert not reply.accepted and field in reply.reason
+    assert not reply.accepted and field in said(reply)
     assert not bench.command(Action.EXECUTE, model_sha256=reply.sha256).accepted
 
 
@@ -144,7 +145,7 @@ def test_frames_in_another_order_are_other_frames():
     content = encode(turned)
     sent = ModelTransfer(task=TASK.name, sha256=content_hash(content), content=content)
     reply = ModelStore(TaskSet([two])).answer(sent, Stamp("boot", 1))
-    assert not reply.accepted and "'a' and 'b'" in reply.reason and "'b' and 'a'" in reply.reason
+    assert not reply.accepted and "'a' and 'b'" in said(reply) and "'b' and 'a'" in said(reply)
 
 
 def test_only_the_newest_models_are_kept():
@@ -163,4 +164,4 @@ def test_while_another_site_is_in_control_no_model_of_this_one_is_taken(holder: 
     reply = bench.send_model()
     assert reply.accepted == (holder != "another")
     if not reply.accepted:
-        assert reply.reason == "eve is in control"
+        assert said(reply) == "eve is in control"

@@ -6,6 +6,7 @@ import pytest
 from farhand.common.control_mode import Action, Phase
 from farhand.common.errors import InvalidInput
 from farhand.common.wire.messages import Command, OperatorInput, Stamp
+from farhand.common.wire.words import sentence
 from farhand.remote_site.interface.embodiment import Guidance
 from farhand.remote_site.interface.goals import FixedGoal
 from farhand.remote_site.motion.coupling import Coupling
@@ -138,4 +139,4 @@ def test_a_plant_that_fails_is_said_to_have_failed_and_why():
         raise InvalidInput("plant", "brake", "a plant that brakes")
 
     robot.plant.brake = broken
-    assert robot.step() is Outcome.FAILED and "a plant that brakes" in robot.motion.failure
+    assert robot.step() is Outcome.FAILED and "a plant that brakes" in sentence(robot.motion.failure)

@@ -11,6 +11,8 @@ import pytest
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath
 from farhand.common.wire.path_points import points_of
+from farhand.common.wire.reasons import Reason
+from farhand.common.wire.words import sentence
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.planner import MAX_POINTS, STEP_S, Planner, PlanRequest, plan
@@ -72,7 +74,7 @@ def test_the_worker_delivers_what_was_asked_from_another_thread(worker):
     request = a_request()
     planner.request(request)
     done, path, problem = delivered.get(timeout=PATIENCE_S)
-    assert done is request and path == plan(request) and problem == ""
+    assert done is request and path == plan(request) and problem is None
 
 
 def test_a_plan_that_fails_is_said_and_the_worker_goes_on(worker):
@@ -81,7 +83,7 @@ def test_a_plan_that_fails_is_said_and_the_worker_goes_on(worker):
     bad = replace(good, frames=(TaskFrame(np.eye(3), np.zeros(3)),))
     planner.request(bad)
     done, path, problem = delivered.get(timeout=PATIENCE_S)
-    assert done is bad and path is None and "the plan failed" in problem
+    assert done is bad and path is None and "the plan failed" in sentence(problem)
     planner.request(good)
     assert delivered.get(timeout=PATIENCE_S)[1] is not None
 
@@ -91,7 +93,7 @@ def test_of_what_waits_only_the_newest_preview_and_commit_are_planned():
     delivered: list[int] = []
     all_done = threading.Event()
 
-    def deliver(request: PlanRequest, _path: PlannedPath | None, _problem: str) -> None:
+    def deliver(request: PlanRequest, _path: PlannedPath | None, _note: Reason | None) -> None:
         delivered.append(request.path_id)
         begun.set()
         held.wait(PATIENCE_S)

@@ -10,6 +10,7 @@ import pytest
 from farhand.common.control_mode import Action
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import Stamp
+from farhand.common.wire.words import sentence
 from farhand.remote_site.motion.plans import Plans, Situation
 from tests.remote_site.bench import Bench
 
@@ -41,44 +42,56 @@ def turned(frame: TaskFrame, degrees: float) -> TaskFrame:
 def test_it_is_refused_once_robot_or_target_turned_too_far(what: str, degrees: float):
     bench, plan_id, now = previewed()
     little, much = (replace(now, **{what: turned(getattr(now, what), degrees + d)}) for d in (-0.1, 0.1))
-    assert plans_of(bench).refusal(plan_id, little, 0.0) == ("", None)
-    reason, measured = plans_of(bench).refusal(plan_id, much, 0.0)
-    assert "turned" in reason and measured == pytest.approx(np.radians(degrees + 0.1))
+    assert plans_of(bench).refusal(plan_id, little, 0.0) is None
+    reason = plans_of(bench).refusal(plan_id, much, 0.0)
+    assert (
+        reason is not None
+        and "turned" in sentence(reason)
+        and reason.measured == pytest.approx(np.radians(degrees + 0.1))
+    )
 
 
 def test_a_plan_holds_while_nothing_changed():
     bench, plan_id, now = previewed()
-    assert plans_of(bench).refusal(plan_id, now, 0.0) == ("", None)
+    assert plans_of(bench).refusal(plan_id, now, 0.0) is None
 
 
 @pytest.mark.parametrize("distance_m", [0.0, 0.009, 0.011, 0.2])
 def test_it_is_refused_with_the_measured_difference_once_the_robot_moved_a_centimetre(distance_m: float):
     bench, plan_id, now = previewed()
     moved = replace(now, effector=shifted(now.effector, 0.0, distance_m))
-    reason, measured = plans_of(bench).refusal(plan_id, moved, 0.0)
+    reason = plans_of(bench).refusal(plan_id, moved, 0.0)
     if distance_m <= 0.010:
-        assert (reason, measured) == ("", None)
+        assert reason is None
     else:
-        assert "the robot moved" in reason and measured == pytest.approx(distance_m)
+        assert (
+            reason is not None
+            and "the robot moved" in sentence(reason)
+            and reason.measured == pytest.approx(distance_m)
+        )
 
 
 @pytest.mark.parametrize("distance_m", [0.0, 0.049, 0.051, 0.3])
 def test_and_once_the_target_moved_five_centimetres_in_the_mean(distance_m: float):
     bench, plan_id, now = previewed()
     moved = replace(now, mean_frame=shifted(now.mean_frame, distance_m, 0.0))
-    reason, measured = plans_of(bench).refusal(plan_id, moved, 0.0)
+    reason = plans_of(bench).refusal(plan_id, moved, 0.0)
     if distance_m <= 0.050:
-        assert (reason, measured) == ("", None)
+        assert reason is None
     else:
-        assert "the target moved" in reason and measured == pytest.approx(distance_m)
+        assert (
+            reason is not None
+            and "the target moved" in sentence(reason)
+            and reason.measured == pytest.approx(distance_m)
+        )
 
 
 def test_it_is_refused_for_another_model_and_for_another_number():
     bench, plan_id, now = previewed()
     plans = plans_of(bench)
-    assert "model" in plans.refusal(plan_id, replace(now, model_sha256=SHA), 0.0)[0]
-    assert "no plan" in plans.refusal(plan_id + 1, now, 0.0)[0]
-    assert "no plan" in plans.refusal(0, now, 0.0)[0]
+    assert "model" in sentence(plans.refusal(plan_id, replace(now, model_sha256=SHA), 0.0))
+    assert "no plan" in sentence(plans.refusal(plan_id + 1, now, 0.0))
+    assert "no plan" in sentence(plans.refusal(0, now, 0.0))
 
 
 @pytest.mark.parametrize("round_trip_s", [0.0, 4.0])
@@ -87,9 +100,13 @@ def test_it_is_refused_after_a_minute_and_the_round_trip(round_trip_s: float):
     plans = plans_of(bench)
     young = replace(now, time_s=now.time_s + 59.9 + round_trip_s)
     old = replace(now, time_s=now.time_s + 60.1 + round_trip_s)
-    assert not plans.refusal(plan_id, young, round_trip_s)[0]
-    reason, age_s = plans.refusal(plan_id, old, round_trip_s)
-    assert "old" in reason and age_s == pytest.approx(60.1 + round_trip_s)
+    assert plans.refusal(plan_id, young, round_trip_s) is None
+    reason = plans.refusal(plan_id, old, round_trip_s)
+    assert (
+        reason is not None
+        and "old" in sentence(reason)
+        and reason.measured == pytest.approx(60.1 + round_trip_s)
+    )
 
 
 def test_a_plan_that_the_operator_has_not_seen_does_not_count():
@@ -98,7 +115,7 @@ def test_a_plan_that_the_operator_has_not_seen_does_not_count():
     bench.command(Action.PREVIEW, model_sha256=sha256)
     request = bench.plan_requests[-1]
     now = plans_of(bench).situation(sha256, bench.robot.stamp())
-    assert plans_of(bench).refusal(request.plan_id, now, 0.0)[0]
+    assert plans_of(bench).refusal(request.plan_id, now, 0.0) is not None
 
 
 def test_only_the_last_previews_are_kept():
@@ -108,8 +125,8 @@ def test_only_the_last_previews_are_kept():
     for _ in range(50):
         plans.preview(stored, Stamp("boot", bench.time.ns))
         plans.shown(bench.plan_requests[-1])
-    assert "no plan" in plans.refusal(first, now, 0.0)[0]
-    assert not plans.refusal(bench.plan_requests[-1].plan_id, now, 0.0)[0]
+    assert "no plan" in sentence(plans.refusal(first, now, 0.0))
+    assert plans.refusal(bench.plan_requests[-1].plan_id, now, 0.0) is None
 
 
 def test_an_execution_is_planned_at_once_then_once_a_second_at_most():

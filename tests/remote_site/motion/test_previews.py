@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from farhand.common.control_mode import Action
 from farhand.common.wire.messages import Command
+from farhand.common.wire.words import sentence
 from farhand.remote_site.motion.planner import PlanRequest, plan
 from farhand.remote_site.motion.previews import Previews
 from tests.remote_site.bench import Bench
@@ -29,7 +30,7 @@ class Desk:
 
     def why_not(self, plan_id: int) -> str:
         situation = self.plans.situation(self.stored.sha256, self.bench.robot.stamp())
-        return self.plans.refusal(plan_id, situation, 0.0)[0]
+        return sentence(self.plans.refusal(plan_id, situation, 0.0))
 
 
 def test_a_preview_waits_for_its_plan_which_can_be_executed_from_then_on():

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
+from farhand.common.wire.words import sentence
 from farhand.remote_site.interface.arm_memory import ArmMemory
 from farhand.remote_site.robots.plant_memory import PlantMemory, PlantState
 from tests.remote_site.bench import Bench
@@ -135,7 +136,7 @@ def test_a_place_that_could_not_be_kept_is_set_aside_and_told(file: Path, monkey
         memory.close()
     assert memory.error is not None and memory.error.errno == code
     later = PlantMemory(file)
-    assert later.load(2) is None and "could not be kept" in later.unknown_place
+    assert later.load(2) is None and "could not be kept" in sentence(later.unknown_place)
     later.remember(PlantState((0.3, 0.3)))
     later.close()
     assert remembered(file) == PlantState((0.3, 0.3))
@@ -156,7 +157,7 @@ def test_no_damage_of_the_file_is_more_than_a_robot_that_starts_anew(
     memory.close()
     assert state is None or (file.exists() and not memory.unknown_place)
     if state is None and not file.exists():
-        assert "is not understood" in memory.unknown_place
+        assert "is not understood" in sentence(memory.unknown_place)
 
 
 def test_the_state_names_the_execution_until_it_has_arrived():

@@ -15,6 +15,7 @@ from farhand.common.wire.messages import StopAck
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.robots.arm_stage import SLIDE_M_S
 from farhand.remote_site.robots.simulated_arm import SimulatedArm
+from tests.messages import said
 from tests.remote_site.arm_bench import HOT_STAB, ArmBench, hot_stab_model, seated
 
 MM = 1e-3
@@ -45,7 +46,7 @@ def test_a_hot_stab_by_commands_ends_seated_and_is_reported():
     assert report.peak_force_n is not None and report.peak_force_n < 150.0
     assert report.holding_force_n == pytest.approx(20.0, abs=6.0)
     (completed,) = [event for event in bench.events("completed") if event.action == Action.EXECUTE]
-    assert completed.text.startswith("seated after")
+    assert said(completed).startswith("seated after")
 
 
 def test_the_plug_is_taken_out_again_by_a_robot_that_extracts():
@@ -178,7 +179,7 @@ def test_retract_goes_back_along_the_axis_slowly_in_the_bore_and_keeps_the_orien
 def test_ready_is_home_and_out_of_the_bore_only():
     bench = in_bore()
     reply = bench.command(Action.GO_TO_READY)
-    assert not reply.accepted and "retract" in reply.reason
+    assert not reply.accepted and "retract" in said(reply)
     bench = ArmBench(seed=2).armed()
     assert bench.command(Action.GO_TO_READY).accepted
     bench.run_until(Phase.NONE)
@@ -195,7 +196,7 @@ def test_an_insertion_that_is_out_of_reach_is_refused_at_its_preview():
     bench.run(1.0)
     bench.preview(bench.send_model().sha256)
     (failed,) = bench.events("failed")
-    assert failed.action == Action.PREVIEW and "out of the arm's reach" in failed.text
+    assert failed.action == Action.PREVIEW and "out of the arm's reach" in said(failed)
 
 
 def test_a_plug_that_jams_again_and_again_gives_up_and_holds():
@@ -207,7 +208,7 @@ def test_a_plug_that_jams_again_and_again_gives_up_and_holds():
         if bench.mode is not ControlMode.AUTONOMOUS:
             break
     assert bench.mode is ControlMode.HOLD
-    assert bench.events("gave up")[0].text == "jammed too often"
+    assert said(bench.events("gave up")[0]) == "jammed too often"
     assert bench.events("failed")[-1].action == Action.EXECUTE and not bench.report.succeeded
     bench.run(2.0)
     assert bench.force_n < 60.0

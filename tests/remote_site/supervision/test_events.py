@@ -4,7 +4,9 @@ from typing import Any
 
 from farhand.common.control_mode import ControlMode
 from farhand.common.wire import keys
-from farhand.common.wire.messages import Event, EventsRequest, Message, Stamp
+from farhand.common.wire.codec import decode, encode
+from farhand.common.wire.messages import Event, EventKind, EventsRequest, Message, Stamp
+from farhand.common.wire.reasons import Code, because, in_words
 from farhand.remote_site.supervision.events import Events
 
 
@@ -22,7 +24,7 @@ class Told:
 
     def tell(self, n: int) -> None:
         for k in range(n):
-            self.events.tell("holding", f"number {k}", ControlMode.HOLD)
+            self.events.tell(EventKind.HOLDING, in_words(f"number {k}"), ControlMode.HOLD)
 
     def after(self, seq: int) -> list[int]:
         return [event.seq for event in self.events.answer(EventsRequest(after_seq=seq)).events]
@@ -30,21 +32,23 @@ class Told:
 
 def test_an_event_is_announced_and_written_down_with_everything_it_says():
     told = Told()
-    told.events.tell("stopped", "why", ControlMode.STOPPED, succeeded=False, who="ann", measured=2.5)
+    why = because(Code.FORCE, force_n=401.0, limit_n=400.0)
+    told.events.tell(EventKind.STOPPED, why, ControlMode.STOPPED, succeeded=False, who="ann")
     (event,) = told.announced
     assert isinstance(event, Event)
-    assert (event.seq, event.stamp, event.text, event.who) == (1, Stamp("boot", 7), "why", "ann")
+    assert (event.seq, event.stamp, event.reason, event.who) == (1, Stamp("boot", 7), why, "ann")
     (row,) = told.written
-    assert (row["kind"], row["text"], row["who"], row["measured"]) == ("stopped", "why", "ann", 2.5)
+    assert (row["kind"], row["who"], row["measured"]) == ("stopped", "ann", 401.0)
+    assert row["text"] == "the force of 401 N is above 400 N"
 
 
 def test_a_refusal_is_written_down_and_not_announced():
     told = Told()
-    told.events.refused("arm", "ann", "too late", ControlMode.HOLD, 4.0)
+    told.events.refused("arm", "ann", because(Code.PREVIEW_TOO_OLD, age_s=70.0), ControlMode.HOLD)
     assert not told.announced
     (row,) = told.written
     assert (row["kind"], row["what"], row["who"], row["text"], row["measured"]) == (
-        "refused", "arm", "ann", "too late", 4.0,
+        "refused", "arm", "ann", "the preview is 70 s old: preview again", 70.0,
     )  # fmt: skip
 
 
@@ -65,6 +69,6 @@ def test_only_the_newest_are_kept():
 
 def test_a_text_of_any_length_fits_the_wire():
     told = Told()
-    told.events.tell("failed", "x" * 10_000, ControlMode.HOLD)
+    told.events.tell(EventKind.FAILED, in_words("x" * 10_000), ControlMode.HOLD)
     (event,) = told.announced
-    assert isinstance(event, Event) and len(event.text) == 500
+    assert isinstance(event, Event) and decode(encode(event), Event) == event

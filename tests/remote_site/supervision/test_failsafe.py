@@ -12,6 +12,7 @@ from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import StopAck
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.reproduction.executor import Executor
+from tests.messages import said
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant, in_mode
 
 
@@ -59,7 +60,7 @@ def assert_stopped(bench: Bench, words: str) -> None:
     bench.run(1.0)
     assert bench.mode is ControlMode.STOPPED and bench.speed_m_s < 1e-9
     (told,) = bench.events("stopped")
-    assert words in told.text and not told.succeeded
+    assert words in said(told) and not told.succeeded
     assert any(row["kind"] == "black box" for row in bench.written)
     bench.stop("afterwards")
     bench.run(0.1)
@@ -103,7 +104,7 @@ def test_an_error_anywhere_in_a_period_stops_the_robot_from_every_mode(mode: Con
         bench.robot.tick(DT_S)
     assert bench.mode is ControlMode.STOPPED and bench.speed_m_s < 1e-9
     (told,) = bench.events("stopped")
-    assert f"RuntimeError: {place} failed" in told.text
+    assert f"RuntimeError: {place} failed" in said(told)
 
 
 @pytest.mark.parametrize(

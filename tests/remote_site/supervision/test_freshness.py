@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from farhand.common.clock import BootClock
 from farhand.common.wire.messages import Stamp
 from farhand.remote_site.supervision.freshness import Freshness
+from tests.messages import said
 from tests.remote_site.bench import VirtualTime
 
 
@@ -43,8 +44,8 @@ def test_before_the_first_renewal_only_the_largest_age_counts():
     ],
 )
 def test_what_is_not_a_past_stamp_of_this_boot_is_refused(echo: Stamp | None, words: str):
-    assert words in Ages().freshness.judge(echo).reason
-    assert words in Ages().freshness.renew(echo).reason
+    assert words in said(Ages().freshness.judge(echo))
+    assert words in said(Ages().freshness.renew(echo))
 
 
 @settings(deadline=None, derandomize=True, max_examples=100)

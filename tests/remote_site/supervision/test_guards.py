@@ -9,6 +9,7 @@ from msgspec import structs
 from farhand.common.control_mode import Guard
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import Limits, PointTask
+from farhand.common.wire.words import sentence
 from farhand.remote_site.interface.plant import EffectorState, PointPlant
 from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.supervision.guards import (
@@ -61,8 +62,8 @@ class Looking:
         for _ in range(round(duration_s / TICK_S)):
             self.now_s += TICK_S
             self.sensing.update(self.now_s)
-            if reason := self.guard.reason()[0]:
-                return reason
+            if (reason := self.guard.reason()) is not None:
+                return sentence(reason)
         return ""
 
     def blind_for(self, duration_s: float) -> str:
@@ -79,25 +80,25 @@ def test_the_force_is_the_length_of_what_was_measured_if_anything_was():
 
 def test_a_force_above_the_limit_is_tolerated_for_fifty_milliseconds():
     guard = ForceGuard(LIMITS)
-    reasons = [guard.reason(feeling(0.0, 251.0), TICK_S)[0] for _ in range(round(FORCE_FOR_S / TICK_S))]
-    assert reasons[:-1] == [""] * (len(reasons) - 1)
-    assert "251 N is above 250 N" in reasons[-1]
+    reasons = [guard.reason(feeling(0.0, 251.0), TICK_S) for _ in range(round(FORCE_FOR_S / TICK_S))]
+    assert reasons[:-1] == [None] * (len(reasons) - 1)
+    assert "251 N is above 250 N" in sentence(reasons[-1])
 
 
 def test_a_force_that_was_below_the_limit_in_between_begins_anew():
     guard = ForceGuard(LIMITS)
     for _ in range(100):
         for force_n in (251.0, 251.0, 251.0, 251.0, 250.0):
-            assert guard.reason(feeling(force_n, 0.0), TICK_S)[0] == ""
+            assert guard.reason(feeling(force_n, 0.0), TICK_S) is None
 
 
 def test_a_force_above_the_peak_is_not_tolerated_at_all():
-    why, measured = ForceGuard(LIMITS).reason(feeling(-401.0, 0.0), TICK_S)
-    assert "401 N is above 400 N" in why and measured == 401.0
+    why = ForceGuard(LIMITS).reason(feeling(-401.0, 0.0), TICK_S)
+    assert why is not None and "401 N is above 400 N" in sentence(why) and why.measured == 401.0
 
 
 def test_a_robot_that_feels_nothing_trips_on_nothing():
-    assert ForceGuard(LIMITS).reason(feeling(), 10.0) == ("", None)
+    assert ForceGuard(LIMITS).reason(feeling(), 10.0) is None
 
 
 def test_an_execution_must_wait_after_three_tenths_of_a_second_without_sight():
@@ -141,7 +142,8 @@ def test_a_target_that_comes_back_turned_is_a_reason():
 def lost(
     guard: LinkGuard, task: PointTask, silent_s: float, executing: bool = True, blind: bool = False, dt_s: float = 0.1
 ):  # fmt: skip
-    return guard.trip(task, silent_s, executing, blind, dt_s)[0]
+    trip = guard.trip(task, silent_s, executing, blind, dt_s)
+    return trip.guard if trip is not None else None
 
 
 @pytest.mark.parametrize(

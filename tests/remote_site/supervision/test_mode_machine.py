@@ -6,9 +6,12 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode, Guard, Phase, mode_after
 from farhand.common.wire.messages import Event, Stop
+from farhand.common.wire.reasons import Code, because
 from farhand.remote_site.supervision.guards import Trip
+from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench, FeelingPlant, in_mode
 
+WHY = because(Code.LINK_LOST, silent_s=2.5, policy="pauses")
 BY_TRIP = [g for g in Guard if g not in (Guard.MANOEUVRE_ENDED, Guard.FORCE)]
 
 
@@ -18,10 +21,10 @@ def test_a_guard_leads_where_the_table_says_and_says_why_or_does_nothing(mode: C
     bench = in_mode(mode)
     machine, expected = bench.robot.machine, mode_after(mode, bench.robot.phase, guard)
     bench.said.clear()
-    assert machine.trip(Trip(guard, "the reason", 2.5)) == (expected is not None)
+    assert machine.trip(Trip(guard, WHY)) == (expected is not None)
     assert bench.mode is (expected or mode)
-    told = [(e.text, e.measured, e.succeeded, e.mode) for e in bench.heard(Event) if e.kind != "failed"]
-    assert told == ([("the reason", 2.5, False, expected)] if expected else [])
+    told = [(e.reason, e.measured, e.succeeded, e.mode) for e in bench.heard(Event) if e.kind != "failed"]
+    assert told == ([(WHY, 2.5, False, expected)] if expected else [])
 
 
 @pytest.mark.parametrize("guard", [Guard.LINK_LOST_RETRACT, Guard.PERCEPTION_LOST, Guard.FAULT])
@@ -29,13 +32,13 @@ def test_only_what_pauses_keeps_the_execution(guard: Guard):
     bench = Bench().executing()
     execution = bench.robot.motion.execution
     assert execution is not None
-    bench.robot.machine.trip(Trip(guard, "the reason"))
+    bench.robot.machine.trip(Trip(guard, WHY))
     kept = guard is Guard.PERCEPTION_LOST
     assert (bench.robot.motion.execution is execution) == kept
     ending = bench.ending(execution.command.command_id)
     assert (ending is None) == kept
     if ending is not None:
-        assert not ending.succeeded and ending.text == "the reason"
+        assert not ending.succeeded and ending.reason == WHY
 
 
 def test_the_phase_is_told_in_autonomous_alone():
@@ -52,7 +55,7 @@ def test_a_manoeuvre_that_the_operator_ends_has_failed():
     reply = bench.command(Action.GO_TO_READY)
     bench.command(Action.ABORT)
     ending = bench.ending(reply.command_id)
-    assert ending is not None and ending.kind == "failed" and "abort" in ending.text
+    assert ending is not None and ending.kind == "failed" and "abort" in said(ending)
 
 
 def test_a_manoeuvre_that_did_not_get_there_says_so_and_holds():
@@ -62,7 +65,7 @@ def test_a_manoeuvre_that_did_not_get_there_says_so_and_holds():
     assert manoeuvre is not None
     bench.robot.machine.end_manoeuvre(manoeuvre)
     ending = bench.ending(reply.command_id)
-    assert ending is not None and "before its goal was reached" in ending.text
+    assert ending is not None and "before its goal was reached" in said(ending)
     assert bench.mode is ControlMode.HOLD
 
 
@@ -88,4 +91,4 @@ def test_a_stop_tells_who_pressed_it():
 def test_what_was_not_checked_against_the_table_is_a_mistake_of_ours():
     bench = Bench()
     with pytest.raises(AssertionError, match="was not checked"):
-        bench.robot.machine._enter(Action.COUPLE, "")
+        bench.robot.machine._enter(Action.COUPLE, WHY)

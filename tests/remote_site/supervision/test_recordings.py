@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from farhand.common.control_mode import Action, ControlMode
-from farhand.common.wire.messages import RECORDED, BlobRequest, CatalogueReply, Event
+from farhand.common.wire.messages import BlobRequest, CatalogueReply, Event, EventKind
 from farhand.common.wire.recorded_motion import MAX_DURATION_S, RecordedMotion
 from farhand.remote_site.supervision.catalogue import Catalogue
 from farhand.remote_site.supervision.motion_recorder import Recorded
+from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench
 
 
@@ -34,8 +35,8 @@ def content(bench: Bench) -> bytes:
     return data
 
 
-def said(bench: Bench) -> Event:
-    (event,) = bench.events(RECORDED)
+def ended(bench: Bench) -> Event:
+    (event,) = bench.events(EventKind.RECORDED)
     assert event.who == "ann"
     return event
 
@@ -52,7 +53,7 @@ def test_it_begins_with_the_hand_and_has_a_sample_with_its_frames_for_each_contr
         seen.append((before, bench.robot.sensing.frames[0].b))
     assert bench.robot.recordings.recorded_s == pytest.approx(99 * DT_S)
     assert bench.command(Action.END_RECORDING).accepted
-    assert said(bench).succeeded and bench.mode is ControlMode.DIRECT
+    assert ended(bench).succeeded and bench.mode is ControlMode.DIRECT
     motion = RecordedMotion.from_bytes(content(bench))
     assert motion.began.t_ns == began_ns + round(DT_S * 1e9)
     time_s, points, origins, _ = motion.samples()
@@ -82,8 +83,8 @@ def test_it_ends_with_direct_and_is_whole_if_its_operator_ended_it(end, whole: b
     assert bench.mode is not ControlMode.DIRECT and bench.robot.recordings.recorded_s is None
     (offer,) = offers(bench).recordings
     assert (offer.whole, offer.site_name) == (whole, "ann")
-    assert said(bench).succeeded is whole
-    assert whole or "it can be recovered" in said(bench).text
+    assert ended(bench).succeeded is whole
+    assert whole or "it can be recovered" in said(ended(bench))
 
 
 def test_a_tenth_of_a_second_without_a_sample_ends_it_as_incomplete():
@@ -92,8 +93,8 @@ def test_a_tenth_of_a_second_without_a_sample_ends_it_as_incomplete():
     bench.time.advance(0.1)  # the control loop was late
     bench.drive(0.1, 0.01)
     assert bench.mode is ControlMode.DIRECT
-    assert not offers(bench).recordings and not said(bench).succeeded
-    assert "0.12 s without a sample" in said(bench).text and "not kept" in said(bench).text
+    assert not offers(bench).recordings and not ended(bench).succeeded
+    assert "0.12 s without a sample" in said(ended(bench)) and "not kept" in said(ended(bench))
 
 
 def test_a_target_that_is_not_seen_for_longer_than_it_can_be_predicted_ends_it():
@@ -103,13 +104,13 @@ def test_a_target_that_is_not_seen_for_longer_than_it_can_be_predicted_ends_it()
     bench.drive(0.3, 0.01)
     assert bench.robot.recordings.recorded_s is not None
     bench.drive(0.2, 0.01)
-    assert "without a sample" in said(bench).text and not offers(bench).recordings
+    assert "without a sample" in said(ended(bench)) and not offers(bench).recordings
 
 
 def test_it_is_bounded_in_time():
     bench = recording()
     bench.drive(MAX_DURATION_S + 0.1, 0.01)
-    assert "longer than 120 s" in said(bench).text and not offers(bench).recordings
+    assert "longer than 120 s" in said(ended(bench)) and not offers(bench).recordings
     assert bench.robot.recordings.recorded_s is None
 
 
@@ -117,7 +118,7 @@ def test_a_robot_that_was_not_driven_has_recorded_nothing():
     bench = recording()
     bench.run(0.2)
     bench.command(Action.CLUTCH)
-    assert "nothing recorded" in said(bench).text and not offers(bench).recordings
+    assert "nothing recorded" in said(ended(bench)) and not offers(bench).recordings
 
 
 def test_a_target_that_is_not_seen_at_first_is_no_beginning():
@@ -125,7 +126,7 @@ def test_a_target_that_is_not_seen_at_first_is_no_beginning():
     bench.sight.seen = False
     bench.run(0.4)
     bench.drive(0.2, 0.01)
-    assert "nothing recorded: 0.12 s without a sample" in said(bench).text
+    assert "nothing recorded: 0.12 s without a sample" in said(ended(bench))
     assert bench.robot.recordings.recorded_s is None
 
 
@@ -134,17 +135,17 @@ def test_a_second_record_and_a_second_end_are_answered_and_change_nothing():
     bench.drive(0.2, 0.01)
     again = bench.command(Action.RECORD)
     ending = bench.ending(again.command_id)
-    assert ending is not None and "already" in ending.text
+    assert ending is not None and "already" in said(ending)
     bench.drive(0.2, 0.01)
     bench.command(Action.END_RECORDING)
     ending = bench.ending(bench.command(Action.END_RECORDING).command_id)
-    assert ending is not None and "nothing is being recorded" in ending.text
+    assert ending is not None and "nothing is being recorded" in said(ending)
     assert offers(bench).recordings[0].duration_s == pytest.approx(0.4, abs=0.03)
 
 
 def test_record_without_driving_is_refused():
     reply = Bench().armed().command(Action.RECORD)
-    assert not reply.accepted and "only in DIRECT" in reply.reason
+    assert not reply.accepted and "only in DIRECT" in said(reply)
 
 
 def test_only_the_newest_eight_are_kept():

@@ -6,8 +6,11 @@ from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action
 from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import Command, Heartbeat, LeaseReply, LeaseRequest, Stamp
+from farhand.common.wire.reasons import Reason
+from farhand.common.wire.words import sentence
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.supervision.session import OperatorSession
+from tests.messages import said
 from tests.remote_site.bench import VirtualTime
 from tests.remote_site.planar import TASK
 
@@ -30,7 +33,7 @@ class Operators:
         request = LeaseRequest(session=f"session of {who}", site_name=who, echo=echo)
         return self.contact.answer(request, TaskSet([TASK]), now)
 
-    def command(self, who: str, lease_id: str, age_s: float = 0.1) -> tuple[str, float | None]:
+    def command(self, who: str, lease_id: str, age_s: float = 0.1) -> Reason | None:
         return self.contact.command_refusal(
             Command(
                 command_id="c", session=f"session of {who}", lease_id=lease_id, action=Action.ARM,
@@ -50,21 +53,21 @@ def test_who_cannot_have_heard_the_robot_yet_keeps_the_lease_for_the_largest_rou
     operators = Operators()
     lease_id = operators.ask("ann", age_s=None).lease_id
     assert all(operators.ask("ann", age_s=None).lease_id == lease_id for _ in range(15))
-    assert "came too late" in operators.ask("ann", age_s=None).reason
+    assert "came too late" in said(operators.ask("ann", age_s=None))
 
 
 def test_who_has_heard_the_robot_must_echo_it_to_keep_the_lease():
     operators = Operators()
     operators.ask("ann", age_s=None)
     assert operators.ask("ann").granted
-    assert "no report" in operators.ask("ann", age_s=None).reason
+    assert "no report" in said(operators.ask("ann", age_s=None))
 
 
 def test_another_site_is_refused_and_learns_the_holder_but_not_the_lease():
     operators = Operators()
     operators.ask("ann")
     reply = operators.ask("bob")
-    assert not reply.granted and "held by ann" in reply.reason
+    assert not reply.granted and "held by ann" in said(reply)
     assert reply.holder == "ann" and reply.lease_id == ""
 
 
@@ -77,11 +80,11 @@ def test_a_renewal_that_comes_too_late_does_not_keep_the_lease():
     lease_id = operators.ask("ann").lease_id
     for n in range(3):
         reply = operators.ask("ann", age_s=5.0)
-        assert not reply.granted and "too late" in reply.reason
+        assert not reply.granted and "too late" in said(reply)
         assert operators.contact.stale_refused == n + 1
     operators.time.advance(0.1)
     operators.contact.lease.expire(operators.clock.now_s())
-    assert "the lease ended" in operators.command("ann", lease_id)[0]
+    assert "the lease ended" in sentence(operators.command("ann", lease_id))
 
 
 def test_one_renewal_that_comes_too_late_does_not_end_the_lease():
@@ -104,10 +107,10 @@ def test_another_site_does_not_change_what_is_usual():
 def test_a_command_counts_from_the_holder_and_fresh_only():
     operators = Operators()
     lease_id = operators.ask("ann").lease_id
-    assert operators.command("ann", lease_id) == ("", pytest.approx(0.1))
-    assert "ann is in control" in operators.command("bob", lease_id)[0]
-    reason, measured = operators.command("ann", lease_id, age_s=4.0)
-    assert "too late" in reason and measured == pytest.approx(4.0)
+    assert operators.command("ann", lease_id) is None
+    assert "ann is in control" in sentence(operators.command("bob", lease_id))
+    reason = operators.command("ann", lease_id, age_s=4.0)
+    assert reason is not None and "too late" in sentence(reason) and reason.measured == pytest.approx(4.0)
     assert operators.contact.stale_refused == 1
 
 
@@ -116,7 +119,7 @@ def test_a_site_that_lost_the_control_on_the_way_and_has_it_back_is_told_to_pres
     earlier = operators.ask("ann").lease_id
     operators.time.advance(3.1)
     assert operators.ask("ann").granted
-    assert "it is back: press again" in operators.command("ann", earlier)[0]
+    assert "it is back: press again" in sentence(operators.command("ann", earlier))
 
 
 def test_a_site_that_another_of_its_name_took_over_from_is_told_so_and_not_to_press_again():
@@ -126,9 +129,10 @@ def test_a_site_that_another_of_its_name_took_over_from_is_told_so_and_not_to_pr
     request = LeaseRequest(session="another process", site_name="ann", echo=operators.echo(0.1))
     second = operators.contact.answer(request, TaskSet([TASK]), Stamp("boot", operators.time.ns))
     assert second.granted
-    for said in (operators.command("ann", first)[0], operators.ask("ann").reason):
-        assert "another site named ann has taken over" in said and "--site-name" in said
-        assert "press again" not in said
+    for reason in (operators.command("ann", first), operators.ask("ann").reason):
+        told = sentence(reason)
+        assert "another site named ann has taken over" in told and "--site-name" in told
+        assert "press again" not in told
 
 
 def test_a_lease_request_of_a_former_holder_does_not_keep_the_watchdog_quiet():
@@ -136,7 +140,7 @@ def test_a_lease_request_of_a_former_holder_does_not_keep_the_watchdog_quiet():
     lease_id = operators.ask("ann").lease_id
     operators.time.advance(3.1)
     assert operators.ask("bob").granted
-    assert "lease" in operators.contact.lost_reason(lease_id, operators.clock.now_s())
+    assert "lease" in sentence(operators.contact.lost_reason(lease_id, operators.clock.now_s()))
 
 
 def test_only_the_holders_heartbeats_are_heard():

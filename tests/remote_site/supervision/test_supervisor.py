@@ -8,6 +8,7 @@ import pytest
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Event, Stamp, StopAck
+from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench, in_mode
 from tests.remote_site.planar import TASK
 
@@ -38,9 +39,9 @@ def test_nobody_moves_anything_without_the_lease():
     assert not bench.command(Action.ARM, lease_id="").accepted
     bench.ask_lease()
     refusal = bench.command(Action.ARM, lease_id="made up")
-    assert not refusal.accepted and "it is back: press again" in refusal.reason
+    assert not refusal.accepted and "it is back: press again" in said(refusal)
     another = bench.command(Action.ARM, session="another")
-    assert not another.accepted and another.reason == "ann is in control"
+    assert not another.accepted and said(another) == "ann is in control"
     assert bench.mode is ControlMode.DISARMED
 
 
@@ -51,7 +52,7 @@ def test_a_disarmed_robot_does_nothing_but_be_armed(action: Action):
     bench = Bench()
     bench.ask_lease()
     refusal = bench.command(action, model_sha256=bench.send_model().sha256)
-    assert not refusal.accepted and "DISARMED" in refusal.reason
+    assert not refusal.accepted and "DISARMED" in said(refusal)
     assert bench.mode is ControlMode.DISARMED
 
 
@@ -59,7 +60,7 @@ def test_a_command_of_another_boot_is_refused():
     bench = Bench()
     bench.ask_lease()
     refusal = bench.command(Action.ARM, echo=Stamp("older", bench.time.ns))
-    assert not refusal.accepted and "another boot" in refusal.reason
+    assert not refusal.accepted and "another boot" in said(refusal)
 
 
 def test_a_command_without_an_echo_is_refused():
@@ -99,7 +100,7 @@ def test_a_command_that_another_overtakes_gets_its_second_answer_all_the_same():
     bench.stop()
     bench.run(1.0)
     (answer,) = [e for e in bench.heard(Event) if e.command_id == aborted.command_id]
-    assert not answer.succeeded and "execute" in answer.text
+    assert not answer.succeeded and "execute" in said(answer)
 
 
 def test_a_refused_command_stays_refused_when_it_arrives_again():

@@ -7,6 +7,7 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Event, Stamp
+from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench, in_mode
 from tests.remote_site.planar import TASK
 
@@ -120,7 +121,7 @@ def test_half_a_second_of_silence_beyond_the_usual_delay_ends_driving(delay_s: f
     assert bench.mode is ControlMode.DIRECT
     bench.run(0.2, present=False)
     assert bench.mode is ControlMode.HOLD
-    assert any(e.kind == "decoupled" and "0.5 s" in e.text for e in bench.heard(Event))
+    assert any(e.kind == "decoupled" and "0.5 s" in said(e) for e in bench.heard(Event))
     bench.run(0.5, present=False)
     assert bench.speed_m_s < 1e-6
 

@@ -8,7 +8,9 @@ import pytest
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.wire.messages import Event, PlannedPath
 from farhand.common.wire.path_points import points_of
+from farhand.common.wire.reasons import Code, because
 from farhand.remote_site.motion.planner import plan
+from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench
 from tests.remote_site.planar import TASK, with_preview
 
@@ -21,7 +23,7 @@ def test_an_execution_arrives_by_itself_and_goes_on_tracking():
         bench.run(DT_S)
         errors.append(np.linalg.norm(bench.position_m - bench.robot.sensing.frames[0].b))
     assert np.sqrt(np.mean(np.square(errors))) < TASK.success_rms_m
-    endings = [e for e in bench.heard(Event) if e.kind == "completed" and "arrived" in e.text]
+    endings = [e for e in bench.heard(Event) if e.kind == "completed" and "arrived" in said(e)]
     assert len(endings) == 1
 
 
@@ -48,10 +50,10 @@ def test_abort_ends_an_execution_where_it_is_and_says_so():
 
 def test_execute_needs_a_model_that_was_received_and_this_task():
     bench = Bench().armed()
-    assert "send it first" in bench.command(Action.EXECUTE, model_sha256="0" * 64).reason
-    assert "send it first" in bench.command(Action.EXECUTE).reason
+    assert "send it first" in said(bench.command(Action.EXECUTE, model_sha256="0" * 64))
+    assert "send it first" in said(bench.command(Action.EXECUTE))
     sha256 = bench.send_model().sha256
-    assert "planar" in bench.command(Action.EXECUTE, model_sha256=sha256, task="other").reason
+    assert "planar" in said(bench.command(Action.EXECUTE, model_sha256=sha256, task="other"))
     assert bench.mode is ControlMode.HOLD
 
 
@@ -73,10 +75,10 @@ def test_a_model_that_arrives_during_a_run_waits_for_the_next_execute():
 def test_a_previewed_task_is_executed_by_its_plan_alone():
     bench = Bench(with_preview()).armed()
     sha256 = bench.send_model().sha256
-    assert "preview" in bench.command(Action.EXECUTE, model_sha256=sha256).reason
+    assert "preview" in said(bench.command(Action.EXECUTE, model_sha256=sha256))
     plan_id = bench.preview(sha256)
     assert plan_id
-    assert "preview" in bench.command(Action.EXECUTE, model_sha256=sha256, plan_id=plan_id + 1).reason
+    assert "preview" in said(bench.command(Action.EXECUTE, model_sha256=sha256, plan_id=plan_id + 1))
     assert bench.mode is ControlMode.HOLD
     assert bench.command(Action.EXECUTE, model_sha256=sha256, plan_id=plan_id).accepted
     assert bench.mode is ControlMode.AUTONOMOUS
@@ -121,9 +123,9 @@ def test_a_preview_that_cannot_be_made_is_said_and_cannot_be_executed():
     sha256 = bench.send_model().sha256
     reply = bench.command(Action.PREVIEW, model_sha256=sha256)
     request = bench.plan_requests[-1]
-    bench.robot.on_path(request, None, "the plan failed: reason")
+    bench.robot.on_path(request, None, because(Code.PLAN_FAILED, text="reason"))
     ending = bench.ending(reply.command_id)
-    assert ending is not None and not ending.succeeded and "reason" in ending.text
+    assert ending is not None and not ending.succeeded and "reason" in said(ending)
     refusal = bench.command(Action.EXECUTE, model_sha256=sha256, plan_id=request.plan_id)
     assert not refusal.accepted
 
@@ -137,7 +139,7 @@ def test_a_newer_preview_replaces_the_one_under_way():
     ending = bench.ending(first.command_id)
     assert ending is not None and ending.kind == "failed"
     n_said = len(bench.said)
-    bench.robot.on_path(overtaken, plan(overtaken), "")
+    bench.robot.on_path(overtaken, plan(overtaken), None)
     assert len(bench.said) == n_said
 
 
@@ -149,7 +151,7 @@ def test_an_execution_has_its_path_planned_and_names_it():
         path_id=request.path_id, stamp=request.stamp, model_sha256=request.stored.sha256,
         n_coordinates=2, step_s=0.1, points=bytes(16), reaches_end=True,
     )  # fmt: skip
-    bench.robot.on_path(request, path, "")
+    bench.robot.on_path(request, path, None)
     assert bench.robot.path_id == request.path_id
     bench.command(Action.ABORT)
     assert bench.robot.path_id == 0

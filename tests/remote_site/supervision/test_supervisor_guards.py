@@ -10,6 +10,7 @@ from msgspec import structs
 
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.wire.messages import Event
+from tests.messages import said
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant
 from tests.remote_site.planar import TASK
 
@@ -54,8 +55,8 @@ def test_too_much_force_backs_off_two_centimetres_at_most_and_holds(mode, force_
     assert bench.speed_m_s < 1e-6 and back[1] > 0.0
     assert np.linalg.norm(back) <= 0.020 + 1e-3
     (tripped,), (held,) = bench.events("backing off"), bench.events("holding")
-    assert tripped.measured == force_n and f"{force_n:.0f} N" in tripped.text
-    assert f"{force_n:.0f} N" in held.text
+    assert tripped.measured == force_n and f"{force_n:.0f} N" in said(tripped)
+    assert f"{force_n:.0f} N" in said(held)
 
 
 def test_a_force_that_stays_ends_the_backing_off_all_the_same():
@@ -126,7 +127,7 @@ def test_else_it_is_paused_with_the_reason_and_can_be_resumed(blind_s, shift_m, 
     bench.run(2 * DT_S)
     assert bench.mode is ControlMode.PAUSED
     (event,) = bench.events("paused")
-    assert event.text.startswith("perception lost") and why in event.text and event.measured
+    assert said(event).startswith("perception lost") and why in said(event) and event.measured
     bench.run(30.0)
     assert bench.mode is ControlMode.PAUSED and bench.speed_m_s < 1e-6
     assert bench.command(Action.RESUME).accepted
@@ -158,10 +159,10 @@ def test_an_execution_follows_the_tasks_policy_when_the_link_is_lost(policy, mod
         assert bench.robot.phase is Phase.ARRIVED
     elif policy == "retract":
         assert bench.position_m[1] > where[1] + 0.1
-        assert bench.events("retracting")[0].text.startswith("the link is lost for 3.0 s")
-        assert "retracting ended" in bench.events("holding")[0].text
+        assert said(bench.events("retracting")[0]).startswith("the link is lost for 3.0 s")
+        assert "retracting ended" in said(bench.events("holding")[0])
     else:
-        assert bench.events("paused")[0].text.startswith("the link is lost for 3.0 s")
+        assert said(bench.events("paused")[0]).startswith("the link is lost for 3.0 s")
         bench.run(5.0)
         assert bench.mode is ControlMode.PAUSED  # the link came back: who resumes is the operator
 
@@ -242,4 +243,4 @@ def test_a_missed_deadline_stops_with_how_late_it_was():
     bench = Bench().coupled()
     bench.robot.tick(DT_S, late_s=0.7)
     (event,) = bench.events("stopped")
-    assert "700 ms late" in event.text and event.measured == 0.7
+    assert "700 ms late" in said(event) and event.measured == 0.7

@@ -7,6 +7,7 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.wire.messages import Heartbeat, Wish
+from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench
 
 
@@ -21,7 +22,7 @@ class Two(Bench):
         """Bob asks. Returns why he is not in control."""
         reply = self.ask_lease("session of bob", "bob", wish)
         self.bobs_lease = reply.lease_id if reply.granted else ""
-        return reply.reason
+        return said(reply)
 
     def bob_commands(self, action: Action) -> bool:
         return self.command(action, session="session of bob", lease_id=self.bobs_lease).accepted
@@ -30,7 +31,7 @@ class Two(Bench):
         """Bob asks, ann is told, ann gives, bob learns it with his next request."""
         assert "held by ann" in self.bob(Wish.ASK)
         assert self.ask_lease().asked_by == "bob"
-        assert "bob" in self.ask_lease(wish=Wish.GIVE).reason
+        assert "bob" in said(self.ask_lease(wish=Wish.GIVE))
         assert self.bob(Wish.ASK) == ""
 
 
@@ -49,11 +50,11 @@ def test_after_the_hand_over_the_other_commands_and_the_one_before_is_told_who_d
     bench.armed()
     bench.hand_over()
     refusal = bench.command(Action.COUPLE)
-    assert not refusal.accepted and refusal.reason == "bob is in control"
-    assert "held by bob" in bench.ask_lease().reason
+    assert not refusal.accepted and said(refusal) == "bob is in control"
+    assert "held by bob" in said(bench.ask_lease())
     assert bench.bob_commands(Action.COUPLE)
     bench.run(DT_S, present=False)
-    assert [e.text for e in bench.events("control")] == ["ann is in control", "bob is in control"]
+    assert [said(e) for e in bench.events("control")] == ["ann is in control", "bob is in control"]
 
 
 def test_driving_passes_through_hold_and_the_earlier_hand_moves_nothing_more():
@@ -68,7 +69,7 @@ def test_driving_passes_through_hold_and_the_earlier_hand_moves_nothing_more():
     bench.run(DT_S, present=False)
     assert bench.mode is ControlMode.HOLD
     (event,) = bench.events("decoupled")
-    assert event.text == "the lease was lost"
+    assert said(event) == "the lease was lost"
     bench.run(0.5, present=False)
     stands = bench.position_m
     assert bench.bob_commands(Action.COUPLE)
@@ -119,7 +120,7 @@ def test_a_site_that_was_restarted_reclaims_its_own_at_once_and_must_couple_anew
     assert reply.granted and reply.lease_id != before
     bench.run(DT_S, present=False)
     assert bench.mode is ControlMode.HOLD
-    assert "started again" in bench.ask_lease().reason
+    assert "started again" in said(bench.ask_lease())
     assert bench.command(Action.COUPLE, session="ann, started again", lease_id=reply.lease_id).accepted
 
 
@@ -134,7 +135,7 @@ def test_a_command_that_an_outage_held_up_does_not_count_for_who_took_over_this_
     refusal = bench.command(
         Action.COUPLE, session="session of bob", lease_id=bench.bobs_lease, echo=sent
     )  # fmt: skip
-    assert not refusal.accepted and "came too late" in refusal.reason
+    assert not refusal.accepted and "came too late" in said(refusal)
     assert bench.bob_commands(Action.COUPLE)
 
 
@@ -154,7 +155,7 @@ def test_after_the_hand_over_the_delay_of_the_new_holder_is_what_is_usual():
     bench.bob(Wish.ASK)
     bench.ask_lease(wish=Wish.GIVE)
     bench.delay_s = 4.0
-    assert "held by bob" in bench.ask_lease().reason
+    assert "held by bob" in said(bench.ask_lease())
     assert bench.bob() == ""
     assert bench.bob_commands(Action.COUPLE)
 
@@ -169,7 +170,7 @@ def test_a_lasting_rise_of_the_delay_ends_driving_with_that_reason():
         bench.drive(1.0, 0.0)
     assert bench.mode is ControlMode.HOLD
     (event,) = bench.events("decoupled")
-    assert event.text == "link delay changed"
+    assert said(event) == "link delay changed"
     assert bench.command(Action.COUPLE).accepted
     bench.drive(1.0, 0.0)
     assert bench.mode is ControlMode.DIRECT

@@ -11,6 +11,7 @@ from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Command, PlannedPath
 from farhand.remote_site.motion.planner import plan
 from farhand.remote_site.telemetry import Reporter
+from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench, FeelingPlant, in_mode
 from tests.remote_site.planar import TASK
 
@@ -35,7 +36,7 @@ def test_the_pace_is_set_in_every_mode_and_changes_no_mode(mode: ControlMode):
     reply = bench.command(Action.SET_PACE, pace=0.5)
     assert reply.accepted and reply.mode is mode
     ending = bench.ending(reply.command_id)
-    assert ending is not None and ending.succeeded and "50%" in ending.text
+    assert ending is not None and ending.succeeded and "50%" in said(ending)
     assert bench.mode is mode and pace_reported(bench) == 0.5
 
 

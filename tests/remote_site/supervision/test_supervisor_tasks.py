@@ -8,7 +8,9 @@ from msgspec import structs
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.task import PointTask
 from farhand.common.wire.messages import BlobRequest
+from farhand.common.wire.reasons import Code
 from farhand.common.wire.recorded_motion import RecordedMotion
+from tests.messages import said
 from tests.remote_site.arm_bench import HOT_UNSTAB, ArmBench, hot_stab_model, seated
 from tests.remote_site.bench import Bench
 from tests.remote_site.planar import TASK, transfer
@@ -54,7 +56,7 @@ def test_a_plug_is_inserted_and_then_taken_out_in_one_run():
     extract(bench)
     assert bench.arm.skill.task.name == "hot-unstab" and not bench.arm.skill.must_seat
     assert_withdrawn(bench)
-    told = [event.text for event in bench.events("executing")]
+    told = [said(event) for event in bench.events("executing")]
     assert [text.split()[1] for text in told] == ["hot-stab", "hot-unstab"]
 
 
@@ -104,7 +106,7 @@ def test_retract_goes_where_the_present_task_says():
 def test_what_is_previewed_before_it_is_executed_is_asked_of_the_task_that_is_named():
     bench = two_tasks(structs.replace(TASK, name="other", require_preview=True))
     refused = bench.command(Action.EXECUTE, task="other", model_sha256=transfer(learned()).sha256)
-    assert not refused.accepted and "preview again" in refused.reason
+    assert not refused.accepted and refused.reason is not None and refused.reason.code == Code.NOT_PREVIEWED
     assert bench.command(Action.EXECUTE, model_sha256=transfer().sha256).accepted
 
 
@@ -114,15 +116,15 @@ def test_a_model_of_another_task_and_a_task_of_another_robot_are_refused_in_word
 ):
     bench, sha256 = two_tasks(), transfer().sha256
     reply = bench.command(action, task="other", model_sha256=sha256)
-    assert reply.reason == f"model {sha256[:8]} is one of 'planar', not of 'other'"
+    assert said(reply) == f"model {sha256[:8]} is one of 'planar', not of 'other'"
     reply = bench.command(action, task="juggling", model_sha256=sha256)
-    assert reply.reason == "this robot does 'planar' and 'other', not 'juggling'"
+    assert said(reply) == "this robot does 'planar' and 'other', not 'juggling'"
 
 
 def test_a_recording_is_for_the_task_that_its_operator_has_chosen():
     bench = Bench(also=[HOLDS]).coupled()
     assert bench.command(Action.RECORD, task="juggling").accepted
-    assert "not 'juggling'" in bench.events("failed")[-1].text
+    assert "not 'juggling'" in said(bench.events("failed")[-1])
     assert bench.command(Action.RECORD, task="other").accepted
     bench.drive(0.5, 0.01)
     assert bench.command(Action.END_RECORDING).accepted

@@ -11,12 +11,13 @@ from msgspec import structs
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.link_monitor import LinkHealth, LinkView
 from farhand.common.wire.messages import Stamp, Telemetry
+from farhand.common.wire.reasons import Code
+from farhand.common.wire.words import sentence
 from farhand.local_site.console import intents
-from farhand.local_site.console.command_check import check
+from farhand.local_site.console.command_check import command_refusal
 from farhand.local_site.console.picture import Picture
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
-from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.view.panels.buttons import ROBOT
 from farhand.local_site.view.panels.guidance import refusal
 from farhand.local_site.view.panels.status_strip import _alarm, _cells
@@ -50,15 +51,23 @@ def test_a4_a_preview_says_how_long_it_counts(nothing_yet: Picture) -> None:
     assert "preview" not in _cells(replace(picture, plan_id=0), "10 s", 100.0)
 
 
-def notice(what: str, text: str, at_s: float, good: bool = False, who: str = "") -> Notice:
-    return Notice(at_s, what, text, good=good, who=who)
+def notice(
+    what: str, text: str, at_s: float, good: bool = False, who: str = "", code: str = ""
+) -> Notice:  # fmt: skip
+    return Notice(at_s, what, text, good=good, who=who, code=code)
 
 
 @pytest.mark.parametrize(
     ("notices", "told"),
     [
-        ([notice("execute", "refused: too late", 95.0)], "Execute: refused: too late. Press it again."),
-        ([notice("abort", "NOT DELIVERED: the robot did not answer", 99.0)], "Press it again."),
+        (
+            [notice("execute", "refused: too late", 95.0, code=Code.TOO_OLD)],
+            "Execute: refused: too late. Press it again.",
+        ),
+        (
+            [notice("abort", "NOT DELIVERED: the robot did not answer", 99.0, code=Code.NOT_DELIVERED)],
+            "Press it again.",
+        ),
         ([notice("load samples", "refused: not now", 99.0)], "Load samples: refused: not now."),
         ([notice("execute", "refused: too late", 80.0)], ""),
         ([notice("execute", "refused: x", 95.0), notice("execute", "done", 97.0, good=True)], ""),
@@ -87,11 +96,8 @@ def test_a3_what_is_previewed_and_executed_is_the_model_that_is_shown(
         )  # fmt: skip
         button = next(spec for spec in ROBOT if spec.label.lower() == action)
         assert button.enabled(picture) is has
-        if has:
-            check(intents.CommandRobot(action), picture)
-        else:
-            with pytest.raises(NotNow, match="Send model"):
-                check(intents.CommandRobot(action), picture)
+        why = command_refusal(action, picture)
+        assert why is None if has else "Send model" in sentence(why)
 
 
 def test_a14_a_recording_that_is_thrown_away_is_not_called_a_demonstration(tmp_path: Path) -> None:

@@ -1,0 +1,64 @@
+"""The one rule for what may be asked of the robot now: the page's buttons, the console and the robot all ask here.
+
+Each side fills in the situation as far as it knows it, and adds only what it alone knows: the console that a command is
+under way or a page was behind, the robot how old a command is, whether it sees its target, and how far a preview still
+describes what would happen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from farhand.common.control_mode import Action, ControlMode, Phase, mode_after
+from farhand.common.wire.reasons import Code, Reason, because
+
+
+@dataclass(frozen=True)
+class Situation:
+    """State on which the permission of a command depends.
+
+    Args:
+        mode: Mode of the robot.
+        phase: Its phase.
+        why_not_in_control: Why whoever asks may not command the robot; None when they may.
+        why_no_model: Why the robot has no model to preview or to execute; None when it has.
+        is_previewed: True if a preview is known that Execute can name.
+        needs_preview: True if the task executes only what was previewed.
+        can_retract: True if the task says where to retract to.
+    """
+
+    mode: ControlMode
+    phase: Phase
+    why_not_in_control: Reason | None
+    why_no_model: Reason | None
+    is_previewed: bool
+    needs_preview: bool
+    can_retract: bool
+
+
+def refusal(action: Action, situation: Situation) -> Reason | None:
+    """Return why an action may not be asked of the robot now; None when it may.
+
+    Args:
+        action: What is asked. Stop is always allowed.
+        situation: State of the robot, as far as whoever judges knows it.
+    """
+    mode = situation.mode
+    if action is Action.STOP:
+        return None
+    if situation.why_not_in_control is not None:
+        return situation.why_not_in_control
+    if mode_after(mode, situation.phase, action) is None:
+        return because(Code.WRONG_MODE, action=action, mode=mode)
+    if action is Action.RETRACT and not situation.can_retract:
+        return because(Code.NO_RETRACT)
+    if action not in (Action.PREVIEW, Action.EXECUTE):
+        return None
+    if situation.why_no_model is not None:
+        return situation.why_no_model
+    if action is Action.EXECUTE and situation.needs_preview:
+        if mode is ControlMode.DIRECT:
+            return because(Code.CLUTCH_FIRST)
+        if not situation.is_previewed:
+            return because(Code.NOT_PREVIEWED)
+    return None

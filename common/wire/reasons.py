@@ -1,0 +1,202 @@
+"""Reasons on the wire: an enumerated code with its numbers and names. `words.py` puts them into words, for people.
+
+A site that does not know a code, because the other one is newer, still decodes it and shows the code with its values.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from farhand.common.names import PRINTABLE
+
+MOST_TEXT = 240
+_MOST_NUMBER = 1e30
+N_MORE = "n_more"
+"""Value of any reason: how many like it were only counted."""
+
+
+class Code(StrEnum):
+    """Reasons of refusals, failures and events. `words.WORDS` names the values that go with each."""
+
+    OTHER = "other"
+    """In the words of whoever made the robot, or of an error: one value, `text`."""
+
+    # The session: who is in control, and how old messages are
+    NO_ECHO = "no echo"
+    OTHER_BOOT = "other boot"
+    NEVER_SENT = "never sent"
+    TOO_OLD = "too old"
+    ANONYMOUS = "anonymous"
+    TAKEN_OVER = "taken over"
+    ONLY_WATCHES = "only watches"
+    WATCHING = "watching"
+    HANDED_OVER = "handed over"
+    WAITING_TO_HEAR = "waiting to hear"
+    HELD = "held"
+    LEASE_ENDED = "lease ended"
+    LEASE_CHANGED = "lease changed"
+    OTHER_IN_CONTROL = "other in control"
+    NOTHING_IN_TIME = "nothing in time"
+    CONTROL_TAKEN = "control taken"
+    CONTROL_LOST = "control lost"
+
+    # Commands
+    NOT_ANSWERED = "not answered"
+    NOT_REPORTED = "not reported"
+    OTHER_VERSION = "other version"
+    PAGE_BEHIND = "page behind"
+    UNDER_WAY = "under way"
+    OWN_STOP = "own stop"
+    RECORDING_HERE = "recording here"
+    OWN_KEY = "own key"
+    WRONG_MODE = "wrong mode"
+    NO_RETRACT = "no retract"
+    OTHER_TASK = "other task"
+    NO_MODEL = "no model"
+    NO_SUCH_MODEL = "no such model"
+    MODEL_DIFFERS = "model differs"
+    MODEL_OF_OTHER_TASK = "model of other task"
+    NOT_SEEN = "not seen"
+    NOT_SEEN_YET = "not seen yet"
+    CANNOT_START = "cannot start"
+    CLUTCH_FIRST = "clutch first"
+    NOT_PREVIEWED = "not previewed"
+    NO_SUCH_PLAN = "no such plan"
+    OTHER_MODEL_PREVIEWED = "other model previewed"
+    MOVED_SINCE = "moved since"
+    TURNED_SINCE = "turned since"
+    PREVIEW_TOO_OLD = "preview too old"
+    IN_RECEPTACLE = "in receptacle"
+    WAY_OUT_UNKNOWN = "way out unknown"
+    OUT_OF_REACH = "out of reach"
+    WRIST_STRAIGHT = "wrist straight"
+    WRIST_NEARLY_STRAIGHT = "wrist nearly straight"
+    NOT_DELIVERED = "not delivered"
+    NEVER_ENDED = "never ended"
+
+    # Models
+    HASH_DIFFERS = "hash differs"
+    MODEL_MALFORMED = "model malformed"
+    POSES_WANTED = "poses wanted"
+    POSITIONS_WANTED = "positions wanted"
+    OTHER_SIZE = "other size"
+    OTHER_FRAMES = "other frames"
+    NO_END = "no end"
+    TOO_LARGE = "too large"
+    VARIANCE = "variance"
+    CONDITION = "condition"
+    NOT_A_MOTION = "not a motion"
+
+    # The end of a command, and what else happens
+    DONE = "done"
+    RESUMED = "resumed"
+    COUPLED = "coupled"
+    PACE = "pace"
+    EXECUTING = "executing"
+    AT_END = "at end"
+    MANOEUVRE_ENDED = "manoeuvre ended"
+    MANOEUVRE_GAVE_UP = "manoeuvre gave up"
+    HOLDS_AFTER = "holds after"
+    PREVIEWED = "previewed"
+    PREVIEWED_WITH_WARNING = "previewed with warning"
+    REPLACED = "replaced"
+    OVERTAKEN = "overtaken"
+    ENDED_BY = "ended by"
+    STOPPED_BY = "stopped by"
+    PLAN_FAILED = "plan failed"
+    INTERRUPTED = "interrupted"
+    SUSPENDED = "suspended"
+    PLACE_NOT_KEPT = "place not kept"
+    PLACE_NOT_UNDERSTOOD = "place not understood"
+    LISTENER_DROPPED = "listener dropped"
+
+    # Recordings by the robot
+    RECORDING_ALREADY = "recording already"
+    NOT_RECORDING = "not recording"
+    RECORDED = "recorded"
+    RECORDING_INTERRUPTED = "recording interrupted"
+    RECORDING_INCOMPLETE = "recording incomplete"
+    NOTHING_RECORDED = "nothing recorded"
+    SAMPLE_MISSING = "sample missing"
+    RECORDING_TOO_LONG = "recording too long"
+
+    # Guards
+    DRAG_ENDED = "drag ended"
+    NO_INPUT = "no input"
+    LEASE_LOST = "lease lost"
+    DELAY_CHANGED = "delay changed"
+    SILENCE = "silence"
+    FORCE = "force"
+    JAMMED = "jammed"
+    TARGET_LOST = "target lost"
+    TARGET_MOVED = "target moved"
+    TARGET_TURNED = "target turned"
+    LINK_LOST = "link lost"
+    BLIND_AND_ALONE = "blind and alone"
+    LOOP_LATE = "loop late"
+    LOOP_FAILED = "loop failed"
+    NOT_FINITE_MEASURED = "not finite measured"
+    NOT_FINITE_COMPUTED = "not finite computed"
+    MEASUREMENT_WRONG = "measurement wrong"
+    CANNOT_MOVE = "cannot move"
+
+
+class Value(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """One value of a reason."""
+
+    name: Annotated[str, Meta(pattern=PRINTABLE, max_length=32)]
+    """Its unit is the end of its name, as in `age_s`; a list says one name several times."""
+    value: (
+        Annotated[float, Meta(ge=-_MOST_NUMBER, le=_MOST_NUMBER)] | Annotated[str, Meta(max_length=MOST_TEXT)]
+    )
+
+
+class Reason(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """Why something was refused or happened, or what came of it."""
+
+    code: Annotated[str, Meta(pattern=PRINTABLE, max_length=32)]
+    """One of the codes below, or a newer one."""
+    values: Annotated[tuple[Value, ...], Meta(max_length=16)] = ()
+
+    @property
+    def measured(self) -> float | None:
+        """The first of its numbers, which is what was measured; None without one."""
+        numbers = (each.value for each in self.values if each.name != N_MORE)
+        return next((number for number in numbers if not isinstance(number, str)), None)
+
+    def with_value(self, name: str, value: float | str) -> Reason:
+        """Return the same reason with one more value."""
+        return Reason(self.code, (*self.values, _value(name, value)))
+
+
+def because(code: Code, **values: float | str | tuple[str, ...]) -> Reason:
+    """Return a reason.
+
+    Args:
+        code: Its code.
+        values: Its numbers and names, in the order in which they travel: what was measured first.
+    """
+    return Reason(
+        code.value,
+        tuple(
+            _value(name, each)
+            for name, given in values.items()
+            for each in (given if isinstance(given, tuple) else (given,))
+        ),
+    )
+
+
+def in_words(text: object) -> Reason:
+    """Return a reason for which the table has no code: what a robot of your own, or an error, says."""
+    return because(Code.OTHER, text=str(text))
+
+
+def _value(name: str, value: float | str) -> Value:
+    if isinstance(value, str):
+        return Value(name, value[:MOST_TEXT])
+    number = float(value)
+    return Value(name, 0.0 if math.isnan(number) else min(max(number, -_MOST_NUMBER), _MOST_NUMBER))
