@@ -42,7 +42,8 @@ def in_root(name: str, tracks: Mapping[str, Track], below: tuple[str, ...] = ())
             raise _invalid(name, f"{track.parent} to be recorded at the same time, got none")
     outer, inner = above.at(time_s), track.at(time_s)
     position, quat = composed(outer, inner.position_m, inner.quat_wxyz)
-    told = (*track.told, ("within", f"{track.parent}, which is in {above.parent or 'the world'}"))
+    further = next((words for subject, words in above.told if subject == "within"), above.parent)
+    told = (*track.told, ("within", f"{track.parent} in {further}"))
     return Track(name, time_s, position, quat, rows, track.row, above.parent, told)
 
 

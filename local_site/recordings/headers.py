@@ -102,9 +102,9 @@ def _split(word: str) -> Sequence[str]:
         return (context, axis) if context != "r" else ("rot", axis)
     if low in _KNOWN or word.isdigit():
         return (low,)
-    numbered = re.fullmatch(r"([A-Za-z]+?)(\d)", word)
-    if numbered and numbered[1].lower() in _POSITION | _ROTATION:
-        return numbered[1].lower(), numbered[2]
+    joined = re.fullmatch(r"([a-z]+?)([xyzw]|\d)", low)
+    if joined and joined[1] in _POSITION | _ROTATION:
+        return joined[1], joined[2]
     parts = [part.lower() for part in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", word)]
     if len(parts) > 1 and "".join(parts) == low and all(part in _KNOWN for part in parts):
         return parts
