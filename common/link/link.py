@@ -21,6 +21,7 @@ from farhand.common.link.certificates import check_site_certificate
 from farhand.common.link.deaf_listeners import DeafListeners
 from farhand.common.link.endpoint import EndpointSettings, scheme_of, zenoh_configuration
 from farhand.common.link.outbox import Outbox
+from farhand.common.link.silence import SilenceGate
 from farhand.common.log import loop_logger
 from farhand.common.wire.keys import Channel, Urgency
 
@@ -134,12 +135,13 @@ class ZenohLink:
             self._session = zenoh.open(configuration)
         except zenoh.ZError as error:
             where = settings.listen or settings.connect
+            first_line = str(error).split(" at /")[0].splitlines()[0][:200]
             why = listening_fault(settings.listen) if settings.listen else ""
             kind = PortTaken if "is in use" in why else LinkError
-            raise kind(f"{where}: {why or f'cannot be opened ({_first_line(error)})'}") from error
-        has_deaf = (
-            settings.listen and scheme_of(settings.listen) != "quic"
-        )  # which gives up the deaf by itself
+            raise kind(f"{where}: {why or f'cannot be opened ({first_line})'}") from error
+        is_quic = scheme_of(settings.listen or settings.connect) == "quic"
+        self._gate = SilenceGate(settings.rate_bps) if is_quic else None
+        has_deaf = settings.listen and not is_quic  # QUIC itself gives up those who acknowledge nothing
         self._deaf = DeafListeners(self._others, settings.listen, dropped) if has_deaf else None
         held_up = self._deaf.look if self._deaf is not None else lambda: None
         self._outboxes = {urgency: Outbox(urgency.name.lower(), _log, held_up) for urgency in Urgency}
@@ -151,6 +153,8 @@ class ZenohLink:
     def send(self, channel: Channel, data: bytes) -> None:
         """See `Link.send`."""
         newest_only = None if channel.must_arrive else channel.key
+        if newest_only is not None and self._gate is not None and not self._gate.lets_out(len(data)):
+            return
         self._outboxes[channel.urgency].submit(
             lambda: self._publisher(channel).put(data), newest_only, len(data) + OVERHEAD_BYTES
         )
@@ -179,7 +183,7 @@ class ZenohLink:
         def get() -> None:
             self._session.get(
                 channel.key, handler, payload=data, timeout=timeout_s, express=True,
-                priority=_priority(channel), congestion_control=zenoh.CongestionControl.BLOCK,
+                priority=getattr(zenoh.Priority, channel.urgency.value), congestion_control=zenoh.CongestionControl.BLOCK,
             )  # fmt: skip
 
         self._outboxes[channel.urgency].submit(get)
@@ -208,7 +212,6 @@ class ZenohLink:
             thread.join(timeout=5.0)
 
     def _others(self) -> list[str]:
-        """Return the locators of the other ends that are connected."""
         return [link.dst for link in self._session.info.links()]
 
     def _publisher(self, channel: Channel) -> zenoh.Publisher:
@@ -217,7 +220,7 @@ class ZenohLink:
             control, reliability = zenoh.CongestionControl, zenoh.Reliability
             self._publishers[channel] = self._session.declare_publisher(
                 channel.key,
-                priority=_priority(channel),
+                priority=getattr(zenoh.Priority, channel.urgency.value),
                 congestion_control=control.BLOCK if channel.must_arrive else control.DROP,
                 express=channel.urgency is not Urgency.BULK,
                 # Over TCP nothing is lost, and this means nothing.
@@ -234,6 +237,8 @@ class ZenohLink:
                     item = take()
                 except zenoh.ZError:
                     return  # the session was closed
+                if self._gate is not None:
+                    self._gate.heard()
                 try:
                     hand_over(item)
                 except Exception:
@@ -243,11 +248,3 @@ class ZenohLink:
         thread = threading.Thread(target=run, name=f"receive {channel.key}", daemon=True)
         thread.start()
         self._threads.append(thread)
-
-
-def _priority(channel: Channel) -> zenoh.Priority:
-    return getattr(zenoh.Priority, channel.urgency.value)
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).split(" at /")[0].splitlines()[0][:200]

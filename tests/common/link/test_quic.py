@@ -155,6 +155,38 @@ def test_what_must_arrive_does_once_and_in_order_over_a_link_that_loses_doubles_
         relay.close()
 
 
+def test_a_cut_of_twelve_seconds_is_over_soon_after_its_end(registry: Registry, robot):
+    """Without `SilenceGate` the first report comes about as long after the cut as the cut was."""
+    there, port = robot
+    slow = DirectionSettings(delay_ms=50)
+    relay = RelayThread(port, LinkSettings(uplink=slow, downlink=slow))
+    here = operator(registry.folder_of("shore-1"), relay.port)
+    ended = threading.Event()
+
+    def send() -> None:
+        while not ended.wait(0.04):
+            there.send(keys.TELEMETRY, bytes(264))
+            here.send(keys.HEARTBEAT, bytes(40))
+
+    sender = threading.Thread(target=send)
+    try:
+        ask_until_answered(here)
+        reports, heartbeats = Heard(here, keys.TELEMETRY), Heard(there, keys.HEARTBEAT)
+        sender.start()
+        assert reports.until(lambda items: len(items) > 25)
+        assert heartbeats.until(lambda items: len(items) > 25)
+        relay.do(lambda relay: relay.outage("blackhole", 12.0))
+        while relay.do(lambda relay: relay.status()["outage"]["kind"]) != "none":
+            ended.wait(0.05)
+        before = len(reports.items)
+        assert reports.until(lambda items: len(items) > before, 5.0)
+    finally:
+        ended.set()
+        sender.join()
+        here.close()
+        relay.close()
+
+
 def test_who_has_another_authority_or_dials_another_name_is_not_answered_and_the_right_one_is(
     tmp_path: Path, registry: Registry, robot
 ):
