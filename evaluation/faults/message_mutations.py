@@ -15,8 +15,8 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.codec import decode, encode, leaves
 from farhand.common.wire.messages import Message, Stamp
 from farhand.common.wire.recorded_motion import RecordedMotion, packed_row
+from farhand.evaluation.faults.bounds import WrongResult
 from farhand.evaluation.faults.mutants import Random, bytes_mutant, tree_mutant
-from farhand.evaluation.faults.subjects import WrongResult
 
 Decode = Callable[[bytes], bool]
 _TEXTS = ("ann", "planar", "rov1", "0" * 64, "", "0" * 32, "1.0", "127.0.0.1")

@@ -8,38 +8,30 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
-import resource
-import signal
 import tempfile
-import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from farhand.common.errors import FarhandError
 from farhand.evaluation.faults import message_mutations, option_values
+from farhand.evaluation.faults.bounds import LONGEST_S, MOST_MB, Outcome, WrongResult, bounded, guarded
 from farhand.evaluation.faults.mutants import Random
-from farhand.evaluation.faults.subjects import SUBJECTS, WrongResult
+from farhand.evaluation.faults.subjects import SUBJECTS
 from farhand.evaluation.metrics.tables import table
 
 Case = dict[str, Any]
 
 N_MUTATIONS = 100_000
-LONGEST_S, MOST_MB = 5.0, 200.0
-_BLOCKED_S = 60.0
 _CHUNK = 1000
 OPTIONS = "option values"
 MESSAGES = tuple(sorted(message_mutations.kinds()))
 KINDS = (*sorted(SUBJECTS), OPTIONS, *MESSAGES)
 _SHOWN = 5
-
-
-class Hang(BaseException):
-    """A mutant took too long; no `except Exception` may take it for something else."""
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
@@ -58,22 +50,27 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 
 def trial(case: Case) -> Case:
-    """Give a chunk of mutants to the product, one after the other."""
-    logging.disable(logging.CRITICAL)
+    """Give a chunk of mutants to the product, one after the other, in a process that a mutant may end."""
     counts, findings, slowest_s = Counter[str](), [], 0.0
+    logging.disable(logging.CRITICAL)
     with _folder() as folder, warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", ResourceWarning)
         attempt = _attempt_of(case["kind"], folder)
-        for number in range(case["first"], case["first"] + case["n"]):
-            outcome, took_s = bounded(lambda k=number: attempt(np.random.default_rng((case["seed"], k))))
-            kind, _, _ = outcome.partition(": ")
+        numbers = range(case["first"], case["first"] + case["n"])
+        for outcome in guarded(partial(_outcomes, attempt, case["seed"]), numbers):
+            kind, _, _ = outcome.words.partition(": ")
             counts[kind] += 1
-            slowest_s = max(slowest_s, took_s)
+            slowest_s = max(slowest_s, outcome.took_s)
             if kind not in ("accepted", "refused"):
-                findings.append({"number": number, "outcome": outcome[:500]})
+                findings.append({"number": outcome.number, "outcome": outcome.words})
     logging.disable(logging.NOTSET)
     return {**case, "counts": dict(counts), "findings": findings, "slowest_s": slowest_s}
+
+
+def _outcomes(attempt: Callable[[Random], bool], seed: int, numbers: range) -> Iterator[Outcome]:
+    for number in numbers:
+        yield Outcome(number, *bounded(lambda k=number: attempt(np.random.default_rng((seed, k)))))
 
 
 def _attempt_of(kind: str, folder: Path) -> Callable[[Random], bool]:
@@ -96,54 +93,6 @@ def _attempt_of(kind: str, folder: Path) -> Callable[[Random], bool]:
         if not subject.use(file):
             raise WrongResult(f"a sound file is refused: {kind}")
     return attempt
-
-
-def bounded(attempt: Callable[[], bool]) -> tuple[str, float]:
-    """Run an attempt within its bounds.
-
-    Returns:
-        `accepted`, `refused`, or what went wrong and how; and the time that it worked [s].
-    """
-    before_mb, began_s = _peak_mb(), time.process_time()
-    signal.signal(signal.SIGPROF, _hang)
-    signal.signal(signal.SIGALRM, _hang)
-    signal.setitimer(signal.ITIMER_PROF, LONGEST_S)  # time of work: others may have the machine
-    signal.setitimer(signal.ITIMER_REAL, _BLOCKED_S)
-    try:
-        outcome = "accepted" if attempt() else "refused"
-    except FarhandError as error:
-        outcome = "refused" if "\n" not in str(error) else f"several lines: {error}"
-    except WrongResult as error:
-        outcome = f"wrong: {error}"
-    except Hang:
-        outcome = "hang: longer than the bound"
-    except Exception as error:
-        outcome = f"traceback: {type(error).__name__}: {error} ({_where(error)})"
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-    if (grown_mb := _peak_mb() - before_mb) > MOST_MB:
-        outcome = f"memory: {grown_mb:.0f} MB more"
-    return outcome, time.process_time() - began_s
-
-
-def _where(error: BaseException) -> str:
-    """The innermost line of the project's own code."""
-    found, trace = "", error.__traceback__
-    while trace is not None:
-        file = Path(trace.tb_frame.f_code.co_filename)
-        if "site-packages" not in file.parts and file.suffix == ".py":
-            found = f"{file.name}:{trace.tb_lineno}"
-        trace = trace.tb_next
-    return found
-
-
-def _hang(*_: object) -> None:
-    raise Hang
-
-
-def _peak_mb() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
 @contextlib.contextmanager

@@ -19,8 +19,9 @@ import tyro
 
 from farhand.deploy.cli import COMMANDS
 from farhand.deploy.outcome import status_of
+from farhand.evaluation.faults.bounds import WrongResult
 from farhand.evaluation.faults.mutants import Random, bytes_mutant
-from farhand.evaluation.faults.subjects import WrongResult, sound_files
+from farhand.evaluation.faults.subjects import sound_files
 
 _TASK, _SEED = {"task": "planar"}, {"seed": "3"}
 _PLACES = {"data-dir": "data"}

@@ -26,6 +26,7 @@ from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import PointTask, load_toml
 from farhand.deploy.places import find_point_task, find_tasks
 from farhand.deploy.rollout import roll_out
+from farhand.evaluation.faults.bounds import WrongResult
 from farhand.evaluation.faults.mutants import (
     Mutate,
     Random,
@@ -46,10 +47,6 @@ from farhand.remote_site.interface.arm_memory import ArmMemory
 from farhand.remote_site.robots.plant_memory import PlantMemory, PlantState
 
 _DEPLOY = Path(__file__).resolve().parents[2] / "deploy"
-
-
-class WrongResult(Exception):
-    """Something was accepted that is not right, or refused in more than a line."""
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import signal
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.evaluation.faults import mutations
-from farhand.evaluation.faults.subjects import WrongResult
+from farhand.evaluation.faults.bounds import MOST_MB, Outcome, WrongResult, bounded, guarded, peak_mb
 
 
 @pytest.mark.parametrize("kind", mutations.KINDS)
@@ -25,7 +29,7 @@ def test_what_goes_wrong_is_found():
             pass
 
     def waste() -> bool:
-        return bool(np.ones(int((mutations._peak_mb() + mutations.MOST_MB) * 1.3e6 / 8)).size)
+        return bool(np.ones(int((peak_mb() + MOST_MB) * 1.3e6 / 8)).size)
 
     def refuse() -> bool:
         raise InvalidConfiguration("file\n", "field", "something else")
@@ -36,9 +40,25 @@ def test_what_goes_wrong_is_found():
     def fail() -> bool:
         return bool(1 // 0)
 
-    outcomes = [mutations.bounded(each)[0] for each in (hang, waste, refuse, lie, fail)]
+    outcomes = [bounded(each)[0] for each in (hang, waste, refuse, lie, fail)]
     assert [outcome.partition(":")[0] for outcome in outcomes] == [
         "hang", "memory", "refused", "wrong", "traceback",
+    ]  # fmt: skip
+
+
+def test_an_attempt_that_ends_its_process_is_found_and_the_next_ones_go_on():
+    def attempts(numbers: range) -> Iterator[Outcome]:
+        for number in numbers:
+            if number == 3:
+                os.kill(os.getpid(), signal.SIGKILL)
+            if number == 5:
+                os._exit(7)
+            yield Outcome(number, "refused", 0.0)
+
+    found = list(guarded(attempts, range(2, 8)))
+    assert [outcome.number for outcome in found] == [2, 3, 4, 5, 6, 7]
+    assert [outcome.words for outcome in found] == [
+        "refused", "ended: by signal SIGKILL", "refused", "ended: with status 7", "refused", "refused",
     ]  # fmt: skip
 
 
