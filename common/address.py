@@ -1,4 +1,4 @@
-"""Network addresses as people write them: host:port, with an IPv6 host in brackets. The only parser of them."""
+"""Network addresses: the only parser of what people write, and the only place that opens a port to listen at."""
 
 from __future__ import annotations
 
@@ -34,14 +34,28 @@ def parse_address(text: str, field: str, source: str = "command line") -> Addres
     Raises:
         InvalidConfiguration: When it has another form; names the field.
     """
+    found = split_address(text)
+    if found is None or found[1] is None or not _is_plain(found[0]):
+        raise InvalidConfiguration(source, field, f"{EXAMPLE}, with a port up to 65535, got {text!r}")
+    return found[0], found[1]
+
+
+def split_address(text: str) -> tuple[str, int | None] | None:
+    """Return the host, without brackets, and the port of an address, None where it has none; None for anything else.
+
+    Args:
+        text: HOST or HOST:PORT; an IPv6 host is in brackets.
+    """
     host, colon, port = text.rpartition(":")
+    if not colon or text.endswith("]"):
+        host, port = text, "0"
     bracketed = host.startswith("[") and host.endswith("]")
     if bracketed:
         host = host[1:-1]
-    well_formed = colon and host and port.isascii() and port.isdigit() and len(port) <= 5
-    if not well_formed or int(port) > 65535 or bracketed is not (":" in host) or not _is_plain(host):
-        raise InvalidConfiguration(source, field, f"{EXAMPLE}, with a port up to 65535, got {text!r}")
-    return host, int(port)
+    well_formed = host and port.isascii() and port.isdigit() and len(port) <= 5 and int(port) <= 65535
+    if not well_formed or bracketed is not (":" in host):
+        return None
+    return host, int(port) if colon and not text.endswith("]") else None
 
 
 def show_address(address: Address) -> str:
@@ -72,13 +86,19 @@ def endpoint_address(endpoint: str) -> Address:
     return parse_address(_without_options(endpoint.partition("/")[2]), "listen")
 
 
-def bind(address: Address, receive_buffer_bytes: int = 0, kind: int = socket.SOCK_STREAM) -> socket.socket:
+def bind(
+    address: Address,
+    receive_buffer_bytes: int = 0,
+    kind: int = socket.SOCK_STREAM,
+    other_port: str = "choose another port",
+) -> socket.socket:
     """Return a non-blocking socket that is bound, and listens if it is one of a stream.
 
     Args:
-        address: Host and port; port 0 takes a free one.
+        address: Host and port; port 0 takes a free one. `::` takes every address, of IPv4 too where that can be.
         receive_buffer_bytes: Size of the kernel's buffer of each connection; 0 leaves it to the kernel.
         kind: `SOCK_STREAM` or `SOCK_DGRAM`.
+        other_port: How another port is chosen, for the error.
 
     Raises:
         LinkError: When the port is in use, not allowed or out of range, or the address is not of this machine;
@@ -89,10 +109,15 @@ def bind(address: Address, receive_buffer_bytes: int = 0, kind: int = socket.SOC
         raise LinkError(f"cannot listen on {host} port {port}: choose a port up to 65535")
     sock: socket.socket | None = None
     try:
-        family, kind, _, _, resolved = socket.getaddrinfo(host, port, type=kind)[0]
+        found = socket.getaddrinfo(host, port, type=kind, flags=socket.AI_PASSIVE)
+        family, kind, _, _, resolved = min(
+            found, key=lambda each: each[0]
+        )  # IPv4 first, where a name has both
         sock = socket.socket(family, kind)
         if os.name == "posix" and kind == socket.SOCK_STREAM:  # else two processes could share the port
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if family == socket.AF_INET6 and socket.has_dualstack_ipv6():
+            sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, host != "::")
         if receive_buffer_bytes:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer_bytes)
         sock.bind(resolved)
@@ -103,14 +128,17 @@ def bind(address: Address, receive_buffer_bytes: int = 0, kind: int = socket.SOC
         if sock:
             sock.close()
         taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
-        raise (PortTaken if taken else LinkError)(_explain(host, port, error)) from error
+        raise (PortTaken if taken else LinkError)(_explain(host, port, error, other_port)) from error
     return sock
 
 
 def free_port(scheme: str = "tcp") -> int:
-    """Return a port of this machine's loopback that is free for a scheme of the transport."""
-    with socket.socket(type=_KINDS[scheme]) as probe:
-        probe.bind(("127.0.0.1", 0))
+    """Return a port of this machine's loopback that is free for a scheme of the transport.
+
+    Raises:
+        LinkError: When this machine has no such address.
+    """
+    with bind(("127.0.0.1", 0), kind=_KINDS[scheme]) as probe:
         return probe.getsockname()[1]
 
 
@@ -127,14 +155,25 @@ def listening_fault(endpoint: str) -> str:
     return ""
 
 
-def _explain(host: str, port: int, error: OSError | UnicodeError) -> str:
-    number, words = (error.errno, error.strerror) if isinstance(error, OSError) else (None, str(error))
-    if number == errno.EADDRINUSE:
-        return f"port {port} on {host} is in use: end the process that holds it, or choose another port"
-    remedy = "choose an address of this machine and a free port"
-    if number == errno.EACCES:
-        remedy = "choose a port above 1023"
-    return f"cannot listen on {host} port {port}: {words}; {remedy}"
+def _explain(host: str, port: int, error: OSError | UnicodeError, other_port: str) -> str:
+    """Say which of the reasons it is for which a port cannot be had, and what helps."""
+    if isinstance(error, socket.gaierror | UnicodeError):
+        return (
+            f"cannot listen on {host} port {port}: no such host ({error}); choose an address of this machine"
+        )
+    where = f"cannot listen on {host} port {port}"
+    match error.errno:
+        case errno.EADDRINUSE:
+            return f"port {port} on {host} is in use: end the process that holds it, or {other_port}"
+        case errno.EADDRNOTAVAIL | errno.EAFNOSUPPORT:
+            of, other = ("IPv6", "127.0.0.1") if ":" in host else ("IPv4", "::1")
+            return (
+                f"{where}: no interface of this machine has this {of} address now; choose an address of this machine,"
+                f" such as {other}"
+            )
+        case errno.EACCES | errno.EPERM:
+            return f"{where}: this user may not ({error.strerror}); {other_port}, above 1023"
+    return f"{where}: {error.strerror or error}; choose an address of this machine and a free port"
 
 
 def _without_options(rest: str) -> str:

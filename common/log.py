@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
+import warnings
 
 _FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
 
@@ -42,6 +43,12 @@ def loop_logger(name: str) -> logging.Logger:
     return logger
 
 
+def _one_line(
+    message: Warning | str, category: type[Warning], file: str, number: int, _line: str | None = None
+) -> str:
+    return f"{category.__name__} in {file}:{number}: {' '.join(str(message).split())}"
+
+
 def configure_logging(process: str, verbose: bool = False) -> None:
     """Send this process's log to standard error.
 
@@ -61,4 +68,7 @@ def configure_logging(process: str, verbose: bool = False) -> None:
         handler.setFormatter(logging.Formatter(_FORMAT.replace("%(name)s", process)))
     logging.basicConfig(level=logging.DEBUG if verbose else logging.INFO, handlers=[handler], force=True)
     # dm_control tells through it, at every start, which OpenGL it does not load: that reads like a failure.
+    # What a library warns of is a line of the log, too.
+    warnings.formatwarning = _one_line
+    logging.captureWarnings(True)
     logging.getLogger("absl").setLevel(logging.NOTSET if verbose else logging.WARNING)

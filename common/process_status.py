@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import shutil
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,14 +12,6 @@ from msgspec import Struct
 from farhand.common.wire.messages import SCHEMA
 
 Role = Literal["robot", "link", "operator"]
-
-
-def installed_version() -> str:
-    """Return the version of the Farhand that runs."""
-    try:
-        return version("farhand")
-    except PackageNotFoundError:
-        return "unknown"
 
 
 class DataFolder(Struct, frozen=True, kw_only=True):

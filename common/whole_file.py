@@ -169,8 +169,11 @@ class Claim:
             _log.warning("%s cannot be claimed, another process may use it too: %s", folder, error.strerror)
             self.release()
         else:
-            os.ftruncate(self._descriptor, 0)
-            os.pwrite(self._descriptor, f"{os.getpid()}\n".encode(), 0)
+            with contextlib.suppress(
+                OSError
+            ):  # on a full disk the claim holds, though it says not whose it is
+                os.ftruncate(self._descriptor, 0)
+                os.pwrite(self._descriptor, f"{os.getpid()}\n".encode(), 0)
 
     def release(self) -> None:
         """Let others have the folder."""

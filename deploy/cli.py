@@ -233,7 +233,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             chosen = tyro.extras.subcommand_cli_from_dict(
                 COMMANDS,
                 prog="farhand",
-                description="Supervisory teleoperation: demonstrate here, execute there.",
+                description="Supervisory teleoperation: demonstrate here, execute there. `farhand --version` says which Farhand this is.",
                 args=arguments,
                 config=(tyro.conf.FlagCreatePairsOff, tyro.conf.HelptextFromCommentsOff),
             )

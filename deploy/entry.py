@@ -50,9 +50,22 @@ def run(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # For the processes of a pool, which Python starts on its own.
     os.environ["PYTHONSAFEPATH"] = "1"
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if words == ["--version"]:
+        return _say_version()
     from farhand.deploy.cli import main
 
-    return main(arguments)
+    return main(words)
+
+
+def _say_version() -> int:
+    """Print the version, and import nothing for it that takes time."""
+    from farhand.common.version import installed_version
+    from farhand.deploy.standard_streams import standard_streams
+
+    with standard_streams() as streams:
+        sys.stdout.write(f"farhand {installed_version()}\n")
+        return streams.settle(0)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
-import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,6 +18,7 @@ import msgspec
 from msgspec import Struct
 
 from farhand.common.process_status import ProcessStatus
+from farhand.common.temporary_folder import NoTemporaryFolder, temporary_folder
 
 ANSWER_S = 2.0
 """How long a process may take to answer [s]; one that takes longer does not answer."""
@@ -67,7 +67,10 @@ def runtime_folders() -> list[Path]:
     if chosen := os.environ.get("FARHAND_RUNTIME_DIR"):
         return [Path(chosen)]
     of_session = os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}"
-    return [Path(of_session) / "farhand", Path(tempfile.gettempdir()) / f"farhand-{os.getuid()}"]
+    folders = [Path(of_session) / "farhand"]
+    with contextlib.suppress(NoTemporaryFolder):
+        folders.append(temporary_folder() / f"farhand-{os.getuid()}")
+    return folders
 
 
 def find_processes() -> list[Entry]:

@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.common.names import PATTERN
+from farhand.common.names import PATTERN, default_site_name
 from farhand.common.repertoire import TaskSet
 from farhand.common.task import AnyTask, PointTask, load_task
 
@@ -74,6 +74,19 @@ def check_writable(field: str, file: Path) -> None:
         )
 
 
+def site_name(folder: Path) -> str:
+    """Return the name of an operator's site that was given none, by its data folder, see `default_site_name`."""
+    try:
+        usual = _usual_folder()
+    except RuntimeError:  # a user without a home: every folder is another one's
+        usual = Path(os.devnull)
+    return default_site_name(folder, usual)
+
+
+def _usual_folder() -> Path:
+    return (Path(os.environ.get("XDG_DATA_HOME") or "~/.local/share") / "farhand").expanduser()
+
+
 def data_folder(chosen: str | Path | None) -> Path:
     """Return the chosen folder, or the user's data folder for Farhand; made when it is missing.
 
@@ -81,8 +94,7 @@ def data_folder(chosen: str | Path | None) -> Path:
         InvalidConfiguration: When the user has no home, or the folder cannot be written.
     """
     try:
-        usual = Path(os.environ.get("XDG_DATA_HOME") or "~/.local/share") / "farhand"
-        folder = Path(chosen or usual).expanduser()
+        folder = Path(chosen).expanduser() if chosen else _usual_folder()
     except RuntimeError as error:
         raise InvalidConfiguration("data_dir", "", f"{_REMEDY}, as this user has no home") from error
     try:

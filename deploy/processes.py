@@ -16,8 +16,8 @@ import msgspec
 from farhand.common.address import parse_address
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.impairment.link_control import RelayControl
-from farhand.common.names import default_site_name
 from farhand.common.process_status import LinkFacts
+from farhand.common.whole_file import write_whole
 from farhand.common.wire.codec import field_of
 from farhand.deploy.child import follow_parent, say_ready
 from farhand.deploy.end_signals import on_end_signal
@@ -114,17 +114,17 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
     text = json.dumps(result)
     sys.stdout.write(text + "\n")
     if json_file is not None:
-        json_file.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+        write_whole(json_file, f"{json.dumps(result, indent=2)}\n".encode())
     return 0 if result["success"] else 1
 
 
 def _local_site(config: LocalConfig) -> tuple[LocalSite, Identity]:
     """Return the operator's site and what it is to `farhand status`."""
-    from farhand.deploy.places import data_folder, find_tasks, sample_files
+    from farhand.deploy.places import data_folder, find_tasks, sample_files, site_name
     from farhand.local_site.site import LocalSite
 
     tasks, folder = find_tasks(config.task), data_folder(config.data_dir)
-    name = config.site_name or _certified_name(config.link) or default_site_name(folder, data_folder(""))
+    name = config.site_name or _certified_name(config.link) or site_name(folder)
     _check_certified_name(config.link, "site_name", name)
     site = LocalSite(config, name, tasks, folder, sample_files)
     return site, Identity("operator", name, config.link.connect, tasks.names)

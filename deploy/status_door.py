@@ -23,7 +23,8 @@ from urllib.parse import quote
 import msgspec
 
 from farhand.common.errors import FarhandError, PortTaken
-from farhand.common.process_status import DataFolder, Facts, ProcessStatus, Role, installed_version
+from farhand.common.process_status import DataFolder, Facts, ProcessStatus, Role
+from farhand.common.version import installed_version
 from farhand.common.whole_file import write_whole
 from farhand.deploy.neighbours import (
     ANSWER_S,
@@ -73,23 +74,36 @@ def status_door(
         )
         yield
         return
-    stem = f"{who.role}-{quote(who.name, safe='')}"
+    stem = _stem(who.role, who.name)
     _clear(folder, stem)
     path = folder / f"{stem}-{os.getpid()}"
     listener = _listen(path)
     answer = partial(_serve, listener, lambda: who.status(facts(), data()))
     threading.Thread(target=answer, name="status door", daemon=True).start()
     try:
-        yield
-    except (FarhandError, OSError) as error:
-        _leave_words(folder / f"{stem}{ENDED}", error)
-        raise
+        with last_words(who.role, who.name):
+            yield
     finally:
         with contextlib.suppress(OSError):
             path.unlink()
         with contextlib.suppress(OSError):
             listener.shutdown(socket.SHUT_RDWR)  # wakes the thread that waits there
         listener.close()
+
+
+@contextlib.contextmanager
+def last_words(role: Role, name: str) -> Iterator[None]:
+    """Leave the words of the error that ends the block, for `farhand status` to tell."""
+    try:
+        yield
+    except (FarhandError, OSError) as error:
+        if (folder := _own_folder()) is not None:
+            _leave_words(folder / f"{_stem(role, name)}{ENDED}", error)
+        raise
+
+
+def _stem(role: Role, name: str) -> str:
+    return f"{role}-{quote(name, safe='')}"
 
 
 def _own_folder() -> Path | None:

@@ -18,15 +18,19 @@ from typing import TypeVar
 from farhand.common.address import bind, free_port
 from farhand.common.errors import InvalidConfiguration, ProcessFailed
 from farhand.common.impairment.link_profile import find_profile, load_profiles
+from farhand.common.temporary_folder import temporary_folder
+from farhand.common.whole_file import write_whole
 from farhand.deploy.child import Child, say_ready
 from farhand.deploy.link.link_process import PROFILES_FILE
 from farhand.deploy.pki.throw_away import Identities, Transport, throw_away_identities
-from farhand.deploy.places import check_writable, data_folder, find_tasks
+from farhand.deploy.places import check_writable, data_folder, find_tasks, site_name
+from farhand.deploy.status_door import last_words
 from farhand.deploy.summary import summary
 
 _log = logging.getLogger(__name__)
 
 _HOST = "127.0.0.1"
+_OTHER_PORT = "choose another one with --port"
 INTERRUPTED = 130
 _SAID_EVERY_S, _LONG_S = 4.0, 10.0
 
@@ -92,7 +96,7 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
         check_writable("json", json_file)
     if data_dir:
         data_folder(data_dir)
-    with tempfile.TemporaryDirectory(prefix="farhand-") as scratch:
+    with tempfile.TemporaryDirectory(prefix="farhand-", dir=temporary_folder()) as scratch:
         result = Path(scratch) / "result.json"
         data = [f"--data-dir={data_dir or scratch}"]
         with throw_away_identities(settings.transport, data_dir or scratch) as identities:
@@ -105,7 +109,7 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
         _log.info(line)
     if json_file is not None:
         try:
-            json_file.write_text(content, encoding="utf-8")
+            write_whole(json_file, content.encode())
         except OSError:
             sys.stdout.write(content)  # not lost with the file
             raise
@@ -126,9 +130,11 @@ def run_up(settings: Together, port: int, data_dir: str) -> int:
         ProcessFailed: When a process ended by itself.
     """
     settings.check()
-    with bind((_HOST, port)) as free:  # better now in one line than as a child's last words
+    folder = data_folder(data_dir)
+    # Better now in one line than after a minute; `farhand status` tells it as it tells the site's own.
+    with last_words("operator", site_name(folder)), bind((_HOST, port), other_port=_OTHER_PORT) as free:
         port = free.getsockname()[1]
-    _log.info("what is taught is kept in %s", data_folder(data_dir))
+    _log.info("what is taught is kept in %s", folder)
     data = [f"--data-dir={data_dir}"] if data_dir else []
     with throw_away_identities(settings.transport, data_dir) as identities:
         status = asyncio.run(_together(settings, data, [f"--port={port}"], identities))

@@ -30,6 +30,7 @@ from rich.progress import track
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.parent_process import end_with_parent
+from farhand.common.whole_file import write_whole
 
 STUDIES = {
     "planar": "farhand.evaluation.paper.planar",
@@ -63,6 +64,7 @@ STUDIES = {
     "surroundings": "farhand.evaluation.live.surroundings",
     "tick": "farhand.evaluation.live.tick",
     "mutations": "farhand.evaluation.faults.mutations",
+    "neighbours": "farhand.evaluation.live.neighbours",
     "stop-lane": "farhand.evaluation.live.stop_lane",
     "modes": "farhand.evaluation.modes.modes",
     "freshness": "farhand.evaluation.link.freshness",
@@ -154,8 +156,8 @@ def run(name: str, trials: int | None, seed: int, out_dir: Path | str, command: 
     draw = getattr(study, "draw", lambda results, out_dir: [])
     figures = "".join(f"\n\n![{file}]({file})" for file in draw(results, out_dir))
     path = out_dir / f"{name}.json"
-    path.write_text(json.dumps(plain(record), indent=1, allow_nan=False) + "\n")
-    path.with_suffix(".md").write_text(f"{markdown.rstrip()}{figures}\n\n{_footer(record)}\n")
+    write_whole(path, f"{json.dumps(plain(record), indent=1, allow_nan=False)}\n".encode())
+    write_whole(path.with_suffix(".md"), f"{markdown.rstrip()}{figures}\n\n{_footer(record)}\n".encode())
     return path
 
 

@@ -17,12 +17,15 @@ import os
 import stat
 import tempfile
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from numba import njit
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
+
+from farhand.common.temporary_folder import NoTemporaryFolder, temporary_folder
 
 _log = logging.getLogger(__name__)
 
@@ -52,10 +55,10 @@ def _usual_folder() -> Path | None:
 def _own_temporary_folder() -> Path | None:
     """Return a temporary folder that nobody else may write: what is kept there is run. None without one."""
     try:
-        folder = Path(tempfile.gettempdir()) / f"farhand-{os.geteuid()}"
+        folder = temporary_folder() / f"farhand-{os.geteuid()}"
         folder.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()
-    except OSError:
+    except (OSError, NoTemporaryFolder):
         return None
     ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & 0o022
     return folder if ours and _may_write(folder) else None
@@ -104,14 +107,17 @@ class _Cache(FunctionCache):
     _told = False
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was kept of a signature; None when that is nothing, or damaged."""
+        """Return what was kept of a signature; None when that is nothing, or damaged: then it is compiled."""
+        found = None
         try:
-            return super().load_overload(sig, target_context)
+            found = super().load_overload(sig, target_context)
         except Exception as error:
             self._tell("read", error)
             with contextlib.suppress(OSError):
                 self.flush()  # else a damaged index would be read again at every start
-            return None
+        if found is None:
+            say_compiling("once on this machine")
+        return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled, if there is room."""
@@ -127,6 +133,12 @@ class _Cache(FunctionCache):
                 "compiled functions cannot be %s in %s (%s), which costs up to a minute; %s",
                 verb, self.cache_path, error, _REMEDY,
             )  # fmt: skip
+
+
+@cache
+def say_compiling(how_often: str) -> None:
+    """Say, once in a process, that it takes a while until the method runs."""
+    _log.info("compiling the method, %s: about 20 s, up to a minute on a busy one", how_often)
 
 
 _FOLDER = _cache_folder()

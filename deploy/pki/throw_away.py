@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Literal
 
 from farhand.common.link.endpoint import EndpointSettings
-from farhand.common.names import default_site_name
+from farhand.common.temporary_folder import temporary_folder
 from farhand.deploy.pki.registry import CA_KEY, Registry
-from farhand.deploy.places import data_folder
+from farhand.deploy.places import data_folder, site_name
 
 _DAYS = 365
 """Longer than anybody leaves one run alone; the folder is gone afterwards."""
@@ -44,8 +44,8 @@ def throw_away_identities(transport: Transport, data_dir: str) -> Iterator[Ident
     if transport == "tcp":
         yield Identities()
         return
-    name = default_site_name(data_folder(data_dir), data_folder(""))
-    with tempfile.TemporaryDirectory(prefix="farhand-pki-") as folder:
+    name = site_name(data_folder(data_dir))
+    with tempfile.TemporaryDirectory(prefix="farhand-pki-", dir=temporary_folder()) as folder:
         robot, operator = make_throw_away(Path(folder), EndpointSettings().vehicle, ("127.0.0.1",), name)
         yield Identities((f"--certificates={robot}",), (f"--certificates={operator}",))
 

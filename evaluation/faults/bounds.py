@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from farhand.common.errors import FarhandError
+from farhand.common.parent_process import end_with_parent
 
 LONGEST_S, MOST_MB = 5.0, 200.0
 _BLOCKED_S = 60.0
@@ -86,11 +87,13 @@ def guarded(attempts: Callable[[range], Iterator[Outcome]], numbers: range) -> I
     first = numbers.start
     while first < numbers.stop:
         read_fd, write_fd = os.pipe()
+        parent_pid = os.getpid()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # of threads: the child needs none of them
             pid = os.fork()
         if not pid:
             os.close(read_fd)
+            end_with_parent(parent_pid)
             _be_the_child(attempts(range(first, numbers.stop)), write_fd)
         os.close(write_fd)
         with os.fdopen(read_fd, "rb", buffering=0) as pipe:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-import socket
 import subprocess
 import time
 from typing import Any
 
+from farhand.common.address import free_port as free_port
 from farhand.common.errors import ProcessFailed
 from farhand.deploy.child import PARENT_PID, READY_FD
 from farhand.deploy.entry import own_command
@@ -45,6 +45,11 @@ class Process:
         self.ready_s = time.monotonic()
         """Time of that line [s]."""
 
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
     def wait(self, timeout_s: float) -> int | None:
         """Wait for its own end; return its exit status, or None on a time-out [s]."""
         try:
@@ -61,10 +66,3 @@ class Process:
         """Kill it at once, like a crash."""
         self._process.kill()
         self._process.wait()
-
-
-def free_port() -> int:
-    """Return a free port."""
-    with socket.socket() as probe:
-        probe.bind((HOST, 0))
-        return probe.getsockname()[1]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import signal
 import subprocess
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from farhand.deploy.child import READY_FD
 from farhand.deploy.entry import ROOT, own_command
@@ -18,6 +20,10 @@ from farhand.evaluation.harness.surrounding import CANNOT_ARRANGE, Surrounding, 
 _PATIENCE_S, _END_S = 180.0, 40.0
 _NOBODY = "no robot reported"
 _ENDED_BY_CTRL_C = (0, 130, 143, -signal.SIGINT, -signal.SIGTERM)
+_COLOUR = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
+_LEVELS = {"INFO", "WARNING"}
+_INDENTED = " " * 8
+"""How the second line of a long record begins on a terminal."""
 
 
 class Outcome(NamedTuple):
@@ -37,7 +43,7 @@ class Started:
     """A process of a trial.
 
     Args:
-        process: It.
+        process: The process.
         serves: Whether it says that it is ready, and then runs until it is ended.
         ready: Reads the pipe on which it says so.
         said: Reads its standard error; None when nobody can.
@@ -59,8 +65,10 @@ class Started:
             end_signal,
         )
         self._chunks: list[bytes] = []
-        self._settled = threading.Event()
+        self._settled, self._said = threading.Event(), threading.Condition()
         self.is_ready = False
+        self.facts: dict[str, Any] = {}
+        """What it said when it was ready."""
         threading.Thread(target=self._await_ready, args=(ready,), daemon=True).start()
         self._reader = threading.Thread(target=self._read, args=(said,), daemon=True)
         if said is not None:
@@ -109,12 +117,7 @@ class Started:
         if "Traceback" in words:
             ours = ROOT in words.replace(f"{ROOT}/.venv", "")
             return Outcome("fault", words[-1000:]) if ours else Outcome("interpreter")
-        # A log may say what it likes; what is no log is one line.
-        lines = [
-            line
-            for line in words.splitlines()
-            if line.strip() and not {"INFO", "WARNING"} & {*line.split()[:4]}
-        ]
+        lines = spoken(words)
         if interrupted:
             good = status in _ENDED_BY_CTRL_C and not [
                 line for line in lines if "farhand: interrupted" not in line
@@ -127,6 +130,11 @@ class Started:
             return Outcome("refused", "".join(lines))
         return Outcome("fault", f"status {status}: {words[-1000:]}")
 
+    def says(self, text: str, timeout_s: float) -> bool:
+        """Wait until it has said something, for some time [s]."""
+        with self._said:
+            return self._said.wait_for(lambda: text in self._words(), timeout_s)
+
     def _words(self) -> str:
         return b"".join(self._chunks).decode(errors="replace")
 
@@ -138,15 +146,27 @@ class Started:
 
     def _await_ready(self, fd: int) -> None:
         with os.fdopen(fd) as pipe:
-            self.is_ready = bool(pipe.read())
+            said = pipe.read()
+        self.facts, self.is_ready = json.loads(said) if said else {}, bool(said)
         self._settled.set()
 
     def _read(self, fd: int) -> None:
         try:
             while chunk := os.read(fd, 1 << 16):
-                self._chunks.append(chunk)
+                with self._said:
+                    self._chunks.append(chunk)
+                    self._said.notify_all()
         except OSError:
             return  # a terminal that nobody writes to any more
+
+
+def spoken(words: str) -> list[str]:
+    """Return the lines of a process's standard error that are no log: a log may say what it likes."""
+    lines = _COLOUR.sub("", words).splitlines()
+    return [
+        line for line in lines
+        if line.strip() and not line.startswith(_INDENTED) and not _LEVELS & {*line.split()[:4]}
+    ]  # fmt: skip
 
 
 @contextmanager
@@ -170,9 +190,8 @@ def started(arguments: list[str], serves: bool, surrounding: Surrounding, folder
     for fd in (write_fd, *(fd for fd, _ in ends)):
         os.close(fd)
     readers = [reader for _, reader in ends if reader is not None]
-    visible = surrounding.streams[1] in ("read", "terminal")
-    number = signal.SIGTERM if "trap '' INT" in surrounding.prepare else signal.SIGINT
-    begun = Started(process, serves, ready, ends[1][1] if visible else None, number)
+    said = ends[1][1] if surrounding.is_heard else None
+    begun = Started(process, serves, ready, said, surrounding.ended_by)
     try:
         yield begun
     finally:

@@ -21,7 +21,6 @@ import random
 import tempfile
 import threading
 import time
-from importlib.metadata import version
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -38,6 +37,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Stop
 from farhand.deploy.places import find_task
+from farhand.evaluation.harness.page_visitor import CAMERA, SUBPROTOCOL
 from farhand.evaluation.harness.real_process import free_port
 from farhand.evaluation.metrics.tables import table
 from farhand.evaluation.study import reporting_seeds
@@ -183,7 +183,6 @@ def _recording(task: ArmTask, n: int, duration_s: float) -> Demonstration:
 def _press(pipe: Connection, endpoint: str) -> None:
     """Be the robot's end of the link and a client of the page: press when told, and report the delay."""
     from websockets.sync.client import connect
-    from websockets.typing import Subprotocol
 
     link = ZenohLink(EndpointSettings(listen=endpoint))
     arrivals: dict[str, float] = {}
@@ -198,11 +197,10 @@ def _press(pipe: Connection, endpoint: str) -> None:
     link.subscribe(keys.STOP, hear)
     pipe.send("listening")
     address, button = pipe.recv()
-    protocol = Subprotocol(f"viser-v{version('viser')}")
     with connect(
-        address.replace("http", "ws"), subprotocols=[protocol], max_size=None, max_queue=None
+        address.replace("http", "ws"), subprotocols=[SUBPROTOCOL], max_size=None, max_queue=None
     ) as page:
-        page.send(msgspec.msgpack.encode(_CAMERA))
+        page.send(msgspec.msgpack.encode(CAMERA))
         page.recv(_PATIENCE_S)
         pipe.send("connected")
         while pipe.recv() == "press":
@@ -217,12 +215,6 @@ def _press(pipe: Connection, endpoint: str) -> None:
                 new = arrivals.keys() - known
             pipe.send(min((arrivals[each] for each in new), default=float("inf")) - pressed_s)
     link.close()
-
-
-_CAMERA = {
-    "type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, 0.0, 5.0), "fov": 0.35, "near": 0.1,
-    "far": 50.0, "image_height": 560, "image_width": 900, "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 1.0, 0.0),
-}  # fmt: skip
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:

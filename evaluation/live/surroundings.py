@@ -3,7 +3,8 @@
 Each trial starts a real process: `up`, `demo`, `local`, `remote`, `link`, `learn`, `rollout` or `import`, in one of
 the surroundings (users, disks, folders, descriptors, terminals, networks; two at once; Ctrl-C at twenty moments of
 the start). What starts a site is awaited until it is ready and then ended by Ctrl-C; what works on files must write
-what it writes elsewhere. Otherwise it must end with one line that begins with `farhand: `, and with a status that is
+what it writes elsewhere. A page is opened through a proxy that rewrites the name under which it was asked for, and that
+the configuration names, or not. Otherwise a command must end with one line that begins with `farhand: `, and with a status that is
 not success. A traceback, a second line, or silence for three minutes is a fault.
 
 Trials that only root can arrange are skipped for others, and counted.
@@ -11,27 +12,33 @@ Trials that only root can arrange are skipped for others, and counted.
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import tempfile
 import time
 from collections import Counter
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from farhand.common.model.model_file import save
+from farhand.common.model.model_file import encode
 from farhand.deploy.places import sample_files
-from farhand.evaluation.harness.real_process import HOST, free_port
-from farhand.evaluation.harness.started import started
-from farhand.evaluation.harness.surrounding import SURROUNDINGS, Surrounding
+from farhand.evaluation.harness.page_visitor import visit
+from farhand.evaluation.harness.real_process import HOST, Process, free_port
+from farhand.evaluation.harness.reverse_proxy import reverse_proxy
+from farhand.evaluation.harness.started import Outcome, started
+from farhand.evaluation.harness.surrounding import NAMED, SURROUNDINGS, Surrounding
 from farhand.evaluation.metrics.tables import table
 from farhand.local_site.teaching.offline_learning import learn_files
 
 Case = dict[str, Any]
 
+_PATIENCE_S = 30.0
 SITES, FILES = ("up", "demo", "remote", "local", "link"), ("learn", "rollout", "import")
 MOMENTS_S = tuple(0.05 * 1.32**n for n in range(20))
 """Times of Ctrl-C, from the first imports until everything is ready [s]."""
@@ -39,7 +46,11 @@ MOMENTS_S = tuple(0.05 * 1.32**n for n in range(20))
 
 def cases(trials: int | None, seed: int) -> list[Case]:
     """Return every command in every surrounding; with `trials`, a random choice of as many."""
-    everywhere = [{"command": command, "where": where} for where in SURROUNDINGS for command in SITES + FILES]
+    everywhere = [
+        {"command": command, "where": where}
+        for where, surrounding in SURROUNDINGS.items()
+        for command in surrounding.commands or SITES + FILES
+    ]
     twice = [{"command": command, "where": "two at once"} for command in SITES + FILES]
     interrupted = [
         {"command": each, "where": "Ctrl-C", "at_s": s} for each in SITES + FILES for s in MOMENTS_S
@@ -60,15 +71,63 @@ def trial(case: Case) -> Case:
         surrounding = SURROUNDINGS.get(case["where"], Surrounding())
         if surrounding.root and os.geteuid() != 0:
             return {**case, "verdict": "skipped", "why": "needs root"}
-        with ExitStack() as closing:
-            serves = case["command"] in SITES
-            arguments = _arguments(case["command"], folder)
-            if case["where"] == "two at once":
-                closing.enter_context(started(arguments, serves, surrounding, folder)).await_ready()
-            outcome = closing.enter_context(started(arguments, serves, surrounding, folder)).outcome(
-                case.get("at_s")
-            )
+        outcome = _of_page(case, folder) if surrounding.commands else _of(case, surrounding, folder)
     return {**case, **outcome._asdict(), "took_s": time.monotonic() - began_s}
+
+
+def _of(case: Case, surrounding: Surrounding, folder: Path) -> Outcome:
+    """Start a command once, or twice at once, and interrupt it if the case says so."""
+    command, serves = case["command"], case["command"] in SITES
+    with ExitStack() as closing:
+        arguments = _arguments(command, folder)
+        if case["where"] == "two at once":
+            if command == "local":
+                arguments.append(f"--connect={closing.enter_context(_robot(folder))}")
+            first = closing.enter_context(started(arguments, serves, surrounding, folder))
+            if serves:
+                first.await_ready()
+        outcome = closing.enter_context(started(arguments, serves, surrounding, folder)).outcome(
+            case.get("at_s")
+        )
+    made = command in SITES or "at_s" in case or any((folder / "out").rglob("*.*"))
+    if outcome.verdict == "works" and not made:
+        return Outcome("fault", "it says nothing, and has made nothing")
+    return outcome
+
+
+def _of_page(case: Case, folder: Path) -> Outcome:
+    """Open the page of a command through a proxy that rewrites the name under which it was asked for."""
+    page_port, command, named = free_port(), case["command"], case["where"] == NAMED
+    with ExitStack() as closing:
+        proxy_port = closing.enter_context(reverse_proxy(page_port))
+        address = f"http://console.example:{proxy_port}"
+        arguments = [*_arguments(command, folder), f"--port={page_port}"]
+        if command == "local":
+            config = folder / "local.toml"
+            config.write_text(f"page_names = {json.dumps([address] if named else [])}\n", encoding="utf-8")
+            arguments += [f"--config={config}", f"--connect={closing.enter_context(_robot(folder))}"]
+        site = closing.enter_context(started(arguments, True, Surrounding(), folder))
+        site.await_ready()
+        if not site.is_ready:
+            return site.outcome(None)
+        refusal = visit(site.facts["page"] if named else address, proxy_port)
+        if named:
+            return Outcome("fault", refusal) if refusal else site.outcome(None)
+        if not refusal or not site.says("page_names", _PATIENCE_S):
+            return Outcome("fault", f"who is not named comes in, or is not told why: {refusal}")
+        ended = site.outcome(None)
+        return Outcome("refused", "the page names page_names") if ended.verdict == "works" else ended
+
+
+@contextmanager
+def _robot(folder: Path) -> Iterator[str]:
+    """Run a robot for a local site, and return its endpoint."""
+    endpoint = f"tcp/{HOST}:{free_port()}"
+    robot = Process("remote", "--task=planar", f"--listen={endpoint}", f"--data-dir={folder / 'robot'}")
+    try:
+        yield endpoint
+    finally:
+        robot.kill()
 
 
 def _furnish(folder: Path) -> None:
@@ -84,24 +143,31 @@ def _furnish(folder: Path) -> None:
             )
     for file in ("queue", "random", "socket", "types", "numpy"):
         (folder / "foreign" / f"{file}.py").write_text("raise SystemExit('foreign')\n", encoding="utf-8")
+    for place in ("home", "out", "scratch"):
+        (folder / place).mkdir()
     demonstration = folder / "demonstration.npz"
     shutil.copy(sample_files("hot-stab")[0], demonstration)
-    save(learn_files([demonstration]), folder / "taught.model")
+    (folder / "taught.model").write_bytes(_taught(sample_files("hot-stab")[0]))
+
+
+@cache
+def _taught(demonstration: Path) -> bytes:
+    return encode(learn_files([demonstration]))
 
 
 def _arguments(command: str, folder: Path) -> list[str]:
     """Return the arguments of a command; it writes into the trial's folder wherever it lets one choose."""
-    demonstration = str(folder / "demonstration.npz")
+    demonstration, out = str(folder / "demonstration.npz"), folder / "out"
     return {
         "up": ["up", "--task=planar", "--port=0", "--link=lan"],
-        "demo": ["demo", "--task=planar", "--link=lan", f"--json={folder / 'result.json'}"],
+        "demo": ["demo", "--task=planar", "--link=lan", f"--json={out / 'result.json'}"],
         "remote": ["remote", "--task=planar", f"--listen=tcp/{HOST}:{free_port()}"],
         "local": ["local", "--task=planar", f"--connect=tcp/{HOST}:{free_port()}", f"--port={free_port()}",
                   "--connect-timeout-s=1"],
         "link": ["link", f"--listen={HOST}:0", f"--control={HOST}:0"],
-        "learn": ["learn", demonstration, "--out", str(folder / "learned.model")],
-        "rollout": ["rollout", str(folder / "taught.model"), "--like", demonstration, "--out", str(folder / "motion.npz")],
-        "import": ["import", "lasa", str(folder / "strokes.npz"), "--out", str(folder / "imported")],
+        "learn": ["learn", demonstration, "--out", str(out / "learned.model")],
+        "rollout": ["rollout", str(folder / "taught.model"), "--like", demonstration, "--out", str(out / "motion.npz")],
+        "import": ["import", "lasa", str(folder / "strokes.npz"), "--out", str(out / "imported")],
     }[command]  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from farhand.common.process_status import installed_version
+from farhand.common.version import installed_version
 from farhand.common.wire import keys
 from farhand.common.wire.messages import CatalogueReply, CatalogueRequest, Event, Telemetry
 from farhand.local_site.console.robot_recordings import RobotRecordings

@@ -18,7 +18,7 @@ from pathlib import Path
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.local_site.view.address import (
+from farhand.local_site.view.host_name import (
     EVERY_ADDRESS,
     Name,
     default_gateway,
@@ -69,11 +69,13 @@ class Answer:
         status: Of HTTP.
         page: HTML.
         headers: Beyond the usual ones.
+        why: Reason and remedy of a refusal, for the log: the browser shows no refusal of a websocket.
     """
 
     status: HTTPStatus
     page: str
     headers: dict[str, str] = field(default_factory=dict)
+    why: str = ""
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,12 @@ class Door:
             )
         origin = Name.of(origins[0]) if len(origins) == 1 else None
         if to_talk and origins and not (origin and self._is_own_page(origin, host)):
-            return _refused("This console takes commands from its own page alone.", "Open its own address.")
+            return _refused(
+                "This console takes commands from its own page alone, and not from one of "
+                f"{origin.host if origin else 'a strange origin'}.",
+                "Open its own address; where a proxy stands before it, add the proxy's name to page_names in the "
+                "configuration of the local site.",
+            )
         if self._needs_no_token(visit, host):
             return None
         cookie = f"farhand-{port}"
@@ -202,6 +209,7 @@ def _refused(what: str, remedy: str) -> Answer:
         HTTPStatus.FORBIDDEN,
         f'<!doctype html><meta charset="utf-8"><title>Farhand: refused</title>'
         f'<body style="font: 18px sans-serif; max-width: 40em; margin: 3em auto">{words}',
+        why=f"{what} {remedy}",
     )
 
 

@@ -9,6 +9,7 @@ import logging
 import socket
 import threading
 import time
+import warnings
 from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -20,10 +21,13 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from farhand.local_site.view.address import listening
+from farhand.common.address import bind
+from farhand.common.log import loop_logger
 from farhand.local_site.view.door import Door, Visit
 from farhand.local_site.view.incoming import LARGEST_BYTES, Incoming
 from farhand.local_site.view.sessions import Sessions
+
+_log = loop_logger(__name__)
 
 _FILES = Path(__file__).parent
 _MOST_TABS = 32
@@ -59,7 +63,9 @@ class PageServer(viser.ViserServer):
         self.incoming = Incoming(self, sessions, refused)
         # A port scan or a browser that gives up is no error of ours, and needs no traceback.
         logging.getLogger("websockets").setLevel(logging.CRITICAL)
-        bound = listening(door.host, port)
+        # A tab may go at any moment, also while it is told where to look from.
+        warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
+        bound = bind((door.host, port), other_port="choose another one with --port")
         self.bound_port: int = bound.getsockname()[1]
         """The port that it is served at."""
         # viser greets on the standard output, which belongs to the command line.
@@ -113,6 +119,10 @@ class PageServer(viser.ViserServer):
             talks = any("websocket" in value.lower() for value in request.headers.get_all("Upgrade"))
             answer = self._door.judge(_visit(connection, request), self.bound_port, talks)
             if answer is not None:
+                if answer.why:
+                    _log.warning(
+                        "a visit from %s was turned away: %s", connection.remote_address[0], answer.why
+                    )
                 kind = {"Content-Type": "text/html; charset=utf-8", "Cache-Control": "no-store"}
                 body = answer.page.encode()
                 headers = {**kind, **answer.headers, "Content-Length": str(len(body)), "Connection": "close"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 
-from farhand.common.process_status import installed_version
+from farhand.common.version import installed_version
 from farhand.common.wire.messages import BlobReply, BlobRequest, CatalogueReply, RecordingOffer, Stamp
 from farhand.remote_site.supervision.motion_recorder import Recorded
 

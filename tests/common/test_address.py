@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import socket
 from pathlib import Path
 
@@ -9,8 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farhand.common.address import bind, endpoint_fault, listening_fault, parse_address, show_address
-from farhand.common.errors import FarhandError, InvalidConfiguration, LinkError
+from farhand.common.address import (
+    bind,
+    endpoint_fault,
+    listening_fault,
+    parse_address,
+    show_address,
+    split_address,
+)
+from farhand.common.errors import FarhandError, InvalidConfiguration, LinkError, PortTaken
 
 ROOT = Path(__file__).parents[2]
 
@@ -108,3 +117,50 @@ def test_nobody_else_parses_addresses():
         if 'rpartition(":")' in path.read_text() or 'rsplit(":"' in path.read_text()
     }
     assert found <= {"address.py"}
+
+
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [
+        (errno.EADDRINUSE, "port 80 on 127.0.0.1 is in use: end the process that holds it, or take --port"),
+        (errno.EADDRNOTAVAIL, r"no interface of this machine has this IPv4 address now; .* such as ::1"),
+        (errno.EACCES, r"this user may not .*; take --port, above 1023"),
+        (errno.ENOBUFS, r"No buffer space available; choose an address of this machine and a free port"),
+    ],
+)
+def test_what_keeps_a_port_from_being_opened_is_told_apart(number, words, monkeypatch):
+    def refuse(*_: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(socket.socket, "bind", refuse)
+    with pytest.raises(LinkError, match=words) as caught:
+        bind(("127.0.0.1", 80), other_port="take --port")
+    assert isinstance(caught.value, PortTaken) is (number == errno.EADDRINUSE)
+
+
+@pytest.mark.parametrize("host", ["::1", "::"])
+def test_an_ipv6_address_that_no_interface_has_is_told_with_one_of_ipv4(host, monkeypatch):
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EADDRNOTAVAIL, os.strerror(errno.EADDRNOTAVAIL))
+
+    monkeypatch.setattr(socket.socket, "bind", refuse)
+    with pytest.raises(LinkError, match=r"this IPv6 address now; .* such as 127\.0\.0\.1"):
+        bind((host, 0))
+
+
+def test_every_address_takes_both_kinds_and_one_takes_its_own():
+    with bind(("::", 0)) as both:
+        port = both.getsockname()[1]
+        socket.create_connection(("127.0.0.1", port)).close()
+        socket.create_connection(("::1", port)).close()
+    with bind(("::1", 0)) as one, pytest.raises(OSError):
+        socket.create_connection(("127.0.0.1", one.getsockname()[1]))
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [("host", ("host", None)), ("host:80", ("host", 80)), ("[::1]", ("::1", None)), ("[::1]:80", ("::1", 80)),
+     ("::1", None), ("[host]", None), ("host:", None), (":80", None), ("host:99999", None), ("", None), ("[]:1", None)],
+)  # fmt: skip
+def test_a_host_may_come_without_its_port(text, found):
+    assert split_address(text) == found

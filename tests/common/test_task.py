@@ -1,13 +1,18 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
+from farhand.common.impairment.link_profile import load_profiles
 from farhand.common.task import PointTask, load_task, load_toml
+from farhand.local_site.config import LocalConfig
+from farhand.remote_site.config import RemoteConfig
 
-PLANAR = Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml"
+DEPLOY = Path(__file__).parents[2] / "deploy"
+PLANAR = DEPLOY / "tasks" / "planar.toml"
 
 MINIMAL = """
 robot = "point"
@@ -69,6 +74,14 @@ WRONG = {
         "samples",
     ),
     "a sample of one point": (MINIMAL + "[[samples]]\nwaypoints_m = [[0.1, 0.1]]", "samples"),
+    "equal neighbouring points": (
+        MINIMAL + "[[samples]]\nwaypoints_m = [[0.1, 0.1], [0.3, 0.2], [0.3, 0.2], [0.5, 0.5]]",
+        "waypoints_m[1] and [2] are the same point: remove one",
+    ),
+    "equal points at the start": (
+        MINIMAL + "[[samples]]\nwaypoints_m = [[0.1, 0.1], [0.1, 0.1]]",
+        "waypoints_m[0] and [1] are the same point",
+    ),
     "another policy": (MINIMAL.replace("[target]", 'lost_link = "fly"\n[target]'), "lost_link"),
     "no TOML": ("name = = 3", "TOML"),
     "no text": (b"\xff\xfe\x00", "TOML"),
@@ -90,3 +103,31 @@ def test_what_is_wrong_is_named_with_its_file(tmp_path: Path, case: str):
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path, missing: str):
     with pytest.raises(InvalidConfiguration, match="readable"):
         load_toml(tmp_path / missing, PointTask)
+
+
+@pytest.mark.parametrize("kind", ["task", "local", "remote", "profiles"])
+def test_a_file_that_begins_with_a_byte_order_mark_is_read_like_any_other(tmp_path: Path, kind: str):
+    """As some editors write it."""
+    names = {
+        "task": "tasks/planar.toml",
+        "local": "local.toml",
+        "remote": "remote.toml",
+        "profiles": "link_profiles.toml",
+    }
+    readers: dict[str, Callable[[Path], object]] = {
+        "task": load_task, "local": lambda file: load_toml(file, LocalConfig),
+        "remote": lambda file: load_toml(file, RemoteConfig), "profiles": load_profiles,
+    }  # fmt: skip
+    shipped = DEPLOY / names[kind]
+    file = tmp_path / "marked.toml"
+    file.write_bytes(b"\xef\xbb\xbf" + shipped.read_bytes())
+    assert readers[kind](file) == readers[kind](shipped)
+    file.write_bytes(b"\xef\xbb\xbf" + b"\xef\xbb\xbf" + shipped.read_bytes())
+    with pytest.raises(InvalidConfiguration, match="TOML"):
+        readers[kind](file)
+
+
+def test_points_that_come_back_later_are_no_equal_neighbours(tmp_path: Path):
+    file = write(tmp_path, MINIMAL + "[[samples]]\nwaypoints_m = [[0.1, 0.1], [0.3, 0.2], [0.1, 0.1]]")
+    (sample,) = load_toml(file, PointTask).samples
+    assert len(sample.waypoints_m) == 3

@@ -10,6 +10,7 @@ import pytest
 from farhand.common.errors import InvalidDemonstration, InvalidModel
 from farhand.common.model.model_file import encode, save
 from farhand.deploy.offline import learn, rollout
+from farhand.deploy.rollout import reproduce
 from farhand.evaluation.faults.subjects import sound_files
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn_files
@@ -52,3 +53,21 @@ def test_a_model_that_could_not_be_read_again_is_not_written(tmp_path: Path, lik
         save(model, tmp_path / "model")
     assert not (tmp_path / "model").exists()
     encode(learn_files([like]))
+
+
+@pytest.mark.parametrize("duration_s", [1e3, 1e6, 3e4])
+def test_a_rollout_that_would_take_longer_than_anybody_demonstrates_is_refused_at_once(
+    tmp_path: Path, like: Path, duration_s: float
+):
+    """Also where each component is plausible: the sum of what is expected is held against the bound."""
+    model = learn_files([like])
+    slow = {"ways": (), "duration_mean_s": np.where(model.terminal, 0.0, duration_s)}
+    for field, value in slow.items():  # past the checks of a file
+        object.__setattr__(model, field, value)
+    with pytest.raises(InvalidModel, match=r"duration_mean_s: .*300"):
+        reproduce(model, Demonstration.load(like))
+
+
+def test_a_rollout_within_the_bound_ends_within_it(like: Path):
+    motion, _ = reproduce(learn_files([like]), Demonstration.load(like))
+    assert motion.time_s[-1] <= reproduction.LONGEST_S

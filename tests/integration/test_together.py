@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import signal
+import socket
+import urllib.request
+from pathlib import Path
 
 import pytest
 
-from tests.farhand_process import FarhandProcess, await_end, running
+from tests.farhand_process import FarhandProcess, await_end, farhand, refusal, running
 
 READY = "all three are ready"
 SITES = {"remote", "link", "local"}
@@ -55,3 +60,27 @@ def test_no_child_outlives_a_demo_that_was_killed():
         children = ready_demo(demo)
         demo.kill()
         await_end(*children.values())
+
+
+def test_up_with_port_0_takes_a_free_one_and_says_which():
+    with running("up", "--task=planar", "--link=lan", "--port=0") as up:
+        up.until("the page: ")
+        (address,) = re.findall(r"the page: (http://127\.0\.0\.1:[1-9]\d+)", up.words)
+        with urllib.request.urlopen(address) as answer:
+            assert answer.status == 200
+        up.send(signal.SIGINT)
+        assert up.wait() == 0
+        assert "Traceback" not in up.words
+
+
+def test_up_whose_page_has_no_port_says_so_and_leaves_words_that_the_status_tells(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("FARHAND_RUNTIME_DIR", str(tmp_path / "doors"))
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        said = refusal("up", f"--port={port}", f"--data-dir={tmp_path}")
+    assert f"port {port} on 127.0.0.1 is in use" in said and "--port" in said
+    told = farhand("status", "--json")
+    (trouble,) = json.loads(told.stdout)["troubles"]
+    assert (trouble["code"], trouble["role"]) == ("port-taken", "operator") and str(port) in trouble["text"]

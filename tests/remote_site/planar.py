@@ -15,6 +15,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import PointTask, load_toml
 from farhand.common.wire.messages import ModelTransfer
+from farhand.evaluation.harness.cyclic_model import cyclic_model
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.samples import sample_strokes
 from tests.strategies import learned
@@ -56,28 +57,4 @@ def transfer(model: TPHSMM | None = None, **changes: Any) -> ModelTransfer:
 
 def cyclic(n: int) -> TPHSMM:
     """Components that lead to each other in a circle, each with a way out of it to the last one."""
-    base = planar_model()
-    rng, pick = np.random.default_rng(1), np.arange(n) % (base.n_components - 1)
-    transition = np.zeros((n, n))
-    for i in range(n - 1):
-        transition[i, (i + 1) % (n - 1)] = 0.9
-        transition[i, n - 1] += 0.1
-    arrays = {
-        name: np.array(np.take(getattr(base, name), pick, axis=0 if getattr(base, name).ndim == 1 else 1))
-        for name in ("initial", "means", "covariances", "duration_mean_s", "duration_variance_s2", "counts", "phase",
-                     "elapsed_mean_s", "slopes", "residual_covariances", "start_means", "start_covariances")
-    }  # fmt: skip
-    initial = np.zeros(n)
-    initial[0] = 1.0
-    terminal, leaves = np.arange(n) == n - 1, np.zeros(n)
-    leaves[-1] = 1.0
-    arrays |= {"initial": initial, "phase": rng.permutation(np.linspace(0.0, 1.0, n))}
-    return replace(
-        base,
-        transition=transition,
-        time_share=transition / 2.0,
-        exit=leaves,
-        terminal=terminal,
-        ways=(),
-        **arrays,
-    )
+    return cyclic_model(planar_model(), n)

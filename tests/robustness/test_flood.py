@@ -18,7 +18,7 @@ from farhand.common.model.model_file import encode as encode_model
 from farhand.common.model.tphsmm import MAX_COMPONENTS
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
-from farhand.common.wire.messages import SCHEMA, Heartbeat, ModelReply, ModelTransfer, Stop, Telemetry
+from farhand.common.wire.messages import SCHEMA, Event, Heartbeat, ModelReply, ModelTransfer, Stop, Telemetry
 from tests.farhand_process import FarhandProcess
 from tests.remote_site.planar import cyclic, short_strokes
 from tests.robustness.raw_operator import SESSION, RawOperator
@@ -57,6 +57,7 @@ def flood(endpoint: str, operator: RawOperator) -> Iterator[Flood]:
 
 
 def test_a_flood_of_garbage_stops_neither_the_heartbeat_nor_the_execution(operator, robot, flood):
+    before_bytes = resident_bytes(robot.pid)
     content = encode_model(short_strokes())
     transfer = ModelTransfer(session=SESSION, task="planar", sha256=content_hash(content), content=content)
     assert operator.ask(keys.MODEL, transfer, ModelReply).accepted
@@ -70,6 +71,7 @@ def test_a_flood_of_garbage_stops_neither_the_heartbeat_nor_the_execution(operat
     operator.report(lambda told: told.phase is Phase.ARRIVED)
     assert "dropped: " in robot.words
     assert robot.running
+    assert resident_bytes(robot.pid) - before_bytes < 100e6
 
 
 def resident_bytes(pid: int) -> int:
@@ -121,4 +123,24 @@ def test_models_from_somebody_without_the_lease_delay_neither_reports_nor_a_stop
     # The robot's own clock in its reports: no control period was left out for longer than a busy machine's pause.
     gaps_s = 1e-9 * np.diff(np.array(stamps))
     assert now.stamp.boot == before.stamp.boot and gaps_s.max() < 0.5, gaps_s.max()
+    assert resident_bytes(robot.pid) - before_bytes < 100e6
+
+
+def test_a_flood_of_stops_costs_no_memory_and_its_events_are_counted(
+    operator: RawOperator, robot: FarhandProcess, endpoint: str
+):
+    stranger = ZenohLink(EndpointSettings(connect=endpoint))
+    events: list[Event] = []
+    operator.link.subscribe(keys.EVENT, lambda data: events.append(decode(data, Event)))
+    before_bytes = resident_bytes(robot.pid)
+    try:
+        for number in range(5_000):
+            stranger.send(keys.STOP, encode(Stop(stop_id=f"flood {number}", site_name="stranger")))
+        operator.report(lambda told: told.mode is ControlMode.STOPPED)
+        for number in range(100):  # what is in order is still heard at once
+            operator.send(keys.STOP, Stop(stop_id=f"after the flood {number}", site_name="tester"))
+        operator.report()
+    finally:
+        stranger.close()
+    assert sum(event.who == "stranger" for event in events) <= 200
     assert resident_bytes(robot.pid) - before_bytes < 100e6

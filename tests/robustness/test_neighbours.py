@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -12,6 +14,7 @@ from typing import Any
 import pytest
 import zenoh
 
+from farhand.common.address import endpoint_address
 from farhand.common.control_mode import ControlMode
 from farhand.common.link import link
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
@@ -223,3 +226,29 @@ def _until(arrived: threading.Event, again: Callable[[], None]) -> None:
     while not arrived.wait(0.2):
         assert time.monotonic() < deadline_s
         again()
+
+
+@pytest.mark.parametrize(
+    "word", [b"", b"GET / HTTP/1.1\r\nHost: robot\r\nX-Slow: ", b"\xff\xff\x00", b"\x02\x00\x01"]
+)
+def test_idle_connections_straight_to_the_robots_port_keep_no_operator_out(
+    word: bytes, robot, endpoint, operator
+):
+    """Who says nothing, or begins something and never ends it, costs a descriptor and nobody's control."""
+    host, port = endpoint_address(endpoint)
+    idle = [socket.create_connection((host, port)) for _ in range(300)]
+    try:
+        for each in idle:
+            with contextlib.suppress(OSError):
+                each.sendall(word)
+        newcomer = ZenohLink(EndpointSettings(connect=endpoint))
+        heard = threading.Event()
+        newcomer.subscribe(keys.TELEMETRY, lambda _: heard.set())
+        assert heard.wait(30.0), "a new operator hears nothing of the robot"
+        newcomer.send(keys.STOP, encode(Stop(stop_id=f"beside the idle ones {word!r}", site_name="newcomer")))
+        operator.report(lambda told: told.mode is ControlMode.STOPPED)
+        newcomer.close()
+        assert robot.running
+    finally:
+        for each in idle:
+            each.close()

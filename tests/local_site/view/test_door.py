@@ -17,10 +17,10 @@ from viser import _messages
 from websockets.exceptions import InvalidStatus
 from websockets.frames import OP_BINARY, Frame
 
-from farhand.common.errors import InvalidConfiguration, PortTaken
+from farhand.common.errors import InvalidConfiguration
 from farhand.common.wire.messages import Stop
-from farhand.local_site.view.address import Name, PageUnavailable, default_gateway, listening
 from farhand.local_site.view.door import Door, Visit, kept_token
+from farhand.local_site.view.host_name import Name, default_gateway
 from farhand.local_site.view.page import Page
 from tests.browser.raw_client import CAMERA, SUBPROTOCOL, RawClient, raw_connection
 from tests.local_site.robot_end import TASK, Desk, desk
@@ -272,17 +272,3 @@ def test_the_page_is_served_over_ipv6(tmp_path: Path) -> None:
         with raw_connection(page.address) as connection:
             RawClient(connection).press("STOP")
             it.robot.wait_for(Stop)
-
-
-@pytest.mark.parametrize(
-    ("host", "remedy"),
-    [("192.0.2.1", "page_host"), ("no.such.host.invalid", "page_host"), ("::1::", "page_host")],
-)
-def test_an_address_that_cannot_be_had_names_its_field(host: str, remedy: str) -> None:
-    with pytest.raises(PageUnavailable, match=remedy):
-        listening(host, 0)
-
-
-def test_a_port_that_is_taken_is_never_exchanged_for_the_next_one() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(PortTaken, match="--port"):
-        listening("127.0.0.1", taken.getsockname()[1])

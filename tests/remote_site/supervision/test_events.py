@@ -6,7 +6,7 @@ from farhand.common.control_mode import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Event, EventKind, EventsRequest, Message, Stamp
-from farhand.common.wire.reasons import Code, because, in_words
+from farhand.common.wire.reasons import N_MORE, Code, because, in_words
 from farhand.remote_site.supervision.events import Events
 
 
@@ -72,3 +72,36 @@ def test_a_text_of_any_length_fits_the_wire():
     told.events.tell(EventKind.FAILED, in_words("x" * 10_000), ControlMode.HOLD)
     (event,) = told.announced
     assert isinstance(event, Event) and decode(encode(event), Event) == event
+
+
+def test_of_a_flood_of_events_some_are_told_and_the_others_are_counted():
+    """What one kind of neighbour causes pushes out nothing of another kind, and nothing is lost silently."""
+    now_ns, why = [0], because(Code.FORCE, force_n=401.0, limit_n=400.0)
+    told: list[Event] = []
+
+    def announce(_channel: object, message: Message) -> None:
+        assert isinstance(message, Event)
+        told.append(message)
+
+    events = Events(announce, lambda: Stamp("boot", now_ns[0]), lambda **_: None)
+    for number in range(10_000):
+        now_ns[0] = int(number * 1e6)  # ten seconds in all
+        events.tell(EventKind.STOPPED, why, ControlMode.STOPPED, who="ann")
+    assert len(told) == 32 + 19, "at once, and then two in a second"
+    counted = [each.value for event in told for each in event.reason.values if each.name == N_MORE]
+    assert len(told) + sum(map(int, counted)) + events._flood._counted[EventKind.STOPPED] == 10_000
+    events.tell(EventKind.CONTROL, why, ControlMode.STOPPED, who="bob")
+    assert told[-1].kind is EventKind.CONTROL
+
+
+def test_refusals_share_one_budget_and_what_the_robot_itself_says_is_always_told():
+    told, why = Told(), because(Code.PREVIEW_TOO_OLD, age_s=70.0)
+    for number in range(500):
+        told.events.refused("arm", f"site {number}", why, ControlMode.HOLD)
+    assert len(told.written) == 32 and "more like it" not in told.written[-1]["text"]
+    told.tell(500)
+    for number in range(500):
+        told.events.tell(
+            EventKind.COMPLETED, why, ControlMode.HOLD, who="ann", command_id=f"command {number}"
+        )
+    assert len(told.written) == 32 + 1000

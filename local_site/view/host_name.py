@@ -1,26 +1,19 @@
-"""Hosts as browsers and headers write them, and the socket that the page listens at."""
+"""Hosts as browsers and headers write them: whose name a page was asked for under, and from where."""
 
 from __future__ import annotations
 
 import contextlib
-import errno
 import ipaddress
 import re
 import socket
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import urlsplit
 
-from farhand.common.errors import LinkError, PortTaken
+from farhand.common.address import split_address
 
 EVERY_ADDRESS = ("0.0.0.0", "::")
 _DEFAULT_PORTS = {"http": 80, "https": 443}
 _HOST = re.compile(r"[a-z0-9._-]{1,253}|[0-9a-f:.%]{2,60}")
-_OTHER_PORT_HELPS = (errno.EADDRINUSE, errno.EACCES)
-
-
-class PageUnavailable(LinkError):
-    """The page cannot be served at its address."""
 
 
 @dataclass(frozen=True)
@@ -40,15 +33,12 @@ class Name:
     @classmethod
     def of(cls, text: str) -> Name | None:
         """Return the host of `HOST`, `HOST:PORT`, `[IPv6]:PORT` or an origin; None for anything else."""
-        try:
-            parts = urlsplit(text if "//" in text else f"//{text}")
-            host, port = parts.hostname, parts.port
-        except ValueError:
+        scheme, there_is_one, rest = text.rpartition("://")
+        found = split_address(rest)
+        if found is None or scheme.lower() not in (_DEFAULT_PORTS if there_is_one else ("",)):
             return None
-        more = parts.path or parts.query or parts.fragment or parts.username is not None
-        if more or not _HOST.fullmatch(host or "") or parts.scheme not in ("", *_DEFAULT_PORTS):
-            return None
-        return cls((host or "").rstrip("."), port, parts.scheme)
+        host, port = found[0].lower(), found[1]
+        return cls(host.rstrip("."), port, scheme.lower()) if _HOST.fullmatch(host) else None
 
     @property
     def is_loopback(self) -> bool:
@@ -88,26 +78,6 @@ def is_loopback(address: str) -> bool:
     except ValueError:
         return False
     return (getattr(found, "ipv4_mapped", None) or found).is_loopback
-
-
-def listening(host: str, port: int) -> socket.socket:
-    """Return a socket that listens; port 0 takes a free one.
-
-    Raises:
-        PortTaken: When another process has the port.
-        PageUnavailable: When the address cannot be had for another reason.
-    """
-    try:
-        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-        family, *_, address = min(found, key=lambda each: each[0])  # IPv4 first, where a name has both
-        both = host == "::" and socket.has_dualstack_ipv6()
-        return socket.create_server(address[:2], family=family, dualstack_ipv6=both)
-    except (OSError, UnicodeError) as error:
-        number = None if isinstance(error, socket.gaierror) else getattr(error, "errno", None)
-        remedy = "choose another port with --port" if number in _OTHER_PORT_HELPS else "check page_host"
-        reason = getattr(error, "strerror", None) or error
-        kind = PortTaken if number == errno.EADDRINUSE else PageUnavailable
-        raise kind(f"the page cannot be served at {host} port {port} ({reason}): {remedy}") from error
 
 
 def reachable_address(host: str) -> str:

@@ -1,0 +1,156 @@
+"""Bad neighbours of a robot's port: suspended, deaf, generous with models, or talking nonsense."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import msgpack
+import numpy as np
+
+from farhand.common.address import Address, endpoint_address
+from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.link.link import ZenohLink
+from farhand.common.model.model_file import content_hash
+from farhand.common.model.model_file import encode as encode_model
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.tphsmm import MAX_COMPONENTS
+from farhand.common.wire import keys
+from farhand.common.wire.codec import encode
+from farhand.common.wire.messages import SCHEMA, EventsRequest
+from farhand.deploy.places import find_point_task
+from farhand.evaluation.harness.cyclic_model import cyclic_model
+from farhand.evaluation.harness.real_process import HOST, Process
+from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.local_site.teaching.samples import sample_strokes
+
+_PATIENCE_S = 60.0
+_N_MODELS, _PERIOD_S = 100, 0.03
+
+
+@contextlib.contextmanager
+def neighbour(name: str, endpoint: str, folder: Path) -> Iterator[None]:
+    """Have a neighbour at a robot's port for this block.
+
+    Args:
+        name: One of those of `evaluation/live/neighbours.py`.
+        endpoint: The robot's.
+        folder: Where the neighbour keeps what it keeps.
+    """
+    if name == "nobody":
+        yield
+        return
+    if name == "a suspended watcher":
+        watcher = Process(
+            "local", "--watch", "--task=planar", f"--connect={endpoint}", f"--data-dir={folder}/watcher"
+        )
+        try:
+            os.kill(watcher.pid, signal.SIGSTOP)
+            yield
+        finally:
+            watcher.kill()
+        return
+    over = threading.Event()
+    deaf = _DeafNetwork(endpoint) if name == "who reads nothing" else None
+    link = ZenohLink(EndpointSettings(connect=deaf.endpoint if deaf else endpoint))
+    act = _ask_for_events if deaf else _send_garbage if name == "garbage" else MODELS[name]
+    thread = threading.Thread(target=act, args=(link, over), daemon=True)
+    if deaf is not None:
+        link.subscribe(keys.TELEMETRY, lambda _: deaf.stop_reading())
+        link.subscribe(keys.EVENT, lambda _: None)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join(_PATIENCE_S)
+        if deaf is not None:
+            deaf.close()
+        link.close()
+
+
+def _ask_for_events(link: ZenohLink, over: threading.Event) -> None:
+    while not over.wait(_PERIOD_S):
+        link.ask(keys.EVENTS, encode(EventsRequest()), 600.0, lambda _: None)
+
+
+def _send_garbage(link: ZenohLink, over: threading.Event) -> None:
+    garbage = np.random.default_rng(0).bytes(200)
+    while not over.wait(0.01):
+        for channel in (keys.STOP, keys.INPUT, keys.HEARTBEAT, keys.TARGET):
+            for _ in range(100):
+                link.send(channel, garbage)
+
+
+def _send_models(content: Callable[[], bytes], size: int, link: ZenohLink, over: threading.Event) -> None:
+    data = content()
+    for number in range(_N_MODELS):
+        sha256 = f"{number:064x}" if size else content_hash(data)  # a model that is whole is tried
+        sent = {
+            "schema": SCHEMA, "task": "planar", "session": "a stranger", "sha256": sha256, "size": size,
+            "content": data,
+        }  # fmt: skip
+        link.ask(keys.MODEL, msgpack.packb(sent) or b"", _PATIENCE_S, lambda _: None)
+        if over.wait(0.05):
+            return
+
+
+def _widest_model() -> bytes:
+    task = find_point_task("planar")
+    learner = OnlineLearner(LearnerSettings(0.22, min_std_m=0.01), 2, task.frame_names)
+    frames = [TaskFrame(np.eye(2), np.array(task.target.origin_m))]
+    for stroke in sample_strokes(task):
+        learner.start()
+        learner.observe_many(stroke.position_m, frames, stroke.time_s)
+        learner.end()
+    return encode_model(cyclic_model(learner.model(), MAX_COMPONENTS))
+
+
+MODELS: dict[str, Callable[[ZenohLink, threading.Event], None]] = {
+    "models of 3.8 MB": lambda link, over: _send_models(lambda: bytes(3_800_000), 0, link, over),
+    "parts of 2 MB": lambda link, over: _send_models(lambda: bytes(1_900_000), 2_000_000, link, over),
+    "the widest models": lambda link, over: _send_models(_widest_model, 0, link, over),
+}
+
+
+class _DeafNetwork:
+    """Carries a connection to a robot, and takes nothing from it any more when told so."""
+
+    def __init__(self, endpoint: str):
+        self._robot: Address = endpoint_address(endpoint)
+        self._reads = threading.Event()
+        self._reads.set()
+        listener = socket.create_server((HOST, 0))
+        self._sockets = [listener]
+        self.endpoint = f"tcp/{HOST}:{listener.getsockname()[1]}"
+        threading.Thread(target=self._accept, args=(listener,), daemon=True).start()
+
+    def stop_reading(self) -> None:
+        """Take nothing from the robot any more."""
+        self._reads.clear()
+
+    def close(self) -> None:
+        """End the connection."""
+        self._reads.set()
+        for each in self._sockets:
+            each.close()
+
+    def _accept(self, listener: socket.socket) -> None:
+        near, _ = listener.accept()  # one only: it does not come back
+        far = socket.socket()
+        far.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
+        far.connect(self._robot)
+        self._sockets += [near, far]
+        threading.Thread(target=self._carry, args=(near, far, None), daemon=True).start()
+        threading.Thread(target=self._carry, args=(far, near, self._reads), daemon=True).start()
+
+    @staticmethod
+    def _carry(source: socket.socket, sink: socket.socket, may: threading.Event | None) -> None:
+        with contextlib.suppress(OSError):
+            while (may is None or may.wait()) and (data := source.recv(65536)):
+                sink.sendall(data)
