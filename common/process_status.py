@@ -62,6 +62,7 @@ class RobotFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="robot")
         stopped_because: Why the robot is STOPPED, empty in other modes.
         stopped_by_fault: Whether a guard stopped it, and no operator.
         waiting: Messages that wait for the control loop.
+        not_understood: Why a site that is there is not understood; empty for none.
     """
 
     mode: str
@@ -75,6 +76,7 @@ class RobotFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="robot")
     stopped_because: str
     stopped_by_fault: bool
     waiting: int
+    not_understood: str = ""
 
 
 class LinkFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="link"):

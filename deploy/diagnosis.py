@@ -95,6 +95,9 @@ def _of_process(status: ProcessStatus) -> Iterator[Trouble]:
             status, "stale", f"its {loop} has stood still for {facts.tick_age_s:.1f} s",
             "the machine is overloaded, or a driver hangs: give it a core, or start it again",
         )  # fmt: skip
+    if isinstance(facts, RobotFacts) and facts.not_understood:
+        why = f"a site is not understood: {facts.not_understood}"
+        yield _trouble(status, "version-differs", why, "install one version on both sites")
     if isinstance(facts, RobotFacts) and facts.stopped_by_fault:
         remedy = "mend the cause, then Reset and Arm on the page"
         yield _trouble(status, "robot-stopped", f"the robot has stopped: {facts.stopped_because}", remedy)

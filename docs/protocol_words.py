@@ -9,8 +9,8 @@ Made from `common/wire/keys.py` and `common/wire/messages.py` by `python -m docs
 
 The sites speak Zenoh over one TCP connection: the remote site listens, the local site connects, nothing is found by
 itself. Each payload is one MessagePack map with the names below. Version **{schema}** is that of all messages together; a
-site refuses another one by name. Nothing above {max_bytes:,} B is unpacked, an unknown, missing or wrong field is an
-error, and so is a number that is not finite. Floats are double precision, in telemetry single; a report has at most
+site refuses another one by name, but for Stop and StopAck, whose form never changes: a stop is understood in every
+version. Nothing above {max_bytes:,} B is unpacked, an unknown, missing or wrong field is an error, and so is a number that is not finite. Floats are double precision, in telemetry single; a report has at most
 {telemetry} B. A *put* is not answered; a *query* is, and is asked again with the same content until it is.
 
 ## Keys

@@ -191,6 +191,7 @@ class Robot:
             message = decode(data, kind)
         except InvalidMessage as error:
             _log.warning("dropped: %s", error)
+            self._other_version(error)
         else:
             (self._first if kind is Stop else self._inbox).put(partial(handle, message))
 
@@ -206,8 +207,14 @@ class Robot:
         except InvalidMessage as error:
             # No answer: to the asker this is a request that was not delivered.
             _log.warning("not answered: %s", error)
+            self._other_version(error)
         else:
             box.put(partial(handle, message, request))
+
+    def _other_version(self, error: InvalidMessage) -> None:
+        """Tell, once in a while, that somebody's messages are of another version; from any thread."""
+        if error.field == "schema":
+            self._inbox.put(partial(self.supervisor.contact.other_version, str(error)))
 
     def _answer(self, handle: Callable[..., Message], message: Message, request: Request) -> None:
         request.answer(encode(handle(message)))

@@ -11,7 +11,7 @@ import msgpack
 import msgspec
 
 from farhand.common.errors import InvalidMessage, field_of
-from farhand.common.wire.messages import MAX_BYTES, SCHEMA, Message, Telemetry
+from farhand.common.wire.messages import ANY_VERSION, MAX_BYTES, SCHEMA, Message, Telemetry
 
 M = TypeVar("M", bound=Message)
 
@@ -63,7 +63,7 @@ def _check_schema(plain: Any, kind: type[Message]) -> None:
     if not isinstance(plain, dict):
         raise InvalidMessage(kind.__name__, "", f"a map of fields, got {type(plain).__name__}")
     theirs = plain.get(_schema_key(kind))
-    if theirs != SCHEMA:
+    if theirs != SCHEMA and not (kind in ANY_VERSION and type(theirs) is int and theirs > 0):
         raise InvalidMessage(
             kind.__name__, "schema", f"version {SCHEMA}, got {theirs!r}: run the same Farhand on both sites"
         )

@@ -408,6 +408,10 @@ class StopAck(Message, frozen=True, kw_only=True):
     stamp: Stamp
 
 
+ANY_VERSION: tuple[type[Message], ...] = (Stop, StopAck)
+"""Messages whose form never changes: a site of any version stops the robot, and hears that it stands."""
+
+
 class ReportRequest(Message, frozen=True, kw_only=True):
     """Asks for the record of the newest execution."""
 

@@ -35,7 +35,7 @@ WORDS: dict[Code, str] = {
     # Commands
     Code.NOT_ANSWERED: "the robot has not answered yet",
     Code.NOT_REPORTED: "the robot has not reported yet",
-    Code.OTHER_VERSION: "the robot speaks another version of Farhand: run the same one on both sites",
+    Code.OTHER_VERSION: "the robot runs another version: install the same Farhand on both sites",
     Code.PAGE_BEHIND: "page was behind: it showed {shown:upper}, the robot is in {mode:upper}",
     Code.UNDER_WAY: "{action} is under way already",
     Code.OWN_STOP: "your own stop is not acknowledged yet",
@@ -68,8 +68,8 @@ WORDS: dict[Code, str] = {
     # Models
     Code.HASH_DIFFERS: "model: sha256: {announced} was announced, {arrived} arrived",
     Code.MODEL_MALFORMED: "model: {field}: {text}",
-    Code.POSES_WANTED: "the task has poses, this model positions",
-    Code.POSITIONS_WANTED: "the task has positions, this model poses",
+    Code.POSES_WANTED: "the task is of poses; these are positions",
+    Code.POSITIONS_WANTED: "the task is of positions; these are poses",
     Code.OTHER_SIZE: "the task has {n_dims:.0f} dimensions and {n_frames:.0f} frames, this model {model_dims:.0f} and "
     "{model_frames:.0f}",
     Code.OTHER_FRAMES: "the frames of task {task:quoted} are {ours:quoted}; the model was learned in {theirs:quoted}",

@@ -150,9 +150,9 @@ class Trial:
         try:
             plan_id = operator.do(Action.PREVIEW, **named).plan_id
         except NotDone as refusal:
-            self.record.refusal = str(refusal).removeprefix("refused: ")
+            self.record.refusal = str(refusal)
             if self._conditions.obeying:
-                raise
+                raise NotDone(f"refused: {refusal}") from refusal
         operator.ask(Action.EXECUTE, **named, plan_id=plan_id)
         self._began_s = self.arm.plant.time_s
         self._hooks = Hooks(after=self._look)

@@ -37,8 +37,10 @@ def command_refusal(action: Action, picture: Picture, shown: ControlMode | None 
     robot = picture.robot
     if action is Action.STOP:
         return None
+    if picture.other_schema:
+        return because(Code.OTHER_VERSION)
     if robot is None:
-        return because(Code.OTHER_VERSION if picture.other_schema else Code.NOT_REPORTED)
+        return because(Code.NOT_REPORTED)
     if shown is not None and shown is not robot.mode:
         return because(Code.PAGE_BEHIND, shown=shown, mode=robot.mode)
     if action in picture.pending:

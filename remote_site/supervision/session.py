@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from farhand.common.clock import BootClock
 from farhand.common.link.budget import period_s
 from farhand.common.repertoire import TaskSet
@@ -20,6 +22,8 @@ from farhand.remote_site.supervision.freshness import Freshness
 from farhand.remote_site.supervision.lease import Lease
 
 _INPUT_TTL_MAX_S = 1.0
+_OTHER_VERSION_S = 10.0
+"""Time for which a site of another version counts as there: it renews its lease each second [s]."""
 _SILENCE_S = 0.5
 """The watchdog of DIRECT: nothing newer than this beyond the link's usual delay."""
 
@@ -47,8 +51,19 @@ class OperatorSession:
         self.heartbeat_seq = 0
         self.heartbeat_received_ns = 0
         self.stale_refused = 0
+        self._other_version, self._other_version_s = "", -math.inf
         self.delay_changed = False
         """Set when another delay became usual; who drives must be decoupled for it, then it is cleared."""
+
+    def other_version(self, words: str) -> None:
+        """Process a message that was dropped because its version differs."""
+        self._other_version, self._other_version_s = words, self._clock.now_s()
+
+    @property
+    def not_understood(self) -> str:
+        """Reason why a site that was heard a moment ago is not understood; empty for none."""
+        recent = self._clock.now_s() - self._other_version_s < _OTHER_VERSION_S
+        return self._other_version if recent else ""
 
     def answer(self, request: LeaseRequest, tasks: TaskSet, now: Stamp) -> LeaseReply:
         """Grant, renew or refuse the lease, and say what the robot is."""

@@ -74,6 +74,7 @@ CASES = [
     ("version-differs", entry("robot", {"version": "2.0"})),
     ("version-differs", entry("operator", robot_version="2.0")),
     ("version-differs", entry("operator", not_understood="schema: version 1, got 2")),
+    ("version-differs", entry("robot", not_understood="schema: version 1, got 2")),
     ("disk-full", entry("robot", {"data": replace(DATA, free_bytes=1000)})),
     ("disk-full", entry("operator", {"data": replace(DATA, full=True, write_error="no space")})),
     ("not-kept", entry("operator", {"data": replace(DATA, write_error="read-only")})),

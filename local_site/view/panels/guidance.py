@@ -59,6 +59,8 @@ def advice(picture: Picture) -> str:
         return "The robot moves again after your stop: press STOP again if it must not."
     if stop is not None and not stop.settled:
         return "The stop is being resent until the robot confirms it."
+    if picture.other_schema:
+        return "The robot runs another version: install the same Farhand on both sites. Only STOP reaches it."
     if picture.mode is None:
         return "Wait for the robot's first report."
     if picture.asked_by:

@@ -148,6 +148,8 @@ def _pending_words(picture: Picture, now_s: float) -> list[str]:
 
 
 def _lease_words(picture: Picture) -> str:
+    if picture.other_schema:
+        return "another version"
     if picture.in_control:
         return f"{picture.asked_by} asks for it" if picture.asked_by else "yours to command"
     return sentence(picture.why_not_in_control) or "asking for the robot"

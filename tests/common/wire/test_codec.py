@@ -8,13 +8,15 @@ import msgpack
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from msgspec import inspect
+from msgspec import inspect, structs
 
 from farhand.common import names
 from farhand.common.errors import InvalidMessage
 from farhand.common.wire.codec import MAX_BYTES, decode, encode
 from farhand.common.wire.messages import (
+    ANY_VERSION,
     MOST_TASKS,
+    SCHEMA,
     Command,
     Event,
     EventsReply,
@@ -26,6 +28,7 @@ from farhand.common.wire.messages import (
     OperatorInput,
     Stamp,
     Stop,
+    StopAck,
     Telemetry,
 )
 from farhand.remote_site.supervision.events import Events
@@ -102,12 +105,25 @@ def test_a_truncated_message_is_refused(kind, data):
     fault(whole[: data.draw(st.integers(0, len(whole) - 1))], kind)
 
 
-@by_kind
+@pytest.mark.parametrize("kind", sorted(set(KINDS) - set(ANY_VERSION), key=KINDS.index))
 @pytest.mark.parametrize("theirs", [0, 1, 3, 99, -1, "2", None, 2.5])
 def test_another_schema_is_refused_by_its_number_before_any_field_is_looked_at(kind, theirs):
     field = "v" if kind is Telemetry else "schema"  # its short name
     error = fault(packed({field: theirs, "surprise": 1}), kind)
     assert error.field == "schema" and repr(theirs) in error.expected
+
+
+@pytest.mark.parametrize("theirs", [1, 3, 99])
+def test_a_stop_and_its_acknowledgement_are_understood_in_every_version(theirs):
+    stop, ack = (
+        Stop(stop_id="s", site_name="ann"),
+        StopAck(stop_id="s", standing=True, stamp=Stamp("boot", 1)),
+    )
+    for message in (stop, ack):
+        arrived = decode(packed(plain(message) | {"schema": theirs}), type(message))
+        assert structs.replace(arrived, schema=SCHEMA) == message
+    for wrong in (0, -1, "2", None, 2.5, True):
+        assert fault(packed(plain(stop) | {"schema": wrong}), Stop).field == "schema"
 
 
 @by_kind
