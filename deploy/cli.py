@@ -148,6 +148,8 @@ class Remote:
     this one, when not said."""
     certificates: str | None = None
     """Folder that `farhand pki robot` made for this robot; for quic/ and tls/ endpoints, which need one."""
+    sites: str | None = None
+    """The authority's sites.json: who may command, and who only watch and stop; without it whoever has a certificate may."""
     link_rate_bps: float | None = None
     """What the link carries each way [bit/s]; 0: more than enough. Each flow has its share of a narrow one."""
     task: str | None = None
@@ -166,6 +168,7 @@ class Remote:
             self.config,
             link_listen=self.listen,
             link_certificates=self.certificates,
+            link_sites=self.sites,
             link_rate_bps=self.link_rate_bps,
             task=self.task,
             data_dir=self.data_dir,

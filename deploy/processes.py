@@ -58,7 +58,14 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
         raise InvalidConfiguration("command line", *field_of(error)) from error
 
 
-_LINK_FIELDS = ("link_listen", "link_connect", "link_vehicle", "link_rate_bps", "link_certificates")
+_LINK_FIELDS = (
+    "link_listen",
+    "link_connect",
+    "link_vehicle",
+    "link_rate_bps",
+    "link_certificates",
+    "link_sites",
+)
 
 
 def run_remote(config_file: Path | None, **overrides: object) -> int:

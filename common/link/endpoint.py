@@ -9,8 +9,9 @@ import msgspec
 
 from farhand.common.address import endpoint_fault
 from farhand.common.clock import Wait
-from farhand.common.link.certificates import CA_FILE, CERTIFICATE_FILE, KEY_FILE
+from farhand.common.link.certificates import CA_FILE, CERTIFICATE_FILE, KEY_FILE, Role, read_rights
 from farhand.common.names import Name
+from farhand.common.wire import keys
 from farhand.common.wire.codec import MAX_BYTES
 
 LEAST_BPS = 80.0
@@ -40,6 +41,9 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """Endpoint to connect to: the other site or the link process."""
     certificates: str = ""
     """Folder of this site's ca.pem, certificate.pem and key.pem, which `farhand pki` makes; for quic/ and tls/."""
+    sites: str = ""
+    """For a robot with a certificate: the authority's sites.json, which says whom it obeys, read when the robot starts. Without
+    it every site obeys whose certificate the authority has issued."""
     rate_bps: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     """What the link carries each way [bit/s]; 0: more than enough. On a narrow one each flow has its share."""
     lease_s: Wait = 120.0
@@ -64,6 +68,9 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
             if endpoint and self.certificates and not secure:
                 expected = f"{'/ or '.join(SECURE)}/ and HOST:PORT, as certificates are given"
                 raise ValueError(f"{field}: {expected}, got {endpoint!r}")
+
+        if self.sites and not (self.certificates and self.listen):
+            raise ValueError("sites: a list for a robot that listens with a certificate")
 
     @property
     def certificate_folder(self) -> Path:
@@ -128,7 +135,7 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
             },
         },
     }
-    return _guarded(configuration, settings.vehicle) if settings.listen else configuration
+    return _guarded(configuration, settings) if settings.listen else configuration
 
 
 def _with_options(endpoint: str) -> list[str]:
@@ -153,37 +160,58 @@ def _tls(folder: Path) -> dict[str, Any]:
     }
 
 
-def _guarded(configuration: dict[str, Any], vehicle: str) -> dict[str, Any]:
-    """Return the configuration of a robot, to which anybody may connect.
+def _guarded(configuration: dict[str, Any], settings: EndpointSettings) -> dict[str, Any]:
+    """Return the configuration of a robot, which grants each site what its role allows, and strangers nothing.
 
     Who connects may send on `op/*` and hear `rov/*`, nothing else: no stranger reads what operators send, takes
     their questions, or speaks for the robot. Who reads nothing holds up nobody else for longer than `_PATIENCE_US`
     in all: whatever must arrive waits that long for room in the listener's own queue, and then the listener is
     dropped. A live site's queue has room: what it has not taken yet waits in the sockets' buffers first.
     """
-    operators, robot = [f"{vehicle}/op/**"], [f"{vehicle}/rov/**"]
     queue = configuration["transport"]["link"]["tx"]["queue"]
     queue["congestion_control"] = {
         "drop": {"wait_before_drop": 1_000},
         "block": {"wait_before_close": _PATIENCE_US},
     }
-    rules = [
-        _rule("operators speak", "ingress", ["put", "query"], operators),
-        _rule("operators hear", "ingress", ["declare_subscriber"], robot),
+    below = f"{settings.vehicle}/"
+    operators, robot = [f"{below}op/**"], [f"{below}rov/**"]
+    common = [
+        _rule("all hear", "ingress", ["declare_subscriber"], robot),
         _rule("the robot speaks", "egress", ["put"], robot),
         _rule("the robot answers", "egress", ["reply", "declare_subscriber", "declare_queryable"], operators),
     ]
-    names = [rule["id"] for rule in rules]
+    speak = {
+        "operator": _rule("operators speak", "ingress", ["put", "query"], operators),
+        "observer": _rule(
+            "observers stop and ask", "ingress", ["put", "query"], [below + c.key for c in keys.OBSERVERS]
+        ),
+    }
+    subjects = _subjects(settings)
     return configuration | {
         "access_control": {
             "enabled": True,
             "default_permission": "deny",
-            "rules": rules,
-            "subjects": [{"id": "anybody"}],
-            "policies": [{"rules": names, "subjects": ["anybody"]}],
+            "rules": [*common, *speak.values()],
+            "subjects": list(subjects.values()),
+            "policies": [
+                {"rules": [rule["id"] for rule in (*common, speak[role])], "subjects": [subject["id"]]}
+                for role, subject in subjects.items()
+            ],
         },
     }
 
 
-def _rule(name: str, flow: str, messages: list[str], keys: list[str]) -> dict[str, Any]:
-    return {"id": name, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys}
+def _subjects(settings: EndpointSettings) -> dict[str, dict[str, Any]]:
+    """Return who speaks as what: by the names in the certificates where a list says so, else everybody as an operator."""
+    if not settings.sites:
+        return {"operator": {"id": "anybody"}}
+    names: dict[Role, list[str]] = {"operator": [], "observer": []}
+    for name, right in read_rights(Path(settings.sites).expanduser()).items():
+        if right.revoked is None and right.role in names:
+            names[right.role].append(name)
+    # An empty list of names would deny without a word; a role that nobody has needs no subject.
+    return {role: {"id": role, "cert_common_names": listed} for role, listed in names.items() if listed}
+
+
+def _rule(name: str, flow: str, messages: list[str], where: list[str]) -> dict[str, Any]:
+    return {"id": name, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": where}

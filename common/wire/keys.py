@@ -65,6 +65,9 @@ TELEMETRY = Channel("rov/tele/state", Urgency.TELEMETRY, must_arrive=False)
 EVENT = Channel("rov/event", Urgency.EVENT, must_arrive=True, keep=256)
 PATH = Channel("rov/path", Urgency.BULK, must_arrive=False, keep=4)
 
+OBSERVERS = (STOP, HEARTBEAT, REPORT, EVENTS, CATALOGUE, BLOB)
+"""Where a site may speak that watches and may stop, and nothing else."""
+
 ALL = (
     STOP,
     COMMAND,

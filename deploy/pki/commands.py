@@ -68,7 +68,8 @@ class Robot(_InFolder):
         """Do it."""
         folder = self._registry().issue(self.name, "robot", self.san, self.days)
         _say(
-            f"copy {folder} to the robot, and there: farhand remote --certificates FOLDER --listen quic/0.0.0.0:7447"
+            f"copy {folder} and {self._path() / 'sites.json'} to the robot, and there: farhand remote "
+            "--certificates FOLDER --sites sites.json --listen quic/0.0.0.0:7447"
         )
         return 0
 
@@ -124,7 +125,9 @@ class Revoke(_InFolder):
         """Do it."""
         registry = self._registry()
         registry.revoke(self.name)
-        _say(f"{self.name} is revoked in {self._path() / 'sites.json'}")
+        _say(
+            f"{self.name} is revoked in {self._path() / 'sites.json'}: copy it to the robots, which read it at their start"
+        )
         return 0
 
 

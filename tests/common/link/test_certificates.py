@@ -1,0 +1,143 @@
+"""Who is let in over an encrypted link, and who is not: over real QUIC connections, with certificates of real authorities."""
+
+from __future__ import annotations
+
+import itertools
+import shutil
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from farhand.common.address import free_port
+from farhand.common.errors import InvalidConfiguration, LinkError
+from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.link.link import ZenohLink
+from farhand.common.wire import keys
+from farhand.deploy.pki.registry import Registry
+from tests.common.link.encrypted import Heard, ask_until_answered, operator
+
+HOST = "127.0.0.1"
+PATIENCE_S = 60.0
+
+
+def test_who_has_another_authority_or_dials_another_name_is_not_answered_and_the_right_one_is(
+    tmp_path: Path, registry: Registry, robot, monkeypatch: pytest.MonkeyPatch
+):
+    _, port = robot
+    stranger = Registry.create(tmp_path / "pki", "fleet").issue("shore-1", "operator", (), 30)
+    strangers = [operator(stranger, port)]
+    mixed = tmp_path / "mixed"  # trusts the robot, and shows a certificate that the robot does not trust
+    shutil.copytree(stranger, mixed)
+    ca = registry.folder_of("rov1") / "ca.pem"
+    shutil.copy(ca, mixed / "ca.pem")
+    with pytest.raises(InvalidConfiguration, match="issued by the authority"):
+        operator(mixed, port)
+    with monkeypatch.context() as patched:  # somebody who does not run Farhand leaves out such checks
+        patched.setattr("farhand.common.link.link.check_site_certificate", lambda *_: None)
+        strangers.append(operator(mixed, port))
+    by_name = EndpointSettings(
+        connect=f"quic/localhost:{port}", certificates=str(registry.folder_of("shore-1"))
+    )
+    strangers.append(ZenohLink(by_name))  # the robot's certificate has the address alone
+    here = operator(registry.folder_of("shore-1"), port)
+    try:
+        assert ask_until_answered(here) == b"cba"
+        for link in strangers:
+            assert link.ask_and_wait(keys.LEASE, b"abc", 1.0) is None
+    finally:
+        for link in (*strangers, here):
+            link.close()
+
+
+def test_an_operators_certificate_does_not_pass_for_a_robots(registry: Registry):
+    port = free_port("quic")
+    false = ZenohLink(
+        EndpointSettings(listen=f"quic/{HOST}:{port}", certificates=str(registry.folder_of("shore-1")))
+    )
+    false.serve(keys.LEASE, lambda request: request.answer(b"I am the robot"))
+    here = operator(registry.folder_of("shore-1"), port)
+    try:
+        for _ in range(20):
+            assert here.ask_and_wait(keys.LEASE, b"abc", 0.1) is None
+    finally:
+        here.close()
+        false.close()
+
+
+def test_the_list_of_sites_says_who_commands_who_only_stops_and_who_is_refused(tmp_path: Path):
+    registry = Registry.create(tmp_path / "pki", "fleet")
+    registry.issue("rov1", "robot", (HOST,), 30)
+    folders = {
+        name: registry.issue(name, "observer" if name == "watcher" else "operator", (), 30)
+        for name in ("shore-1", "watcher", "left")
+    }
+    unlisted = Registry.open(tmp_path / "pki")
+    kept = (tmp_path / "pki" / "left-key").write_bytes((folders["left"] / "key.pem").read_bytes())
+    assert kept
+    registry.revoke("left")
+    (folders["left"] / "key.pem").write_bytes(
+        (tmp_path / "pki" / "left-key").read_bytes()
+    )  # as the thief has it
+    list_of_sites = tmp_path / "sites.json"
+    shutil.copy(tmp_path / "pki" / "sites.json", list_of_sites)
+    folders["unlisted"] = unlisted.issue("unlisted", "operator", (), 30)  # after the robot got its list
+    port = free_port("quic")
+    robot = ZenohLink(
+        EndpointSettings(
+            listen=f"quic/{HOST}:{port}",
+            certificates=str(registry.folder_of("rov1")),
+            sites=str(list_of_sites),
+        )
+    )
+    for channel in (keys.COMMAND, keys.REPORT):
+        robot.serve(channel, lambda request: request.answer(request.data))
+    stops = Heard(robot, keys.STOP)
+    links = {name: operator(folder, port) for name, folder in folders.items()}
+    numbers = {name: k for k, name in enumerate(links, start=1)}
+    try:
+        for name, channel in (("shore-1", keys.COMMAND), ("shore-1", keys.REPORT), ("watcher", keys.REPORT)):
+            while links[name].ask_and_wait(channel, b"?", PATIENCE_S) != b"?":
+                pass
+        for name in ("shore-1", "watcher"):
+            while not stops.until(lambda items, name=name: numbers[name] in items, 0.05):
+                links[name].send(keys.STOP, numbers[name].to_bytes(4, "big"))
+        for name, channel in itertools.product(("left", "unlisted"), (keys.COMMAND, keys.REPORT)):
+            assert links[name].ask_and_wait(channel, b"?", 0.5) is None
+            links[name].send(keys.STOP, numbers[name].to_bytes(4, "big"))
+        assert links["watcher"].ask_and_wait(keys.COMMAND, b"?", 0.5) is None
+        assert links["shore-1"].ask_and_wait(keys.COMMAND, b"?", PATIENCE_S) == b"?"
+        assert set(stops.items) == {numbers["shore-1"], numbers["watcher"]}
+    finally:
+        for link in (*links.values(), robot):
+            link.close()
+
+
+def test_a_site_with_an_expired_certificate_says_so_and_does_not_try(tmp_path: Path):
+    then = datetime.now(UTC) - timedelta(days=100)
+    folder = Registry.create(tmp_path / "pki", "fleet", then).issue("shore-1", "operator", (), 90, then)
+    with pytest.raises(LinkError, match=r"certificate of shore-1 expired on .*: farhand pki renew shore-1"):
+        operator(folder, free_port("quic"))
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"connect": "quic/127.0.0.1:1"}, r"certificates: the folder that `farhand pki` made"),
+        ({"listen": "tls/127.0.0.1:1"}, r"certificates: the folder that `farhand pki` made"),
+        (
+            {"listen": "tcp/127.0.0.1:1", "sites": "x"},
+            "sites: a list for a robot that listens with a certificate",
+        ),
+        ({"connect": "tcp/127.0.0.1:1", "certificates": "x"}, r"connect: quic/ or tls/ and HOST:PORT"),
+    ],
+)
+def test_encryption_is_asked_for_wholly_or_not_at_all(fields: dict[str, Any], words: str):
+    with pytest.raises(ValueError, match=words):
+        EndpointSettings(**fields)
+
+
+def test_a_folder_without_certificates_is_named(tmp_path: Path):
+    with pytest.raises(InvalidConfiguration, match=r"certificate\.pem: a readable file"):
+        operator(tmp_path, free_port("quic"))
