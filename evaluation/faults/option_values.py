@@ -49,7 +49,7 @@ LINES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "import": (
         ("r.npz",),
         {
-            "out": "imported", "kind": "lasa", "columns": "x=2", "motion": "", "frames": "goal=0.5,0.5", "tool": "0.1", "only": "1",
+            "out": "imported", "kind": "lasa", "columns": "x=2", "motion": "", "frames": "goal=0.5,0.5", "only": "1",
             "rotation": "xyz", "rate-hz": "60", "length-unit": "mm", "time-unit": "s", "delimiter": "comma",
         },
     ),

@@ -36,7 +36,7 @@ from farhand.evaluation.faults.mutants import (
     tree_mutant,
 )
 from farhand.local_site.config import LocalConfig
-from farhand.local_site.recordings.importing import read_demonstrations
+from farhand.local_site.recordings.importing import read_demonstrations, understand
 from farhand.local_site.recordings.options import ImportOptions
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn_files
@@ -129,6 +129,17 @@ def _recordings() -> tuple[bytes, ...]:
 
 
 @cache
+def _columns() -> tuple[bytes, ...]:
+    rows = [(0.05 * k, 10.0 * k, 200.0 - k, 3.0, 0.6, 0.0, 0.8, 0.0) for k in range(40)]
+    named = [
+        "time_s,plug_x_mm,plug_y_mm,plug_z_mm,plug_qw,plug_qx,plug_qy,plug_qz",
+        *(",".join(map(str, row)) for row in rows),
+    ]
+    text = "\n".join(named)
+    return text.encode(), text.replace(",", ";").replace(".", ",").encode("utf-16")
+
+
+@cache
 def _states() -> tuple[bytes, ...]:
     arm = ArmMemory((0.1,) * 6, (0.5, 0.0, 0.4, 1.0, 0.0, 0.0, 0.0), 12.5, (0.0,) * 6)
     states = PlantState((0.1, 0.2)), PlantState((0.3, 0.4), "ab" * 32), PlantState((0.1, 0.2), "", arm)
@@ -178,6 +189,10 @@ def _configure(kind: Any, file: Path) -> bool:
 
 def _import(file: Path) -> bool:
     return bool(read_demonstrations(file, ImportOptions(kind="lasa")))
+
+
+def _understand(file: Path) -> bool:
+    return bool(understand(file, ImportOptions()))
 
 
 def _begin_library(name: str, file: Path) -> bool:
@@ -286,6 +301,7 @@ def sound_files() -> dict[str, bytes]:
 SUBJECTS = {
     "demonstration": Subject("d.npz", _demonstrations, archive_mutant, _learn),
     "foreign recording": Subject("r.npz", _recordings, archive_mutant, _import),
+    "foreign recording, text": Subject("r.csv", _columns, text_mutant, _understand),
     "model": Subject("m.farhand", _models, _tree_of_model, _show_and_roll_out),
     "task": Subject(
         "t.toml", partial(_texts, "tasks/planar.toml", "tasks/hot-stab.toml"), text_mutant, _take_task

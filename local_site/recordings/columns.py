@@ -94,24 +94,27 @@ def assign(table: Table, options: ImportOptions) -> Roles:
     Raises:
         InvalidDemonstration: When two columns would fit one role, or a column that was named is missing.
     """
-    chosen = options.chosen_columns()
+    chosen = {
+        body: {role: None if column == "-" else _column(table, column) for role, column in columns.items()}
+        for body, columns in options.chosen_columns().items()
+    }
+    taken = {index for columns in chosen.values() for index in columns.values()}
     time: dict[str, int] = {}
     bodies: dict[str, dict[str, int]] = {}
     for index, header in enumerate(table.headers):
         found = label(header)
-        if found is None:
+        if found is None or index in taken:
             continue
         timely = found.role not in BODY_ROLES and not found.role.startswith("p")
-        if found.body in chosen and not timely and set(chosen[found.body]) & set(BODY_ROLES):
-            continue  # the user has said which columns this body has
-        if timely and found.role in chosen.get("", {}):
-            continue
+        if found.role in chosen.get("" if timely else found.body, {}):
+            continue  # the user has said which column it is
         roles = time if timely else bodies.setdefault(found.body, {})
         roles[found.role] = _the_one(table, found, roles.get(found.role), index)
     for body, columns in chosen.items():
-        for role, column in columns.items():
-            roles = bodies.setdefault(body, {}) if role in BODY_ROLES else time
-            roles[role] = _column(table, column)
+        for role, index in columns.items():
+            if index is not None:
+                roles = bodies.setdefault(body, {}) if role in BODY_ROLES else time
+                roles[role] = index
     whole = {
         name or table.name: _three_numbers(columns) for name, columns in bodies.items() if _is_placed(columns)
     }
@@ -120,7 +123,7 @@ def assign(table: Table, options: ImportOptions) -> Roles:
 
 
 def _the_one(table: Table, found: Label, before: int | None, index: int) -> int:
-    if before is None:
+    if before is None or found.role == "frame":
         return index
     both = table.headers[before], table.headers[index]
     if found.role == "t":  # a message's own stamp is better than the time at which it was written down

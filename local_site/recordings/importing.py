@@ -77,7 +77,7 @@ def write_all(files: Sequence[Path], found: Sequence[Sequence[Understood]], out_
     paths: dict[Path, Demonstration] = {}
     for file, recordings in zip(files, found, strict=True):
         for recording in recordings:
-            path = out_dir / f"{file.resolve().stem}_{recording.number:02d}.npz"
+            path = out_dir / f"{file.stem or file.resolve().stem}_{recording.number:02d}.npz"
             if path in paths:
                 raise InvalidDemonstration(
                     str(file), "", "a name of its own: another file has the same; import it elsewhere"

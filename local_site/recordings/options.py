@@ -30,7 +30,7 @@ class ImportOptions:
     """Format; auto: told by the name. bag: rosbag2 and MCAP. The research sets lasa (mm), robotasks and letters (cm) must
     be named."""
     columns: tuple[str, ...] = ()
-    """Which column is what: t=Time x=Pos_X qw=3, by its name or its number from 1; of another body: socket.x=Pos_X2.
+    """Which column is what: t=Time x=Pos_X qw=3, by its name or its number from 1; of another body: socket.x=Pos_X2; none: qw=-.
     t, nanosec, frame, episode; x y z; qx qy qz qw or q0 to q3; roll pitch yaw; rx ry rz."""
     motion: str | None = None
     """The body whose motion is demonstrated, as the preview names it: a group of columns, a topic, a TF frame."""

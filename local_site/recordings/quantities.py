@@ -101,8 +101,8 @@ def orientations(table: Table, columns: dict[str, int], options: ImportOptions) 
         return quat, f"angle {table.headers[columns['yaw']]!r}"
     if more := [table.headers[n] for role, n in columns.items() if role not in ("x", "y", "z")]:
         expected = (
-            f"all columns of an orientation, got only {', '.join(map(repr, more))}: name them with --columns, or the position "
-            "alone with --columns x=... y=... z=..."
+            f"all columns of an orientation, got only {', '.join(map(repr, more))}: name the others with --columns, or "
+            "leave these out: --columns qx=- and so on"
         )
         raise _invalid("header", expected)
     return None, "none"

@@ -51,8 +51,9 @@ class Track:
 
     @property
     def fixed(self) -> bool:
-        """Whether the body was seen once, and stands still."""
-        return len(self.time_s) == 1
+        """Whether every sample has the same pose, so that it holds at all times: TF repeats what stands still."""
+        poses = (self.position_m,) if self.quat_wxyz is None else (self.position_m, self.quat_wxyz)
+        return not any(np.ptp(array, axis=0).any() for array in poses)
 
     def at(self, time_s: Array) -> Track:
         """Return the poses at other times, straight between two samples.
@@ -99,10 +100,11 @@ def track_of(table: Table, roles: Roles, body: str, options: ImportOptions) -> T
             row, text = table.texts[index][0]
             expected = f"a number, got {text[:40]!r}: mend it, or leave it blank"
             raise _invalid(f"{table.row} {row}, column {table.headers[index]!r}", expected)
-    time_s, time_told = times(table, roles.time, options)
-    position, position_told = positions(table, columns, options)
-    quat, quat_told = orientations(table, columns, options)
-    values = np.concatenate([time_s[:, None], position, *([quat] if quat is not None else [])], axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused below
+        time_s, time_told = times(table, roles.time, options)
+        position, position_told = positions(table, columns, options)
+        quat, quat_told = orientations(table, columns, options)
+        values = np.concatenate([time_s[:, None], position, *([quat] if quat is not None else [])], axis=1)
     infinite = np.flatnonzero(np.isinf(values).any(axis=1))
     if infinite.size:
         raise _invalid(

@@ -73,7 +73,7 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], dict[str, Any], str]] = {
         {"frames": ("goal=/b",)}, r"/b in the frame of the motion, 'world', but it is in 'camera': record the transforms",
     ),
     "a frame that was seen later": (
-        lambda folder: bag(folder / "bag", [*POSES, *(("/b", t, pose(t + 2.0, (0, 0, 0), STILL)) for t in TIMES_S)]),
+        lambda folder: bag(folder / "bag", [*POSES, *(("/b", t, pose(t + 2.0, (t, 0, 0), STILL)) for t in TIMES_S)]),
         {"frames": ("goal=/b",)}, r"--frames: /b to be recorded during the whole motion, .*--frames NAME=X,Y,Z",
     ),
     "a cut MCAP": (lambda folder: cut(by_hand(folder / "cut.mcap", compress=True)), {}, r"a whole rosbag2 folder, .db3 or .mcap file"),
@@ -124,9 +124,9 @@ def test_it_is_refused_in_one_line_with_a_remedy(kind: str, tmp_path: Path):
 
 
 def test_a_task_frame_comes_from_tf_and_the_motion_is_seen_from_it(tmp_path: Path):
-    (understood,) = read(
-        bag(tmp_path / "bag", [*SOCKET, *POSES]), motion="/plug/pose", frames=("receptacle=socket",)
-    )
+    again = [("/tf_static", 0.4, message) for _, _, message in SOCKET]  # for those who start later
+    file = bag(tmp_path / "bag", [*SOCKET, *POSES, *again])
+    (understood,) = read(file, motion="/plug/pose", frames=("receptacle=socket",))
     made = understood.demonstration
     assert_true(understood, tolerance=1e-7)
     assert made.frame_names == ("receptacle",) and not made.frames_move

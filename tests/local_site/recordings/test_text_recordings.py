@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from farhand.common.errors import InvalidConfiguration, InvalidDemonstration
-from tests.local_site.recordings.truth import DEGREES, SAMPLES, assert_true, read, words
+from tests.local_site.recordings.truth import MOTIVE, SAMPLES, VICON, assert_true, read, words
 
 
 def lines(header: str, row: Callable[..., str], end: str = "\n") -> str:
@@ -23,30 +23,10 @@ def plain(t, p, q) -> str:
 
 
 PLAIN = lines("t,x,y,z,qx,qy,qz,qw", plain)
-MOTIVE = "\n".join(
-    [
-        "Format Version,1.23,Take Name,take,Capture Frame Rate,20.0,Rotation Type,Quaternion,Length Units,Millimeters",
-        "",
-        ",Type,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body",
-        ",Name,Plug,Plug,Plug,Plug,Plug,Plug,Plug,Plug",
-        ",ID,7A,7A,7A,7A,7A,7A,7A,7A",
-        ",,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Mean Marker Error",
-        "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,",
-        *(
-            f"{k},{t},{q[1]},{q[2]},{q[3]},{q[0]},{1e3 * p[0]},{1e3 * p[1]},{1e3 * p[2]},0.1"
-            for k, (t, p, q) in enumerate(SAMPLES)
-        ),
-    ]
-)
-VICON = "\n".join(
-    [
-        "Objects", "20", ",,Plug:Plug,,,,,", "Frame,Sub Frame,RX,RY,RZ,TX,TY,TZ", ",,deg,deg,deg,mm,mm,mm",
-        *(f"{k + 1},0,0,0,{DEGREES[k]},{1e3 * p[0]},{1e3 * p[1]},{1e3 * p[2]}" for k, (_, p, _) in enumerate(SAMPLES)),
-    ]
-)  # fmt: skip
 POSITIONS_ONLY = (
     "units by options",
     "columns by name and by number",
+    "one column named, one left out, the others as their headers say",
     "seconds and nanoseconds",
     "dates",
     "no times",
@@ -76,6 +56,10 @@ RIGHT: dict[str, tuple[str | bytes, dict[str, Any]]] = {
     "columns by name and by number": (
         lines("A,B,C,D,E", lambda t, p, q: f"{p[2]},{p[1]},{p[0]},{t},7"),
         {"columns": ("t=D", "x=3", "y=B", "z=1")},
+    ),
+    "one column named, one left out, the others as their headers say": (
+        lines("t,Foo,x,y,z,yaw", lambda t, p, q: f"{t},{p[0]},9,{p[1]},{p[2]},1"),
+        {"columns": ("x=Foo", "yaw=-")},
     ),
     "no header": (
         lines("", lambda t, p, q: f"{t} {p[0]} {p[1]} {p[2]} {q[1]} {q[2]} {q[3]} {q[0]}"),

@@ -19,6 +19,29 @@ QUATS_WXYZ = [(math.cos(math.radians(d) / 2), 0.0, 0.0, math.sin(math.radians(d)
 SAMPLES = list(zip(TIMES_S, POSITIONS_M, QUATS_WXYZ, strict=True))
 
 
+MOTIVE = "\n".join(
+    [
+        "Format Version,1.23,Take Name,take,Capture Frame Rate,20.0,Rotation Type,Quaternion,Length Units,Millimeters",
+        "",
+        ",Type,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body",
+        ",Name,Plug,Plug,Plug,Plug,Plug,Plug,Plug,Plug",
+        ",ID,7A,7A,7A,7A,7A,7A,7A,7A",
+        ",,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Mean Marker Error",
+        "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,",
+        *(
+            f"{k},{t},{q[1]},{q[2]},{q[3]},{q[0]},{1e3 * p[0]},{1e3 * p[1]},{1e3 * p[2]},0.1"
+            for k, (t, p, q) in enumerate(SAMPLES)
+        ),
+    ]
+)
+VICON = "\n".join(
+    [
+        "Objects", "20", ",,Plug:Plug,,,,,", "Frame,Sub Frame,RX,RY,RZ,TX,TY,TZ", ",,deg,deg,deg,mm,mm,mm",
+        *(f"{k + 1},0,0,0,{DEGREES[k]},{1e3 * p[0]},{1e3 * p[1]},{1e3 * p[2]}" for k, (_, p, _) in enumerate(SAMPLES)),
+    ]
+)  # fmt: skip
+
+
 def read(file: Path, **options) -> list[Understood]:
     return understand(file, ImportOptions(**options))
 
