@@ -61,7 +61,7 @@ class Row(NamedTuple):
 
 def rows() -> list[Row]:
     found = []
-    for line in PAGE.splitlines():
+    for line in PAGE.partition("## Kinds of fault")[0].splitlines():
         cells = [cell.strip() for cell in line.strip("|").split(" |")]
         if line.startswith("|") and (
             where := re.fullmatch(r"`([\w/]+\.py)` `([\w.]+)`", cells[2:3][0] if cells[2:] else "")
@@ -128,3 +128,33 @@ def test_what_was_untrue_once_is_held_by_a_test(sentence: str):
     file, _, test = HELD[sentence].partition("::")
     assert sentence in PAGE
     assert f"def {test}(" in (ROOT / file).read_text(encoding="utf-8") if test else (ROOT / file).exists()
+
+
+def kinds_of_fault() -> list[tuple[str, str, str, list[Path]]]:
+    """The rows of the table of kinds: number, file and name of the place, files of tests."""
+    _, _, table = PAGE.partition("## Kinds of fault")
+    found = []
+    for line in table.partition("\n## ")[0].splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if len(cells) == 4 and (place := re.fullmatch(r"`([^`]+)` `([^`]+)`", cells[2])):
+            found.append(
+                (cells[0], place[1], place[2], [ROOT / file for file in re.findall(r"`([^`]+)`", cells[3])])
+            )
+    return found
+
+
+def test_every_kind_of_fault_that_was_reported_has_its_row():
+    numbers = {number for row, *_ in kinds_of_fault() for number in row.split(", ")}
+    assert numbers == {str(n) for n in range(1, 22)} | {f"R{n}" for n in range(1, 19)}
+
+
+@pytest.mark.parametrize(
+    ("number", "file", "name", "tests"), kinds_of_fault(), ids=lambda value: str(value)[:12]
+)
+def test_a_kind_of_fault_ends_at_a_place_that_exists_and_is_held_by_at_least_four_tests(
+    number: str, file: str, name: str, tests: list[Path]
+):
+    code = (ROOT / file).read_text(encoding="utf-8")
+    assert all(re.search(rf"\b{part}\b", code) for part in name.split(".")), f"{number}: {file} has no {name}"
+    held = "".join(path.read_text(encoding="utf-8") for path in tests)
+    assert len(re.findall(r"^def test_", held, re.MULTILINE)) >= 4

@@ -167,7 +167,7 @@ def _arguments(command: str, folder: Path) -> list[str]:
         "link": ["link", f"--listen={HOST}:0", f"--control={HOST}:0"],
         "learn": ["learn", demonstration, "--out", str(out / "learned.model")],
         "rollout": ["rollout", str(folder / "taught.model"), "--like", demonstration, "--out", str(out / "motion.npz")],
-        "import": ["import", "lasa", str(folder / "strokes.npz"), "--out", str(out / "imported")],
+        "import": ["import", str(folder / "strokes.npz"), "--kind=lasa", "--out", str(out / "imported")],
     }[command]  # fmt: skip
 
 

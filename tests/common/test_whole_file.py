@@ -5,7 +5,10 @@ from __future__ import annotations
 import errno
 import os
 import select
+import signal
 import stat
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -14,6 +17,7 @@ import pytest
 from farhand.common import whole_file
 from farhand.common.errors import InvalidConfiguration, InvalidDemonstration, InvalidModel
 from farhand.common.whole_file import Claim, FolderInUse, fault_of, read_whole, write_whole
+from farhand.deploy.entry import ROOT
 
 
 def mode(path: Path) -> int:
@@ -183,3 +187,30 @@ def test_a_folder_that_cannot_be_written_needs_no_claim(tmp_path: Path):
     (tmp_path / "file").write_bytes(b"")
     for _ in range(2):
         Claim(tmp_path / "file" / "folder", "its files")
+
+
+def test_a_claim_on_a_disk_without_room_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def no_room(*_: object) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "pwrite", no_room)
+    claim = Claim(tmp_path, "what was taught")
+    with pytest.raises(FolderInUse, match="process unknown keeps what was taught there"):
+        Claim(tmp_path, "what was taught")
+    claim.release()
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_a_claim_ends_with_its_process_however_that_ends(tmp_path: Path, number: signal.Signals):
+    words = (
+        f"import sys, time; sys.path.insert(0, {ROOT!r}); from pathlib import Path\n"
+        f"from farhand.common.whole_file import Claim\nclaim = Claim(Path({str(tmp_path)!r}), 'x')\n"
+        "print('claimed', flush=True); time.sleep(600)"
+    )
+    with subprocess.Popen([sys.executable, "-c", words], stdout=subprocess.PIPE, text=True) as owner:
+        assert owner.stdout is not None and owner.stdout.readline() == "claimed\n"
+        with pytest.raises(FolderInUse, match=f"process {owner.pid} keeps"):
+            Claim(tmp_path, "x")
+        owner.send_signal(number)
+        owner.wait()
+    Claim(tmp_path, "x").release()
