@@ -39,7 +39,10 @@ def bytes_of(way: Way) -> bytes:
                 )
                 for p in space.parts
             ),
-            *((_triangles(way.start_covariance[p, p]) + 0.0).astype("<f4").tobytes() for p in space.parts),
+            *(
+                (_triangles(way.start_covariances[:, p, p]) + 0.0).astype("<f4").tobytes()
+                for p in space.parts
+            ),
             _half(way.time_gains),
             _half(way.duration_gains),
             _half(way.deviations),
@@ -64,7 +67,7 @@ def way_from(take: Take, n_frames: int, space: Manifold) -> Way:
     points = take("<i2", P, N_PHASES + 1, C).astype(np.float64)
     points *= np.repeat([scale, 1.0 / _FULL], [space.n_dims, C - space.n_dims])
     time_shares = take("<u2", N_PHASES + 1) / _WHOLE
-    gains, covariances, start = np.zeros((P, M, T, T)), np.zeros((P, M, T, T)), np.zeros((T, T))
+    gains, covariances, starts = np.zeros((P, M, T, T)), np.zeros((P, M, T, T)), np.zeros((P, T, T))
     gains[:, 0] = np.eye(T)
     sizes = [len(range(T)[part]) for part in space.parts]
     for part, n in zip(space.parts, sizes, strict=True):
@@ -73,8 +76,8 @@ def way_from(take: Take, n_frames: int, space: Manifold) -> Way:
         L = _lower(take("<f2", P, M, n * (n + 1) // 2), n)
         covariances[..., part, part] = L @ np.swapaxes(L, -1, -2)
     for part, n in zip(space.parts, sizes, strict=True):
-        L = _lower(take("<f4", n * (n + 1) // 2), n)
-        start[part, part] = L + np.tril(L, -1).T
+        L = _lower(take("<f4", P, n * (n + 1) // 2), n)
+        starts[:, part, part] = L + np.swapaxes(np.tril(L, -1), -1, -2)
     return Way(
         n_demonstrations=n_demonstrations,
         terminal=terminal,
@@ -83,7 +86,7 @@ def way_from(take: Take, n_frames: int, space: Manifold) -> Way:
         time_shares=time_shares,
         gains=gains,
         covariances=covariances,
-        start_covariance=start,
+        start_covariances=starts,
         time_gains=take("<f2", M, T),
         duration_gains=take("<f2", T),
         deviations=take("<f2", M, len(space.parts)),

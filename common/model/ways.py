@@ -21,6 +21,7 @@ from scipy.interpolate import PchipInterpolator
 
 from farhand.common.errors import InvalidModel
 from farhand.common.model.manifold import Manifold
+from farhand.common.model.task_frame import TaskFrame
 
 Array = NDArray[np.float64]
 
@@ -32,7 +33,7 @@ GAIN_STD = 0.3
 START_SPREAD, START_WEIGHT = 0.2, 3.0
 # A way serves where a motion may be this far from what is expected of it at most [lambda, rad].
 _REACH = 0.5
-# Starts further from the demonstrated ones than so many times as these are from their mean are outside.
+# Scenes further from the demonstrated ones than so many times as these are from their mean are outside.
 OUTSIDE = 3.0
 # A motion takes no less than this part of the mean time between two phases, and its whole time within this factor.
 _SHORTEST, _LONGEST = 0.4, 2.0
@@ -43,7 +44,7 @@ ARRAY_FIELDS = {
     "time_shares": "N",
     "gains": "PMTT",
     "covariances": "PMTT",
-    "start_covariance": "TT",
+    "start_covariances": "PTT",
     "time_gains": "MT",
     "duration_gains": "T",
     "deviations": "MB",
@@ -62,7 +63,7 @@ class Way:
         time_shares: Mean fraction of the time at each phase, from 0 to 1. Shape (N + 1,).
         gains: Regression of the points on the start, at the coarse phases. Shape (P, M + 1, T, T).
         covariances: What the regression leaves, with the minimum covariance. Shape (P, M + 1, T, T).
-        start_covariance: Of the starts, seen from the goal. Shape (T, T).
+        start_covariances: Of the starts, seen from each frame. Shape (P, T, T).
         time_gains: Regression of the time shares on the start [1/m, 1/rad]. Shape (M + 1, T).
         duration_gains: Regression of the duration's logarithm on the start [1/m, 1/rad]. Shape (T,).
         deviations: Noise of the regression of each part, seen from the goal [m, rad]. Shape (M + 1, B).
@@ -78,7 +79,7 @@ class Way:
     time_shares: Array
     gains: Array
     covariances: Array
-    start_covariance: Array
+    start_covariances: Array
     time_gains: Array
     duration_gains: Array
     deviations: Array
@@ -147,32 +148,72 @@ class Way:
         for number, part in enumerate(self.space.parts):
             unit = max_distance_m if number == 0 else 1.0
             square = spread_squares(
-                n * self.start_covariance[part, part], e[part], self.deviations[:, number]
+                n * self.start_covariances[-1, part, part], e[part], self.deviations[:, number]
             )
             deviation = self.deviations[:, number] * np.sqrt(1.0 / n + square)
             worst = max(worst, float(deviation.max()) / unit)
         return worst
+
+    def growth(self, start: Array) -> Array:
+        """Return by how much more a new motion's points vary than the covariances say, since the regression is unsure.
+
+        It is known from few demonstrations, the less the further away from their starts the new one is.
+
+        Args:
+            start: Where the motion begins in each frame. Shape (P, C).
+
+        Returns:
+            Factors of variances, of each part's tangents. Shape (P, M + 1, T).
+        """
+        e, n = self.space.log(self.points[:, 0], start), self.n_demonstrations
+        factors = np.ones((*self.gains.shape[:2], self.space.n_tangent))
+        for p, scatter in enumerate(n * self.start_covariances):
+            for number, part in enumerate(self.space.parts):
+                leverage = spread_squares(scatter[part, part], e[p, part], self.deviations[:, number])
+                factors[p, :, part] += (1.0 / n + leverage)[:, None]
+        return factors
 
     def log_likelihood(self, start: Array, max_distance_m: float) -> float:
         """Return the log density of a start among those of the way, and of the way among the demonstrations."""
         e, total = self.space.log(self.points[-1, 0], start), float(np.log(self.n_demonstrations))
         for number, part in enumerate(self.space.parts):
             prior = START_WEIGHT * (START_SPREAD * (max_distance_m if number == 0 else 1.0)) ** 2
-            C = self.start_covariance[part, part] + prior / self.n_demonstrations * np.eye(e[part].size)
+            C = self.start_covariances[-1, part, part] + prior / self.n_demonstrations * np.eye(e[part].size)
             total -= 0.5 * float(e[part] @ np.linalg.solve(C, e[part]) + np.linalg.slogdet(C)[1])
         return total
 
-    def distance(self, start: Array, max_distance_m: float) -> float:
-        """Return how many times further a start is from the mean one than the demonstrated ones are, of the worse part.
+    def distances(self, point: Array, frames: Sequence[TaskFrame], max_distance_m: float) -> Array:
+        """Return how many times further away than in the demonstrations a motion begins and ends, seen from each frame.
+
+        Counted from the mean, of position or rotation whichever is further. The goal's own frame sees the start alone.
 
         Args:
-            start: Seen from the goal. Shape (C,).
+            point: Where the motion begins, in the world. Shape (C,).
+            frames: The task frames then. Length P.
             max_distance_m: The lambda [m].
+
+        Returns:
+            Shape (P,).
         """
-        e, n, worst = self.space.log(self.points[-1, 0], start), self.n_demonstrations, 0.0
+        end = frames[-1].to_world(self.points[-1, -1])
+        found = [
+            max(
+                self._distance(e, scatter, max_distance_m)
+                for e, scatter in (
+                    (self.space.log(self.points[p, 0], frame.to_local(point)), self.start_covariances[p]),
+                    (self.space.log(self.points[p, -1], frame.to_local(end)), self.covariances[p, -1]),
+                )
+            )
+            for p, frame in enumerate(frames)
+        ]
+        return np.array(found)
+
+    def _distance(self, e: Array, covariance: Array, max_distance_m: float) -> float:
+        """Length of a tangent of n demonstrations' covariance, in the root of its trace, of the worse part."""
+        n, worst = self.n_demonstrations, 0.0
         for number, part in enumerate(self.space.parts):
             prior = START_WEIGHT * (START_SPREAD * (max_distance_m if number == 0 else 1.0)) ** 2
-            spread = np.trace(self.start_covariance[part, part]) * n / max(n - 1, 1)
+            spread = np.trace(covariance[part, part]) * n / max(n - 1, 1)
             worst = max(worst, float(np.linalg.norm(e[part]) / np.sqrt(spread + prior * e[part].size / n)))
         return worst
 
@@ -194,12 +235,17 @@ def chosen_way(ways: Sequence[Way], start: Array, max_distance_m: float) -> int:
     return best
 
 
-def distance_from_taught(ways: Sequence[Way], start: Array, max_distance_m: float) -> float:
-    """Return how many times further a start is away than the demonstrated ones are, from the nearest way's.
+def distance_from_taught(
+    ways: Sequence[Way], point: Array, frames: Sequence[TaskFrame], max_distance_m: float
+) -> tuple[float, int]:
+    """Return how many times further away than the demonstrated ones a scene is, and the frame that sees it so.
 
-    A start for which this is more than `OUTSIDE` is outside of what was shown. Arguments as of `chosen_way`.
+    Of the nearest way, and of the frame that sees it furthest away. More than `OUTSIDE` is outside of what was shown.
+    Arguments as of `Way.distances`.
     """
-    return min((way.distance(start, max_distance_m) for way in ways), default=0.0)
+    seen = [way.distances(point, frames, max_distance_m) for way in ways]
+    nearest = min(seen, key=np.max, default=np.zeros(len(frames)))
+    return float(nearest.max()), int(np.argmax(nearest))
 
 
 def spread_squares(S: Array, e: Array, deviations: Array) -> Array:

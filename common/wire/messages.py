@@ -390,6 +390,10 @@ class PlannedPath(Message, frozen=True, kw_only=True):
     points: Annotated[bytes, Meta(max_length=200 * 7 * 2)]
     """Shape (N, n_coordinates); see `farhand.common.wire.path_points`."""
     reaches_end: bool
+    away: Annotated[float, Meta(ge=0, le=1e6)] = 0.0
+    """How many times further away than in the demonstrations a previewed motion begins or ends; 0: no preview."""
+    away_frame: Count = 0
+    """The task frame that sees it furthest away, from 0."""
 
 
 class Stop(Message, frozen=True, kw_only=True):

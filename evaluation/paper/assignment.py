@@ -3,7 +3,8 @@
 The paper leaves open how the distances in P frames become one. Four rules (see
 `farhand.local_site.learning.dp_means`) learn the same six demonstrations of a task in which both frames matter, base
 and handle; of the same with a third frame, a bystander that has nothing to do with it; and of the handle
-beside the bystander alone. Each model is executed in a new scene, from the base, on the point plant, and
+beside the bystander alone; and, by the default rule and with more trials, of base and handle beside two
+bystanders. Each model is executed in a new scene, from the base, on the point plant, and
 compared with the way that the hand means to go there. Success: the end within 5 mm, leaving the base and
 coming to the handle within 20 degrees of their axes over 5 cm.
 """

@@ -2,8 +2,8 @@
 
 Both frames matter, each in its turn. A hand leaves the base along the base's own y axis, and comes to the
 handle along the handle's, wherever the two are: a cubic Bezier curve at minimum jerk. It varies as hands do,
-in duration and by a slow deviation that fades towards both ends. A *bystander* is a frame that moves about
-and has nothing to do with the task.
+in duration and by a slow deviation that fades towards both ends. *Bystanders* are frames that move about
+and have nothing to do with the task.
 """
 
 from __future__ import annotations
@@ -40,11 +40,13 @@ class Scene:
         base: Frame whose y axis is the way out.
         handle: Frame whose y axis points to where the hand comes from.
         bystander: Frame that has nothing to do with the task.
+        passer_by: Another frame that has nothing to do with it.
     """
 
     base: TaskFrame
     handle: TaskFrame
     bystander: TaskFrame
+    passer_by: TaskFrame
 
     def frames(self, names: tuple[str, ...]) -> list[TaskFrame]:
         """Return the frames of these names."""
@@ -59,10 +61,11 @@ class Scene:
 
 
 def random_scene(random: np.random.Generator) -> Scene:
-    """Draw base, handle and bystander within reach, with reasonable rotations."""
+    """Draw base, handle and bystanders within reach, with reasonable rotations."""
     return Scene(
         _random_frame(random, np.zeros(2), 0.4 * _REACH_M),
         _random_frame(random, _HANDLE_M, _REACH_M),
+        _random_frame(random, 0.5 * _HANDLE_M, 2.0 * _REACH_M),
         _random_frame(random, 0.5 * _HANDLE_M, 2.0 * _REACH_M),
     )
 

@@ -32,8 +32,11 @@ _LEAST_SPREAD = 0.1
 
 
 @kernel
-def assign_points(clusters, motion, points, times, max_distance, weights, hysteresis, rule, labels):
+def assign_points(clusters, motion, points, times, max_distance, weights, hysteresis, rule, labels, rests):
     """Learn from datapoints in their order, until one needs a component for which there is no room.
+
+    While the hand rests a component learns nothing, and its clock stands still: a pause is not worth more than what
+    other demonstrations have shown.
 
     Args:
         clusters: Changed in place.
@@ -45,6 +48,7 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         hysteresis: A switch must be nearer by this fraction of lambda.
         rule: Number of the rule among `FRAME_RULES`.
         labels: Components of the datapoints, written. Shape (T,).
+        rests: Whether the hand rested before each datapoint, written. Shape (T,).
 
     Returns:
         How many datapoints were taken in.
@@ -58,7 +62,7 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         if clusters.counts.size == K:
             return t
         previous = motion.component[0]
-        travel(motion, points[t], times[t], max_distance, weights[2], e[:T])
+        rests[t] = travel(motion, points[t], times[t], max_distance, weights[2], e[:T])
         draw_point(motion.sketch, points[t], times[t], max_distance, radian, motion.ending.noise[-1], e[:T])
         describe(y, motion, max_distance, weights)
         q = _nearest(clusters, K, y, C, T, previous, max_distance, radian, hysteresis, rule, squares)
@@ -67,9 +71,13 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
         if q != previous:
             motion.component[0] = q
             motion.clock[1] = motion.clock[0]  # a datapoint owns the interval that it ends
-        y[:, 2 * C] = times[t] - motion.clock[1]
-        _share_direction(clusters.means, q, y, C, T)
-        update(clusters, q, y, C, T, e)
+            motion.clock[3] = 0.0
+        if rests[t]:
+            motion.clock[3] += times[t] - motion.clock[0]
+        y[:, 2 * C] = times[t] - motion.clock[1] - motion.clock[3]
+        if not rests[t] or clusters.counts[q] == 0:
+            _share_direction(clusters.means, q, y, C, T)
+            update(clusters, q, y, C, T, e)
         if rule == _RELEVANT or q != previous:
             _weigh_frames(clusters, q, C if C == T else C - 4, max_distance, rule)
         motion.clock[0] = times[t]

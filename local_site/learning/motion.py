@@ -3,7 +3,7 @@
 Distance and direction are those of a point that the hand drags behind it on a slack string, a fifth of
 lambda long or longer where the sensor is worse. Noise of the sensor pulls the string taut only now and then and never back, so that it does not
 add up to a distance, however many datapoints the sensor gives. Before the hand has travelled a little it
-has no direction.
+has no direction. A hand that stays where it is for a moment rests.
 """
 
 from __future__ import annotations
@@ -26,13 +26,17 @@ Integers = NDArray[np.int64]
 _STRING, _DIRECTION_LENGTH = 0.2, 0.1
 # The string is at least so many standard deviations of the sensor long.
 _DEVIATIONS = 3.0
+# A hand rests while it is within so many lambda, or standard deviations of the sensor, for longer than this [s].
+_NEAR, _NEAR_DEVIATIONS, _MOVING_S = 0.02, 6.0, 0.5
 
 
 class Motion(NamedTuple):
     """What is remembered of the running demonstration: a few vectors and a sketch, whatever its length."""
 
     component: Integers  # q_{t-1}, or -1 before the first datapoint; shape (1,)
-    clock: Array  # time of the last datapoint, and when its component was entered [s]; shape (2,)
+    clock: Array  # time of the last datapoint, when its component was entered, when the hand was seen moving last, and
+    #   how long it has rested in the component [s]; shape (4,)
+    anchor: Array  # where it was then in each frame, shape (P, C)
     point: Array  # last datapoint in each frame, shape (P, C)
     dragged: Array  # the point at the other end of the string in each frame, shape (P, C)
     direction: Array  # unit steps of that point, averaged over a short distance, shape (P, T)
@@ -48,7 +52,8 @@ class Motion(NamedTuple):
         point, tangent = (n_frames, space.n_coordinates), (n_frames, space.n_tangent)
         return cls(
             component=np.array([-1]),
-            clock=np.zeros(2),
+            clock=np.zeros(4),
+            anchor=np.zeros(point),
             point=np.zeros(point),
             dragged=np.zeros(point),
             direction=np.zeros(tangent),
@@ -62,26 +67,32 @@ class Motion(NamedTuple):
 
 @kernel
 def travel(motion, point, time, max_distance, w_r, step):
-    """Move to the next datapoint: distance and direction depend on the path, not on its timing."""
+    """Move to the next datapoint, and return whether the hand rests since the one before.
+
+    Distance and direction depend on the path, not on its timing.
+    """
     if motion.component[0] < 0:
         motion.point[:] = point
         motion.start[:] = point
         motion.dragged[:] = point
+        motion.anchor[:] = point
         motion.ending.point[:] = point
-        motion.clock[:] = time
-        return
+        motion.clock[:3] = time
+        return False
     n_dims = step.size if step.size == point.shape[1] else step.size - 3
-    radian = w_r * max_distance
+    radian, rests = w_r * max_distance, motion.clock[0] - motion.clock[2] > _MOVING_S
     for p in range(point.shape[0]):
         approach_end(motion.ending, p, motion.point[p], point[p], time - motion.clock[0], step)
         motion.point[p] = point[p]
-        log_at(motion.dragged[p], point[p], step)
-        square = 0.0
-        for k in range(step.size):
-            square += (step[k] if k < n_dims else radian * step[k]) ** 2
-        length = np.sqrt(square)
-        noise = motion.ending.noise[p, 0] + radian * radian * motion.ending.noise[p, 1]
-        dragged = length - max(_STRING * max_distance, _DEVIATIONS * np.sqrt(noise))
+        sensor = np.sqrt(motion.ending.noise[p, 0] + radian * radian * motion.ending.noise[p, 1])
+        if _apart(motion.anchor[p], point[p], radian, step) > max(
+            _NEAR * max_distance, _NEAR_DEVIATIONS * sensor
+        ):
+            motion.anchor[p] = point[p]
+            motion.clock[2] = time
+            rests = False
+        length = _apart(motion.dragged[p], point[p], radian, step)
+        dragged = length - max(_STRING * max_distance, _DEVIATIONS * sensor)
         if dragged <= 0.0:
             continue
         forget = np.exp(-dragged / (_DIRECTION_LENGTH * max_distance))
@@ -92,6 +103,17 @@ def travel(motion, point, time, max_distance, w_r, step):
             step[k] = dragged * along
         exp_at(motion.dragged[p], step, motion.dragged[p])
         motion.travelled[p] += dragged
+    return rests
+
+
+@kernel
+def _apart(a, b, radian, step):
+    """Write the tangent from one point to another, and return its length [m]. Shapes (C,), (C,), (T,)."""
+    log_at(a, b, step)
+    n_dims, square = step.size if step.size == a.size else step.size - 3, 0.0
+    for k in range(step.size):
+        square += (step[k] if k < n_dims else radian * step[k]) ** 2
+    return np.sqrt(square)
 
 
 @kernel

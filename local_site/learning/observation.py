@@ -45,22 +45,23 @@ class Observer:
         Raises:
             InvalidDemonstration: When any is malformed or late.
         """
-        points, times = self._checked(np.array(points, dtype=float, ndmin=2)[:, None], times_s, after)
-        A, b, quat = self._arrays(frames, len(points))
-        local = np.empty((len(points), self._n_frames, self._space.n_coordinates))
-        _to_frames(points, A, b, quat, local)
+        points, times = np.array(points, dtype=float, ndmin=2, order="C"), np.asarray(times_s, dtype=float)
+        T, C = times.size, self._space.n_coordinates
+        if points.shape != (T, C) or times.ndim != 1:
+            raise _invalid("points, times", f"shapes (T, {C}) and (T,), got {points.shape} and {times.shape}")
+        A, b, quat = self._arrays(frames, T)
+        local = np.empty((T, self._n_frames, C))
+        fault = _to_frames(points, times, after, A, b, quat, local)
+        if fault:
+            raise _invalid(*_FAULTS[fault])
         return local, times
 
     def seen_in_frames(self, points: ArrayLike, times_s: ArrayLike, after: float) -> tuple[Array, Array]:
         """The same for datapoints that were observed in each frame by itself. Shape (T, P, C)."""
-        points = np.array(points, dtype=float)
+        points = np.array(points, dtype=float, order="C")
         if points.ndim != 3 or points.shape[1] != self._n_frames:
             expected = f"shape (T, {self._n_frames}, {self._space.n_coordinates})"
             raise _invalid("points", f"{expected}, got {points.shape}")
-        return self._checked(points, times_s, after)
-
-    def _checked(self, points: Array, times_s: ArrayLike, after: float) -> tuple[Array, Array]:
-        """The datapoints with their quaternions of unit length, and their times."""
         times, C = np.asarray(times_s, dtype=float), self._space.n_coordinates
         if points.ndim != 3 or points.shape[2] != C or times.shape != points.shape[:1]:
             raise _invalid(
@@ -129,15 +130,18 @@ def _fault(points, times, after, n_dims):
 
 
 @kernel
-def _to_frames(points, A, b, quat, out):
-    """Eq. 1 for points of the world (T, 1, C), written to out (T, P, C)."""
+def _to_frames(points, times, after, A, b, quat, out):
+    """Write Eq. 1 for points of the world (T, C) to out (T, P, C); return the number of the first fault, or zero."""
     T, P, C = out.shape
-    none = np.zeros(4)
+    fault, none = _fault(points.reshape(T, 1, C), times, after, b.shape[2]), np.zeros(4)
+    if fault != 0:
+        return fault
     for t in range(T):
         frame = t if len(b) > 1 else 0
         for p in range(P):
             turn = quat[frame, p] if b.shape[2] < C else none
-            point_to_local(A[frame, p], b[frame, p], turn, points[t, 0], out[t, p])
+            point_to_local(A[frame, p], b[frame, p], turn, points[t], out[t, p])
+    return 0
 
 
 @kernel

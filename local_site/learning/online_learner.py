@@ -101,7 +101,7 @@ class OnlineLearner:
         Raises:
             InvalidDemonstration: When it is malformed or late; nothing was changed.
         """
-        return int(self.observe_many(np.asarray(point, dtype=float)[None], frames, [time_s])[0])
+        return int(self.observe_many(point, frames, [time_s])[0])
 
     def observe_many(self, points: ArrayLike, frames: Frames, times_s: ArrayLike) -> NDArray[np.int64]:
         """Learn from consecutive datapoints, exactly as one by one, and return their components.
@@ -142,7 +142,7 @@ class OnlineLearner:
         assert self._segment is not None
         labels, done, s = np.empty(times.size, np.int64), 0, self.settings
         while done < times.size:
-            done += learn_points(
+            learned = learn_points(
                 self._clusters,
                 self._motion,
                 self._dwell,
@@ -155,7 +155,9 @@ class OnlineLearner:
                 self._rule,
                 labels[done:] if done else labels,
             )
-            self._make_room()
+            done += learned
+            if done < times.size:
+                self._make_room()
         return labels
 
     def end(self) -> int:
@@ -169,6 +171,7 @@ class OnlineLearner:
         if self._segment.time_count.sum() < 2:
             raise InvalidDemonstration("demonstration", "", "at least two datapoints")
         s = self.settings
+        self._make_room()
         terminal = int(add_end(self._clusters, self._motion, s.max_distance_m, self._weights, self._rule))
         self._add_way(self._motion, float(self._segment.clock[0]), terminal)
         finish(self._dwell, self._segment, terminal)

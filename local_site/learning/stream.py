@@ -44,5 +44,6 @@ def learn_points(
 def _assign(clusters, motion, dwell, segment, points, times, rest, labels):
     """Assign consecutive datapoints, for which there is room, and count along their components."""
     if times.size > 0:
-        assign_points(clusters, motion, points, times, rest[0], rest[1], rest[2], rest[3], labels)
-        follow(dwell, segment, labels, times)
+        rests = np.empty(times.size, np.bool_)
+        assign_points(clusters, motion, points, times, rest[0], rest[1], rest[2], rest[3], labels, rests)
+        follow(dwell, segment, labels, times, rests)

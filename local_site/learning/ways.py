@@ -21,6 +21,7 @@ from farhand.common.model.ways import (
     Way,
     spread_squares,
 )
+from farhand.local_site.learning.covariances import apart, less_by_chance, symmetric
 from farhand.local_site.learning.way_statistics import COARSE, WayStatistics, WholeMotion
 
 Array = NDArray[np.float64]
@@ -79,28 +80,30 @@ class Regression:
     Args:
         gains: At the coarse phases. Shape (P, M + 1, T, T).
         deviations: Of the noise, at the coarse phases. Shape (P, M + 1, B).
+        spent: Degrees of freedom that mean and gains take from the demonstrations. Shape (P, M + 1, B).
     """
 
     gains: Array
     deviations: Array
+    spent: Array
 
     @classmethod
     def of(cls, way: WayStatistics, space: Manifold, max_distance_m: float) -> Regression:
         """The regression that a way's statistics give, without calm."""
         P, M, T = way.C.shape[:3]
-        gains, deviations = np.zeros((P, M, T, T)), np.empty((P, M, len(space.parts)))
+        gains, (deviations, spent) = np.zeros((P, M, T, T)), np.empty((2, P, M, len(space.parts)))
         for p in range(P):
             for number, part in enumerate(space.parts):
                 unit = max_distance_m if number == 0 else 1.0
-                G, sigma = _regressed(
+                G, sigma, used = _regressed(
                     way.S[p, part, part], way.C[p, :, part, part], way.V[p, :, part, part], way.n, unit
                 )
-                gains[p, :, part, part], deviations[p, :, number] = G, sigma
-        return cls(gains, deviations)
+                gains[p, :, part, part], deviations[p, :, number], spent[p, :, number] = G, sigma, used
+        return cls(gains, deviations, spent)
 
 
-def _regressed(S: Array, C: Array, V: Array, n: int, unit: float) -> tuple[Array, Array]:
-    """Gains (M + 1, D, D) and deviations of the noise (M + 1,).
+def _regressed(S: Array, C: Array, V: Array, n: int, unit: float) -> tuple[Array, Array, Array]:
+    """Gains (M + 1, D, D), deviations of the noise (M + 1,), and degrees of freedom that were spent (M + 1,).
 
     The prior gain is a share of the identity, that of the linear warp unless the data say otherwise
     (empirical Bayes); the entries deviate from it by `GAIN_STD`. Noise and gains are found in turns.
@@ -113,7 +116,7 @@ def _regressed(S: Array, C: Array, V: Array, n: int, unit: float) -> tuple[Array
     values, axes = np.linalg.eigh(S)
     values = np.maximum(values, 0.0)
     rest = (C - share[:, None, None] * S) @ axes
-    variance, G = np.full(len(C), least), np.empty_like(C)
+    variance, used, G = np.full(len(C), least), np.ones(len(C)), np.empty_like(C)
     for _ in range(4):
         ridge = values + variance[:, None] / GAIN_STD**2
         G = share[:, None, None] * eye + (rest / ridge[:, None, :]) @ axes.T
@@ -121,8 +124,8 @@ def _regressed(S: Array, C: Array, V: Array, n: int, unit: float) -> tuple[Array
         used = 1.0 + (values / ridge).sum(axis=1)
         missed = np.maximum(np.trace(left, axis1=1, axis2=2), 0.0) / D
         variance = (missed + _NOISE_WEIGHT * least) / (np.maximum(n - used, 0.0) + _NOISE_WEIGHT)
-    G[0], G[-1] = eye, 0.0
-    return G, np.sqrt(variance)
+    G[0], G[-1], used[-1] = eye, 0.0, 1.0
+    return G, np.sqrt(variance), used
 
 
 def model_of(way: WayStatistics, space: Manifold, max_distance_m: float, min_covariance: Array) -> Way:
@@ -138,16 +141,20 @@ def model_of(way: WayStatistics, space: Manifold, max_distance_m: float, min_cov
         Ct = np.swapaxes(C, -1, -2)
         GS = G @ way.S[:, None, part, part] @ np.swapaxes(G, -1, -2)
         left[..., part, part] = way.V[..., part, part] - G @ Ct - C @ np.swapaxes(G, -1, -2) + GS
-    left = 0.5 * (left + np.swapaxes(left, -1, -2)) / n
+    if (
+        len(way.points) > 1
+    ):  # frames are weighed against each other: what is known of each must not be overrated
+        free = np.maximum(n - regression.spent.max(axis=-1), 1.0)
+        left = less_by_chance(left / free[..., None, None], free, space)
+    else:
+        left = left / n
+    left = symmetric(left)
     S, units = way.S[-1], np.repeat([max_distance_m**2, 1.0], [space.n_dims, space.n_tangent - space.n_dims])
     time_gains, duration_gains = np.zeros_like(way.c), np.zeros_like(way.d)
     for part in space.parts:
         prior = START_WEIGHT * np.diag(units[part])
         time_gains[:, part] = np.linalg.solve(S[part, part] + _TIME_SPREAD**2 * prior, way.c[:, part].T).T
         duration_gains[part] = np.linalg.solve(S[part, part] + _DURATION_SPREAD**2 * prior, way.d[part])
-    apart = np.zeros_like(S)
-    for part in space.parts:
-        apart[part, part] = S[part, part] / n
     return Way(
         n_demonstrations=n,
         terminal=int(way.ends[np.argmax(way.ends[:, 1]), 0]),
@@ -156,7 +163,7 @@ def model_of(way: WayStatistics, space: Manifold, max_distance_m: float, min_cov
         time_shares=np.maximum.accumulate(way.time_shares),
         gains=gains,
         covariances=left + min_covariance,
-        start_covariance=apart,
+        start_covariances=apart(way.S, space) / n,
         time_gains=time_gains,
         duration_gains=duration_gains,
         deviations=regression.deviations[-1],

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from farhand.common.log import loop_logger
 from farhand.common.mailbox import Mailbox
 from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.ways import distance_from_taught
 from farhand.common.wire.messages import PlannedPath, Stamp
 from farhand.common.wire.path_points import packed
 from farhand.common.wire.reasons import Code, Reason, because
@@ -59,6 +60,9 @@ def plan(request: PlanRequest) -> PlannedPath:
     else:
         executor = Executor.from_state(request.stored.model, request.settings, request.state)
     path = executor.predict(at, moving, frames, step_s=STEP_S, max_points=MAX_POINTS)
+    away, away_frame, model = 0.0, 0, request.stored.model
+    if request.plan_id:
+        away, away_frame = distance_from_taught(model.ways, at, frames, model.max_distance_m)
     return PlannedPath(
         path_id=request.path_id,
         plan_id=request.plan_id,
@@ -68,6 +72,8 @@ def plan(request: PlanRequest) -> PlannedPath:
         step_s=path.step_s,
         points=packed(path.points_local),
         reaches_end=path.done,
+        away=min(away, 1e6),
+        away_frame=away_frame,
     )
 
 

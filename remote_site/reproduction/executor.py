@@ -72,6 +72,8 @@ class Executor:
         self._state: ExecutorState | None = None
         self._local = LocalComponents.of(model)
         self._world: WorldComponents | None = None
+        self._ahead: dict[int, NDArray[np.int64]] = {}
+        self._seen_for = -1
 
     @classmethod
     def from_state(cls, model: TPHSMM, settings: ExecutorSettings, state: ExecutorState) -> Executor:
@@ -118,7 +120,9 @@ class Executor:
             InvalidInput: Before `begin`, or when the frames are not the model's.
         """
         check_frames(frames, self.model.n_frames, self.model.n_dims)
-        self._state = replace(self.state(), motion=FrameMotion.still(self._see(frames).frame_arrays))
+        state = self.state()
+        world = self._see(frames, state.progress.component)
+        self._state = replace(state, motion=FrameMotion.still(world.frame_arrays))
 
     def _continue(self, state: ExecutorState) -> None:
         self._state, self._world = state, None
@@ -127,7 +131,7 @@ class Executor:
             self.way = chosen(model, state.start)
             model = with_way(model, model.ways[self.way], state.start) if self.way >= 0 else model
         self._tracker = ProgressTracker(model, state.start, self.model.n_components)
-        self._local = LocalComponents.of(model)
+        self._local, self._ahead = LocalComponents.of(model), {}
 
     def step(self, point: Array, velocity: Array, frames: Sequence[TaskFrame]) -> Control:
         """Compute the control of one period.
@@ -142,7 +146,7 @@ class Executor:
         """
         state, dt, walked = self.state(), self.settings.dt_s, self.settings.dt_s * self.settings.pace
         point, velocity = check_start(self.model, point, velocity, frames)
-        world = self._see(frames)
+        world = self._see(frames, state.progress.component)
         motion = state.motion.updated(world.frame_arrays, dt)
         weights = world.weights(state.progress.component)
         relative = velocity - motion.velocity_at(point, weights)
@@ -196,7 +200,7 @@ class Executor:
         """
         state, dt = self.state(), self.settings.dt_s
         p, velocity = check_start(self.model, point, velocity, frames)
-        world = self._see(frames)
+        world = self._see(frames, state.progress.component)
         weights = world.weights(state.progress.component)
         v = velocity - state.motion.velocity_at(p, weights)
         still = replace(state, motion=FrameMotion.still(world.frame_arrays))
@@ -213,10 +217,15 @@ class Executor:
         path = np.stack(points)
         return Path(frames[-1].to_local(path), path, every * dt, done)
 
-    def _see(self, frames: Sequence[TaskFrame]) -> WorldComponents:
-        """Return the components in the world; recompute them only when the frames moved."""
+    def _see(self, frames: Sequence[TaskFrame], component: int) -> WorldComponents:
+        """Return the components in the world that a tick needs; recompute them only when the frames moved."""
+        if component not in self._ahead:
+            self._ahead[component] = self._tracker.ahead(component, self.settings.horizon_s)
         if self._world is None or not self._world.valid_for(frames):
-            self._world = self._local.seen(frames)
+            self._world, self._seen_for = self._local.seen(frames, self._ahead[component]), component
+        elif component != self._seen_for:
+            self._world.gaussians.see(self._ahead[component])
+            self._seen_for = component
         return self._world
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -13,6 +14,7 @@ from farhand.common.model.kernel import kernel
 from farhand.common.model.manifold import Manifold, log_at
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +32,7 @@ class Gaussians:
         entries: Where the demonstrations entered each component. Shape (K, C).
         exits: Where they left it. Shape (K, C).
         way_precisions: Precisions about the way between these. Shape (K, T, T).
+        see: Fills in components that were not asked for yet, by their numbers; all of them when given none.
     """
 
     space: Manifold
@@ -39,6 +42,7 @@ class Gaussians:
     entries: Array
     exits: Array
     way_precisions: Array
+    see: Callable[[Integers | None], None] = lambda which: None
 
     @classmethod
     def of(

@@ -87,6 +87,7 @@ class ProgressTracker:
         Raises:
             InvalidInput: When the robot is behind the end of the motion, where no demonstration came from.
         """
+        gaussians.see(None)
         lambda_m = self.model.max_distance_m
         distances = gaussians.space.distance(gaussians.means, point, metres_per_radian=lambda_m)
         first = np.where(self.model.initial > 0, distances, np.inf)
@@ -172,6 +173,7 @@ class ProgressTracker:
 
         In front of an entry only the distance beside the path counts: the robot comes in along it.
         """
+        gaussians.see(None)
         entries = gaussians.entries[:, : self.model.manifold.n_dims]
         steps = entries[self.successors] - entries
         lengths = np.linalg.norm(steps, axis=1)
@@ -193,6 +195,16 @@ class ProgressTracker:
         if before.size and all(gaussians.is_behind(int(q), end, point, _INSIDE) for q in before):
             where = "the robot is behind the end of the motion, where no demonstration came from"
             raise InvalidInput("executor", "start", f"{where}: drive it back to in front of it first")
+
+    def ahead(self, component: int, horizon_s: float) -> NDArray[np.int64]:
+        """Return the components that a tick needs: the present one, and those that follow it within the horizon."""
+        chain, left_s = [component], horizon_s
+        while left_s >= 0.0 and (q := int(self.successors[chain[-1]])) >= 0:
+            left_s -= self.durations_s[q]
+            chain.append(q)
+        if (q := int(self.successors[chain[-1]])) >= 0:
+            chain.append(q)  # sums of durations are rounded
+        return np.array(chain)
 
     def time_to_go(self, now: Progress) -> float:
         """Return the demonstrated time to the end of the motion [s]."""

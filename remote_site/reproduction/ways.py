@@ -46,6 +46,8 @@ def with_way(model: TPHSMM, way: Way, start: Array) -> TPHSMM:
     course, steps_s = way.course(start), np.diff(way.times_s(start))
     ramps = space.log(course[:, :-1], course[:, 1:])
     residuals = between_coarse(way.covariances, axis=1)
+    if len(course) > 1:  # frames are weighed by how sure each is of this start
+        residuals = residuals * between_coarse(way.growth(start), axis=1)[..., None]
     residuals = 0.5 * (residuals[:, :-1] + residuals[:, 1:])
     along = np.einsum("pkt,pku->pktu", ramps, ramps) / 12.0  # of points spread evenly over the interval
     transition, time_share = (_grown(a, N, N) for a in (model.transition, model.time_share))

@@ -1,4 +1,8 @@
-"""The components of a model as the present task frames put them into the world."""
+"""The components of a model as the present task frames put them into the world.
+
+A tick needs few of them: the present one and those that follow within the horizon. While a task frame moves, only
+these are put into the world again at every tick; the others wait until somebody asks for them.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +21,7 @@ from farhand.common.model.tphsmm import TPHSMM
 from farhand.remote_site.reproduction.gaussians import Gaussians
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,19 +59,37 @@ class LocalComponents:
             inverse(model.residual_covariances),
         )
 
-    def seen(self, frames: Sequence[TaskFrame]) -> WorldComponents:
-        """The components for the present frames. Length P."""
+    def seen(self, frames: Sequence[TaskFrame], components: Integers | None = None) -> WorldComponents:
+        """Return the components for the present frames.
+
+        Args:
+            frames: The present task frames. Length P.
+            components: Which are needed now; all when not given.
+        """
+        _, K, C = self.means.shape
+        T = self.precisions.shape[2]
+        means, entries, exits = np.empty((3, K, C))
+        precisions, parts, tracking = np.empty((3, K, T, T))
+        seen, ramps = np.zeros(K, np.bool_), np.empty((K, T))
         arrays = FrameArrays.of(frames, self.space.oriented)
-        means, precisions, parts, entries, exits, ramps, tracking = _seen(
-            self.means, self.precisions, self.entries, self.exits, self.residual_precisions, arrays
-        )
-        gaussians = Gaussians(self.space, means, precisions, parts, entries, exits, tracking)
+
+        def see(which: Integers | None) -> None:
+            _see(
+                np.arange(K) if which is None else which,
+                seen,
+                (self.means, self.precisions, self.entries, self.exits, self.residual_precisions),
+                arrays,
+                (means, precisions, parts, entries, exits, ramps, tracking),
+            )
+
+        see(components)
+        gaussians = Gaussians(self.space, means, precisions, parts, entries, exits, tracking, see)
         return WorldComponents(self, tuple(frames), arrays, gaussians, entries, ramps, tracking)
 
 
 @dataclass(frozen=True, eq=False)
 class WorldComponents:
-    """What the tracker and the reference need, for one set of frames.
+    """What the tracker and the reference need, for one set of frames; only of components that were asked for.
 
     Args:
         local: What they were made of.
@@ -103,22 +126,47 @@ class WorldComponents:
 
 
 @kernel
-def _seen(means, precisions, entries, exits, residual_precisions, frames):
-    """Means, precisions and part precisions of the products; entries, exits, ramps and their precisions."""
-    world_means, world_precisions = product(means, precisions, frames)
-    world_entries, tracking = product(entries, residual_precisions, frames)
-    world_exits, _ = product(exits, residual_precisions, frames)
-    K, T = world_precisions.shape[:2]
-    ramps = np.empty((K, T))
-    for i in range(K):
-        log_at(world_entries[i], world_exits[i], ramps[i])
-    parts = world_precisions.copy()
-    if means.shape[2] > T:
-        room = np.empty((2, T, T))
-        for i in range(K):
-            invert(world_precisions[i], room[0], room[1])
-            separate_parts(room[1], parts[i])
-    return world_means, world_precisions, parts, world_entries, world_exits, ramps, tracking
+def _see(which, seen, local, frames, world):
+    """Put the components that were not seen yet into the world.
+
+    Args:
+        which: Their numbers. Shape (n,).
+        seen: Which were seen, changed in place. Shape (K,).
+        local: The arrays of `LocalComponents`.
+        frames: The `FrameArrays`.
+        world: Written: means, precisions and part precisions of the products; entries, exits, ramps and their precisions.
+    """
+    n = 0
+    for i in which:
+        n += not seen[i]
+    new = np.empty(n, np.int64)
+    n = 0
+    for i in which:
+        if not seen[i]:
+            seen[i] = True
+            new[n] = i
+            n += 1
+    if n == 0:
+        return
+    means, precisions, entries, exits, residual_precisions = local
+    own_means, own_precisions = product(means[:, new], precisions[:, new], frames)
+    tracking = residual_precisions[:, new]
+    own_entries, own_tracking = product(entries[:, new], tracking, frames)
+    own_exits, _ = product(exits[:, new], tracking, frames)
+    T = own_precisions.shape[2]
+    room = np.empty((2, T, T))
+    for k in range(n):
+        i = new[k]
+        world[0][i] = own_means[k]
+        world[1][i] = own_precisions[k]
+        world[2][i] = own_precisions[k]
+        world[3][i] = own_entries[k]
+        world[4][i] = own_exits[k]
+        log_at(own_entries[k], own_exits[k], world[5][i])
+        world[6][i] = own_tracking[k]
+        if means.shape[2] > T:
+            invert(own_precisions[k], room[0], room[1])
+            separate_parts(room[1], world[2][i])
 
 
 @kernel

@@ -5,7 +5,7 @@ from __future__ import annotations
 import viser
 
 from farhand.common.control_mode import Action, ControlMode, Phase
-from farhand.common.model.ways import OUTSIDE, chosen_way, distance_from_taught
+from farhand.common.model.ways import OUTSIDE, chosen_way
 from farhand.common.wire.path_points import points_of
 from farhand.common.wire.words import PRESS_AGAIN
 from farhand.local_site.console.picture import Picture
@@ -126,13 +126,13 @@ def plan_words(picture: Picture) -> str:
     ):
         return ""
     model = learned.model
+    if path.away > OUTSIDE:
+        seen = "this start is"
+        if path.away_frame < len(names := model.frame_names) > 1:
+            seen = f"seen from {names[path.away_frame]}, the start or the goal is"
+        further = f"{path.away:.0f} times further away than the demonstrated ones"
+        return f"Outside what was shown: {seen} {further}. Demonstrate from here? "
     start = points_of(path)[0]
-    away = distance_from_taught(model.ways, start, model.max_distance_m)
-    if away > OUTSIDE:
-        return (
-            f"Outside what was shown: this start is {away:.0f} times further away than the demonstrated ones. "
-            "Demonstrate from here? "
-        )
     number = chosen_way(model.ways, start, model.max_distance_m)
     if number < 0:
         return "No demonstrated way is sure of this start: the robot joins the nearest component. "

@@ -17,13 +17,18 @@ LAMBDA, WEIGHTS, HYSTERESIS = 0.2, np.array([1.0, 0.5, 1.0]), 0.1
 def assigned(
     points: NDArray, times: NDArray, weights: NDArray = WEIGHTS, rule: int = 0
 ) -> tuple[Clusters, NDArray]:
+    return assigned_with_rests(points, times, weights, rule)[:2]
+
+
+def assigned_with_rests(
+    points: NDArray, times: NDArray, weights: NDArray = WEIGHTS, rule: int = 0
+) -> tuple[Clusters, NDArray, NDArray]:
     clusters = Clusters.empty(256, points.shape[1], Manifold(points.shape[2]))
-    labels = np.zeros(len(times), np.int64)
+    labels, rests = np.zeros(len(times), np.int64), np.zeros(len(times), np.bool_)
     motion = Motion.begin(points.shape[1], Manifold(points.shape[2]))
-    assert assign_points(clusters, motion, points, times, LAMBDA, weights, HYSTERESIS, rule, labels) == len(
-        times
-    )
-    return clusters, labels
+    done = assign_points(clusters, motion, points, times, LAMBDA, weights, HYSTERESIS, rule, labels, rests)
+    assert done == len(times)
+    return clusters, labels, rests
 
 
 def in_frames(rng: np.random.Generator, n_dims: int, n_frames: int) -> tuple[NDArray, NDArray]:
@@ -37,9 +42,10 @@ def test_means_and_scatters_are_the_batch_statistics_of_the_assigned_points(
     seed: int, n_dims: int, n_frames: int
 ):
     points, times = in_frames(np.random.default_rng(seed), n_dims, n_frames)
-    clusters, labels = assigned(points, times)
+    clusters, labels, rests = assigned_with_rests(points, times)
+    assert rests.mean() < 0.3  # at most the slow ends of the stroke
     for i in range(clusters.size[0]):
-        mine = points[labels == i]
+        mine = points[(labels == i) & ~rests]
         assert clusters.counts[i] == len(mine)
         for j in range(n_frames):
             np.testing.assert_allclose(clusters.means[i, j, :n_dims], mine[:, j].mean(axis=0), atol=1e-12)
@@ -90,7 +96,16 @@ def test_one_frame_in_which_demonstrations_agree_makes_them_one_component(rule: 
         labels.append(np.zeros(60, np.int64))
         number = FRAME_RULES.index(rule)
         assign_points(
-            clusters, motion, points, np.arange(60.0), LAMBDA, WEIGHTS, HYSTERESIS, number, labels[-1]
+            clusters,
+            motion,
+            points,
+            np.arange(60.0),
+            LAMBDA,
+            WEIGHTS,
+            HYSTERESIS,
+            number,
+            labels[-1],
+            np.zeros(60, np.bool_),
         )
     assert (set(labels[0]) == set(labels[1])) == together
     assert bool(set(labels[0]) & set(labels[1])) == together
@@ -101,7 +116,9 @@ def test_it_stops_where_there_is_no_room_and_goes_on_from_there():
     _, whole = assigned(points, times)
     small = Clusters.empty(3, 1, Manifold(2))
     motion, labels = Motion.begin(1, Manifold(2)), np.zeros(len(times), np.int64)
-    done = assign_points(small, motion, points, times, LAMBDA, WEIGHTS, HYSTERESIS, 0, labels)
+    done = assign_points(
+        small, motion, points, times, LAMBDA, WEIGHTS, HYSTERESIS, 0, labels, np.zeros(len(times), np.bool_)
+    )
     assert small.size[0] == 3
     assert done < len(times)
     np.testing.assert_array_equal(labels[:done], whole[:done])
@@ -114,7 +131,16 @@ def test_ends_near_each_other_share_a_terminal_component():
         motion = Motion.begin(1, Manifold(2))
         points = np.linspace([[1.0, last]], [[0.0, last]], 40)
         assign_points(
-            clusters, motion, points, np.arange(40.0), LAMBDA, WEIGHTS, HYSTERESIS, 0, np.zeros(40, np.int64)
+            clusters,
+            motion,
+            points,
+            np.arange(40.0),
+            LAMBDA,
+            WEIGHTS,
+            HYSTERESIS,
+            0,
+            np.zeros(40, np.int64),
+            np.zeros(40, np.bool_),
         )
         ends.append(add_end(clusters, motion, LAMBDA, WEIGHTS, 0))
     assert ends[0] == ends[1] != ends[2]

@@ -24,7 +24,7 @@ def counted(demonstrations: list[list[int]], dt: float = 0.5) -> Dwell:
     dwell = Dwell.empty(K + 1)
     for labels in demonstrations:
         segment = Segment.begin(K + 1)
-        follow(dwell, segment, np.array(labels), dt * np.arange(len(labels)))
+        follow(dwell, segment, np.array(labels), dt * np.arange(len(labels)), np.zeros(len(labels), np.bool_))
         finish(dwell, segment, END)
     return dwell
 

@@ -138,7 +138,9 @@ def test_missing_datapoints_are_no_jump():
     kept = np.ones(len(times), np.bool_)
     kept[200:270] = False
     learner = learner_of(times[kept], points[kept])
-    assert learner.n_points == kept.sum()
+    assert (
+        learner.n_points >= 0.95 * kept.sum()
+    )  # the others are taken for a rest, as long as the sensor seems bad
     assert np.isclose(learner.model().duration_mean_s.sum(), times[-1])
 
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from numpy.typing import NDArray
 
@@ -55,7 +56,7 @@ def test_the_ramp_is_the_least_squares_line_through_the_assigned_points(seed: in
         np.testing.assert_allclose(model.elapsed_mean_s[i], elapsed.mean(), atol=1e-12)
         centred = motion[samples] - motion[samples].mean(axis=0)
         scatter = centred.T @ centred / samples.size
-        explained = shrunk * np.outer(line[1], line[1]) * elapsed.var()
+        explained = shrunk * (2.0 - shrunk) * np.outer(line[1], line[1]) * elapsed.var()
         np.testing.assert_allclose(model.residual_covariances[0, i], scatter - explained + floor, atol=1e-9)
 
 
@@ -69,6 +70,35 @@ def test_starts_are_those_of_the_demonstrations_that_visited(seed: int):
             [np.repeat(m[:1], (k == i).sum(), axis=0) for m, k in zip(motions, labels, strict=True)]
         )
         np.testing.assert_allclose(model.start_means[0, i], starts.mean(axis=0), atol=1e-12)
+
+
+@pytest.mark.parametrize("at", [20, 90])
+def test_a_pause_of_one_demonstration_does_not_outweigh_the_others(at: int):
+    """Ten seconds at rest in one of three strokes of two seconds, seen by a sensor with a millimetre of noise.
+
+    Counted in full they are worth more than three times the datapoints of all in a component, and draw it to themselves.
+    """
+    rng, models = np.random.default_rng(1), []
+    line = np.linspace([1.0, 0.0, 0.0], [0.0, 0.0, 0.0], 100)
+    for rest in (0, 500):
+        learner = OnlineLearner(LearnerSettings(0.3), 3)
+        for beside in (-0.02, 0.0, 0.02):
+            motion, n = line + np.array([0.0, beside, 0.0]), rest if beside == 0.0 else 0
+            points = np.concatenate([motion[:at], np.repeat(motion[at : at + 1], n, axis=0), motion[at:]])
+            points[at : at + n] += 0.001 * rng.normal(size=(n, 3))
+            learner.start()
+            learner.observe_many(points, [TaskFrame.identity(3)], 0.02 * np.arange(float(len(points))))
+            learner.end()
+        models.append(learner.model())
+    without, paused = models
+    np.testing.assert_array_equal(paused.transition > 0, without.transition > 0)
+    np.testing.assert_allclose(paused.means, without.means, atol=0.03)
+    ramps, exact = (model.slopes[0] * model.duration_mean_s[:, None] for model in (paused, without))
+    np.testing.assert_allclose(
+        ramps, exact, atol=0.15
+    )  # of half a metre; nothing is left of it if the pause counts
+    np.testing.assert_allclose(paused.time_share, without.time_share, atol=0.01)
+    assert np.isclose(paused.duration_mean_s.sum() - without.duration_mean_s.sum(), 10.0 / 3.0, atol=0.1)
 
 
 def test_the_end_of_a_motion_has_no_ramp():

@@ -219,6 +219,36 @@ def test_starts_outside_of_what_was_shown_are_told_from_those_inside(n: int):
             direction = random.normal(size=(10, 3))
             direction /= np.linalg.norm(direction, axis=1, keepdims=True)
             away = random.uniform(least, most, (10, 1)) * np.sqrt(3.0) * spread
-            found += [distance_from_taught(ways, centre + x, LAMBDA_M) > OUTSIDE for x in away * direction]
+            frames = [TaskFrame.identity(3)]
+            found += [
+                distance_from_taught(ways, centre + x, frames, LAMBDA_M)[0] > OUTSIDE
+                for x in away * direction
+            ]
     assert np.mean(outside) >= 0.95
     assert np.mean(inside) <= 0.02
+
+
+@pytest.mark.parametrize("moved", ["start", "handle"])
+def test_scenes_outside_of_what_was_shown_are_told_by_the_frame_that_sees_it(moved: str):
+    """Two frames, from the base's origin to the handle's, which people put here and there; now one of them is far away."""
+    random, phase = np.random.default_rng(4), np.linspace(0.0, 1.0, N_PHASES + 1)[:, None]
+    spread, middle, n_inside, n_outside = 0.1, np.array([0.8, 0.3, 0.0]), 0, 0
+    for _ in range(100):
+        shown = []
+        for _ in range(6):
+            start, handle = spread * random.normal(size=3), middle + spread * random.normal(size=3)
+            points = start + phase * (handle - start)
+            shown.append(WholeMotion(np.stack([points, points - handle]), phase[:, 0], 5.0, 0))
+        ways = (model_of(way_of(shown), SPACE, LAMBDA_M, 1e-5 * np.eye(3)),)
+        for least, most in ((0.0, 2.0), (4.0, 8.0)):
+            direction = random.normal(size=3)
+            away = random.uniform(least, most) * np.sqrt(3.0) * spread * direction / np.linalg.norm(direction)
+            start, handle = (away, middle) if moved == "start" else (np.zeros(3), middle + away)
+            frames = [TaskFrame.identity(3), TaskFrame(np.eye(3), handle)]
+            far, frame = distance_from_taught(ways, start, frames, LAMBDA_M)
+            if most == 2.0:
+                n_inside += far > OUTSIDE
+            else:
+                n_outside += far > OUTSIDE and frame in ((0,) if moved == "start" else (0, 1))
+    assert n_outside >= 95
+    assert n_inside <= 2

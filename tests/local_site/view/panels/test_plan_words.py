@@ -9,6 +9,7 @@ import pytest
 
 from farhand.common.model.model_file import content_hash, encode
 from farhand.common.model.task_frame import TaskFrame
+from farhand.common.model.ways import distance_from_taught
 from farhand.common.wire.messages import PlannedPath, Stamp
 from farhand.common.wire.path_points import packed
 from farhand.local_site.console.picture import Picture
@@ -32,6 +33,10 @@ def lesson(sides: tuple[float, ...]) -> LearnedModel:
 
 
 def planned(picture: Picture, learned: LearnedModel, start: tuple[float, float]) -> Picture:
+    model = learned.model
+    away, frame = distance_from_taught(
+        model.ways, np.array(start), [TaskFrame.identity(2)], model.max_distance_m
+    )
     path = PlannedPath(
         path_id=1,
         plan_id=7,
@@ -41,6 +46,8 @@ def planned(picture: Picture, learned: LearnedModel, start: tuple[float, float])
         step_s=0.1,
         points=packed(np.linspace(start, (0.0, 0.0), 20)),
         reaches_end=True,
+        away=away,
+        away_frame=frame,
     )
     return replace(picture, learned=learned, path=path, plan_id=7)
 
