@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from farhand.remote_site.insertion.touch import InsertionArm
 from farhand.remote_site.interface.goals import SPEED, patience_s
-from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.interface.sensing import Sensing
 
 Array = NDArray[np.float64]
 

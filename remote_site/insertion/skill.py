@@ -17,7 +17,7 @@ from farhand.remote_site.insertion.touch import BACK_M_S, InsertionArm, Touch, T
 from farhand.remote_site.interface.embodiment import Belief, Check, Guidance
 from farhand.remote_site.interface.goals import BACK_OFF_M, BACK_OFF_S, FixedGoal, ManoeuvreGoal, giving_way
 from farhand.remote_site.interface.plant import EffectorState
-from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.interface.sensing import Sensing
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.remote_site.insertion.recovery import Felt, Recovery
 from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import EffectorState, Plant
-from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.perception.target_filter import Estimate
 
 Array = NDArray[np.float64]

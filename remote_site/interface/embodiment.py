@@ -27,7 +27,7 @@ from farhand.remote_site.interface.arm_memory import ArmMemory
 from farhand.remote_site.interface.goals import ManoeuvreGoal
 from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import EffectorState, Plant
-from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 
 Array = NDArray[np.float64]

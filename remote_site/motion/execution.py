@@ -12,8 +12,8 @@ from farhand.common.wire.messages import Command, ExecutionReport, Stamp
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.plant import EffectorState
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.model_trial import StoredModel
-from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings, check_start
 
 Array = NDArray[np.float64]

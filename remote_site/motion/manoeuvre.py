@@ -10,7 +10,7 @@ from farhand.common.wire.reasons import Reason
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.goals import ManoeuvreGoal
 from farhand.remote_site.interface.plant import EffectorState, Plant
-from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.interface.sensing import Sensing
 
 _REACHED_M = 2e-3
 _STANDING_M_S = 5e-3

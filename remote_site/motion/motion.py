@@ -11,10 +11,10 @@ from farhand.common.errors import FarhandError
 from farhand.common.log import loop_logger
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Embodiment, Guidance
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.manoeuvre import Manoeuvre
-from farhand.remote_site.perception.sensing import Sensing
 
 _log = loop_logger(__name__)
 

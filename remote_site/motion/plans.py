@@ -13,10 +13,10 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import Stamp
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.interface.sensing import Sensing, apart
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.planner import PlanRequest
-from farhand.remote_site.perception.sensing import Sensing, apart
 
 Array = NDArray[np.float64]
 

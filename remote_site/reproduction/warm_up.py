@@ -8,7 +8,6 @@ from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
-from farhand.remote_site.reproduction.forward_variable import forward_variable
 
 
 def warm_up(space: Manifold | int) -> None:
@@ -21,7 +20,6 @@ def warm_up(space: Manifold | int) -> None:
     executor.begin(here, np.zeros(space.n_tangent), frames)
     executor.step(here, np.zeros(space.n_tangent), frames)
     executor.predict(here, np.zeros(space.n_tangent), frames, max_points=2)
-    forward_variable(model, 0, 0.0, 2, 0.1)
 
 
 def _two_components(space: Manifold) -> TPHSMM:

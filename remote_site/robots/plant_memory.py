@@ -22,8 +22,8 @@ from farhand.common.model.manifold import UNIT_TOLERANCE
 from farhand.common.whole_file import fault_of, read_whole
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.arm_memory import ArmMemory
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.motion import Motion
-from farhand.remote_site.perception.sensing import Sensing
 
 _log = loop_logger(__name__)
 

@@ -19,9 +19,9 @@ from farhand.remote_site.interface.embodiment import Belief, Check, Embodiment, 
 from farhand.remote_site.interface.goals import SPEED, FixedGoal, ManoeuvreGoal, giving_way
 from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import EffectorState, Plant, PointPlant
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.tracking_record import TrackingRecord
 from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
-from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 from farhand.remote_site.robots.plant_memory import PlantState
 

@@ -12,11 +12,11 @@ from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import Command, CommandReply, Stamp
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Skill
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.execution import start_refusal
 from farhand.remote_site.motion.model_store import ModelStore
 from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.plans import Plans
-from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.supervision.session import OperatorSession
 
 

@@ -6,8 +6,8 @@ from collections import deque
 from collections.abc import Callable
 
 from farhand.common.control_mode import ControlMode
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.motion import Motion
-from farhand.remote_site.perception.sensing import Sensing
 
 _KEPT_S = 5.0
 

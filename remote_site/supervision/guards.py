@@ -13,8 +13,8 @@ from farhand.common.task import Limits, Task
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Guidance
 from farhand.remote_site.interface.plant import EffectorState
+from farhand.remote_site.interface.sensing import PREDICTED_S, Sensing
 from farhand.remote_site.motion.motion import Motion
-from farhand.remote_site.perception.sensing import PREDICTED_S, Sensing
 from farhand.remote_site.supervision.session import OperatorSession
 
 FORCE_FOR_S = 0.05

@@ -12,6 +12,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.messages import Command, EventKind, Stamp, Stop
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.manoeuvre import Manoeuvre, Manoeuvres
@@ -19,7 +20,6 @@ from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.motion.previews import Previews
-from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.supervision.events import Announce, Events
 from farhand.remote_site.supervision.guards import Trip
 from farhand.remote_site.supervision.recordings import Recordings

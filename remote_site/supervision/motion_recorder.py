@@ -9,8 +9,8 @@ from farhand.common.task import AnyTask
 from farhand.common.wire.messages import Stamp
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.common.wire.recorded_motion import MAX_DURATION_S, MAX_GAP_S, RecordedMotion, packed_row
+from farhand.remote_site.interface.sensing import PREDICTED_S, Sensing
 from farhand.remote_site.motion.coupling import Coupling
-from farhand.remote_site.perception.sensing import PREDICTED_S, Sensing
 
 _SAMPLE_HZ = 100.0
 

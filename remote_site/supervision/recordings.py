@@ -9,8 +9,8 @@ from farhand.common.control_mode import Action, Cause, ControlMode, Guard
 from farhand.common.repertoire import TaskSet
 from farhand.common.wire.messages import EventKind, Stamp
 from farhand.common.wire.reasons import Code, Reason, because
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.motion import Motion
-from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.supervision.catalogue import Catalogue
 from farhand.remote_site.supervision.events import Events
 from farhand.remote_site.supervision.lease import Lease

@@ -29,12 +29,12 @@ from farhand.common.wire.path_points import duration_s
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Belief, Embodiment, Guidance
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.model_store import ModelStore
 from farhand.remote_site.motion.motion import Motion, Outcome
 from farhand.remote_site.motion.planner import PlanRequest
 from farhand.remote_site.motion.plans import Plans
-from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.supervision.admission import Admission, CommandLog
 from farhand.remote_site.supervision.black_box import BlackBox
 from farhand.remote_site.supervision.events import Announce, Events, Write

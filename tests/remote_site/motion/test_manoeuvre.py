@@ -6,8 +6,8 @@ from msgspec import structs
 
 from farhand.common.control_mode import Phase
 from farhand.common.task import PointTask
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.manoeuvre import Manoeuvre, Manoeuvres
-from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.robots.point_embodiment import point_embodiment
 from tests.remote_site.bench import DT_S, FeelingPlant, Sight
 from tests.remote_site.planar import TASK

@@ -9,12 +9,12 @@ from farhand.common.wire.messages import Command, OperatorInput, Stamp
 from farhand.common.wire.words import sentence
 from farhand.remote_site.interface.embodiment import Guidance
 from farhand.remote_site.interface.goals import FixedGoal
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.manoeuvre import Manoeuvre
 from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.motion import Motion, Outcome
-from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.robots.point_embodiment import point_embodiment
 from tests.remote_site.bench import DT_S, FeelingPlant, Sight
 from tests.remote_site.planar import TASK, planar_model

@@ -3,8 +3,8 @@ from __future__ import annotations
 from typing import Any
 
 from farhand.common.control_mode import ControlMode
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.motion import Motion
-from farhand.remote_site.perception.sensing import Sensing
 from farhand.remote_site.robots.point_embodiment import point_embodiment
 from farhand.remote_site.supervision.black_box import BlackBox
 from tests.remote_site.bench import Bench, FeelingPlant, Sight

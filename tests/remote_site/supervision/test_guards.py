@@ -11,7 +11,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import Limits, PointTask
 from farhand.common.wire.words import sentence
 from farhand.remote_site.interface.plant import EffectorState, PointPlant
-from farhand.remote_site.perception.sensing import Sensing
+from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.supervision.guards import (
     BLIND_AND_ALONE_S,
     FORCE_FOR_S,

@@ -5,7 +5,7 @@ import pytest
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.remote_site.interface.plant import PointPlant
-from farhand.remote_site.perception.sensing import PREDICTED_S, Sensing, apart
+from farhand.remote_site.interface.sensing import PREDICTED_S, Sensing, apart
 
 
 class Steps:

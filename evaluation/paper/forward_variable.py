@@ -3,6 +3,8 @@
 All observations equally likely (N_s,i = 1), so it predicts from durations and transitions alone. It starts
 from where the execution is, not from the initial probabilities. Computed from the probabilities of
 *entering* a component, which needs no array over durations per step. A terminal component is never left.
+
+The robot does not run it: its state sequence follows the progress that it tracks, see `reproduction/progress.py`.
 """
 
 from __future__ import annotations
