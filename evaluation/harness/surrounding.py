@@ -21,8 +21,8 @@ Stream = Literal["read", "null", "unread", "gone", "full", "terminal"]
 
 _LITTLE_BYTES = 4096
 _OWN_PLACES = {"HOME": "home", "FARHAND_RUNTIME_DIR": "run", "TMPDIR": "scratch"}
-_SOMEBODY = 12345
-"""A user id that no system knows."""
+_SOMEBODY, _SOMEBODY_ELSE = 12345, 12346
+"""User ids that no system knows."""
 
 
 @dataclass(frozen=True)
@@ -119,17 +119,19 @@ _ONLY_IPV6 = f"ip link set lo up && ip address delete 127.0.0.1/8 dev lo || exit
 _STRANGER = ("unshare", "--user", f"--map-user={_SOMEBODY}", f"--map-group={_SOMEBODY}")
 _READS_ALL = ("--inh-caps=+dac_read_search", "--ambient-caps=+dac_read_search")
 _MAY_ONLY_READ = (
-    "setpriv", f"--reuid={_SOMEBODY}", f"--regid={_SOMEBODY}", "--clear-groups", *_READS_ALL,
+    "setpriv", f"--reuid={_SOMEBODY_ELSE}", f"--regid={_SOMEBODY_ELSE}", "--clear-groups", *_READS_ALL,
 )  # fmt: skip
 _MOUNTS = ("unshare", "--mount")
+_COMPILES: dict[str, str | None] = {"XDG_CACHE_HOME": None, "TMPDIR": None}
+"""Nothing that was compiled is at hand; what is compiled stays in a temporary folder from trial to trial."""
 
 SURROUNDINGS = {
     "ordinary": Surrounding(),
     "no HOME": Surrounding(_OWN_HOME, _MOUNTS, {"HOME": None}, root=True),
     "unknown user without HOME": Surrounding(
-        prefix=_STRANGER, variables={"HOME": None, "XDG_CACHE_HOME": None}
+        prefix=_STRANGER, variables={"HOME": None, **_COMPILES}
     ),
-    "unknown user, HOME=/": Surrounding(prefix=_MAY_ONLY_READ, variables={"HOME": "/", "XDG_CACHE_HOME": None}, root=True),
+    "unknown user, HOME=/": Surrounding(prefix=_MAY_ONLY_READ, variables={"HOME": "/", **_COMPILES}, root=True),
     "HOME that is a file": Surrounding(variables={"HOME": "/dev/null"}),
     "HOME with spaces": Surrounding('mkdir -p "$HOME"', variables={"HOME": "FOLDER/a b é"}),
     "read-only installation": Surrounding(_read_only(ROOT), _MOUNTS, root=True),
@@ -144,7 +146,7 @@ SURROUNDINGS = {
     "full disk": Surrounding(
         _NO_ROOM, _MOUNTS, {"HOME": "FOLDER/full", "XDG_DATA_HOME": "FOLDER/full"}, root=True
     ),
-    "full cache": Surrounding(_FULL, _MOUNTS, {"XDG_CACHE_HOME": "FOLDER/full"}, root=True),
+    "full cache": Surrounding(_FULL, _MOUNTS, {**_COMPILES, "XDG_CACHE_HOME": "FOLDER/full"}, root=True),
     "full temporary folder": Surrounding(_FULL, _MOUNTS, {"TMPDIR": "FOLDER/full"}, root=True),
     "files of no size": Surrounding("ulimit -f 0"),
     "foreign packages": Surrounding(folder="foreign"),

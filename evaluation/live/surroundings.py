@@ -39,6 +39,7 @@ from farhand.local_site.teaching.offline_learning import learn_files
 Case = dict[str, Any]
 
 _PATIENCE_S = 30.0
+_PATIENTLY = "--connect-timeout-s=100"
 SITES, FILES = ("up", "demo", "remote", "local", "link"), ("learn", "rollout", "import")
 MOMENTS_S = tuple(0.05 * 1.32**n for n in range(20))
 """Times of Ctrl-C, from the first imports until everything is ready [s]."""
@@ -67,7 +68,7 @@ def trial(case: Case) -> Case:
     began_s = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="farhand-é-") as name:
         folder = Path(name)
-        _furnish(folder)
+        _furnish(folder, case["command"])
         surrounding = SURROUNDINGS.get(case["where"], Surrounding())
         if surrounding.root and os.geteuid() != 0:
             return {**case, "verdict": "skipped", "why": "needs root"}
@@ -82,7 +83,7 @@ def _of(case: Case, surrounding: Surrounding, folder: Path) -> Outcome:
         arguments = _arguments(command, folder)
         if case["where"] == "two at once":
             if command == "local":
-                arguments.append(f"--connect={closing.enter_context(_robot(folder))}")
+                arguments += [f"--connect={closing.enter_context(_robot(folder))}", _PATIENTLY]
             first = closing.enter_context(started(arguments, serves, surrounding, folder))
             if serves:
                 first.await_ready()
@@ -105,11 +106,15 @@ def _of_page(case: Case, folder: Path) -> Outcome:
         if command == "local":
             config = folder / "local.toml"
             config.write_text(f"page_names = {json.dumps([address] if named else [])}\n", encoding="utf-8")
-            arguments += [f"--config={config}", f"--connect={closing.enter_context(_robot(folder))}"]
+            arguments += [
+                f"--config={config}",
+                f"--connect={closing.enter_context(_robot(folder))}",
+                _PATIENTLY,
+            ]
         site = closing.enter_context(started(arguments, True, Surrounding(), folder))
         site.await_ready()
         if not site.is_ready:
-            return site.outcome(None)
+            return Outcome("fault", f"no page: {site.outcome(None).why}")
         refusal = visit(site.facts["page"] if named else address, proxy_port)
         if named:
             return Outcome("fault", refusal) if refusal else site.outcome(None)
@@ -130,7 +135,7 @@ def _robot(folder: Path) -> Iterator[str]:
         robot.kill()
 
 
-def _furnish(folder: Path) -> None:
+def _furnish(folder: Path, command: str) -> None:
     """Add the files that commands need, and folders with packages and files that have our names."""
     steps = np.linspace(0.0, 1.0, 60)
     strokes = [[60.0 * (1.0 - steps), 40.0 * n * steps * (1.0 - steps)] for n in (1, 2)]
@@ -147,7 +152,8 @@ def _furnish(folder: Path) -> None:
         (folder / place).mkdir()
     demonstration = folder / "demonstration.npz"
     shutil.copy(sample_files("hot-stab")[0], demonstration)
-    (folder / "taught.model").write_bytes(_taught(sample_files("hot-stab")[0]))
+    if command == "rollout":
+        (folder / "taught.model").write_bytes(_taught(sample_files("hot-stab")[0]))
 
 
 @cache
