@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 PROGRAM = """
-import logging; logging.basicConfig(format="%(message)s")
+import logging, os; logging.basicConfig(format="%(message)s", level=os.environ.get("LEVEL", "WARNING"))
 import numpy as np
 from numba.core import event
 from farhand.common.model.small_matrix import invert
@@ -39,6 +39,14 @@ def use(**variables: str) -> tuple[str, list[str]]:
 def test_what_was_compiled_is_kept_for_the_next_process(tmp_path: Path):
     assert use(XDG_CACHE_HOME=str(tmp_path)) == ("compiled", [])
     assert use(XDG_CACHE_HOME=str(tmp_path)) == ("kept", [])
+
+
+def test_who_compiles_says_so_once_before_and_who_does_not_says_nothing(tmp_path: Path):
+    done, said = use(XDG_CACHE_HOME=str(tmp_path), LEVEL="INFO")
+    assert done == "compiled" and said == [
+        "compiling the method, once on this machine: about 20 s, up to a minute on a busy one"
+    ]
+    assert use(XDG_CACHE_HOME=str(tmp_path), LEVEL="INFO") == ("kept", [])
 
 
 def test_where_the_cache_cannot_be_a_temporary_one_is_used_and_said(tmp_path: Path):
