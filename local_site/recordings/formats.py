@@ -40,9 +40,9 @@ _ASSUMED_RATE_HZ = 60.0
 _SUFFIXES = {".mcap": "bag", ".db3": "bag", ".hdf5": "robomimic", ".h5": "robomimic"}
 _EXPECTED = {
     "csv": "text in columns",
-    "bag": "a whole rosbag2 folder, .db3 or .mcap file",
-    "lerobot": "a whole LeRobot v3.0 data set",
-    "robomimic": "a whole HDF5 file of robomimic",
+    "bag": "a whole rosbag2 folder, .db3 or .mcap file; `mcap recover` and `ros2 bag reindex` mend unfinished ones",
+    "lerobot": "a whole LeRobot v3.0 data set: download it again if it is damaged",
+    "robomimic": "a whole HDF5 file of robomimic: download it again if it is damaged",
 }
 _REMEDIES = {
     ".bag": "a rosbag2 folder or an MCAP file; this name is that of ROS 1: rosbags-convert (pip install rosbags) converts it",

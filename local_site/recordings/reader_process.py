@@ -242,6 +242,8 @@ if __name__ == "__main__":
         main(*sys.argv[1:])
     except ModuleNotFoundError as error:
         extra = {"bag": "rosbag", "lerobot": "lerobot", "robomimic": "robomimic"}.get(sys.argv[1], "")
-        sys.exit(f"the package {error.name} is not installed: pip install 'farhand[{extra}]'")
+        sys.exit(
+            f"the package {str(error.name).partition('.')[0]} is not installed: pip install 'farhand[{extra}]'"
+        )
     except Exception as error:
         sys.exit(" ".join(str(error).split())[:400] or type(error).__name__)

@@ -3,6 +3,8 @@
 # pyright: reportMissingImports=false
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin
 
 from farhand.common.errors import InvalidDemonstration
+from farhand.local_site.recordings import reader_process
 from tests.local_site.recordings.foreign import (
     CHAIN,
     NAMED,
@@ -76,7 +79,7 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], dict[str, Any], str]] = {
         lambda folder: bag(folder / "bag", [*POSES, *(("/b", t, pose(t + 2.0, (t, 0, 0), STILL)) for t in TIMES_S)]),
         {"frames": ("goal=/b",)}, r"--frames: /b to be recorded during the whole motion, .*--frames NAME=X,Y,Z",
     ),
-    "a cut MCAP": (lambda folder: cut(by_hand(folder / "cut.mcap", compress=True)), {}, r"a whole rosbag2 folder, .db3 or .mcap file"),
+    "a cut MCAP": (lambda folder: cut(by_hand(folder / "cut.mcap", compress=True)), {}, r"a whole rosbag2 folder, .db3 or .mcap file; `mcap recover`"),
     "an MCAP without its end": (
         lambda folder: by_hand(folder / "open.mcap", compress=False, ending=False), {}, r"a whole rosbag2 folder, .db3 or .mcap",
     ),
@@ -152,3 +155,20 @@ def test_all_episodes_are_imported_unless_some_are_chosen(tmp_path: Path):
     starts = [understood.demonstration.position_m[0, 0] for understood in found]
     np.testing.assert_allclose(starts, [0.1, 1.1, 2.1], atol=1e-7)
     assert [understood.number for understood in read(robomimic(tmp_path / "demo.hdf5"))] == [0, 1]
+
+
+EXTRAS = {"rosbags": ("bag", "rosbag"), "pyarrow": ("lerobot", "lerobot"), "h5py": ("robomimic", "robomimic")}
+
+
+@pytest.mark.parametrize("package", EXTRAS)
+def test_a_package_that_is_not_installed_is_named_with_the_command_that_installs_it(
+    package: str, tmp_path: Path
+):
+    kind, extra = EXTRAS[package]
+    code = (
+        f"import runpy, sys; sys.modules[{package!r}] = None; sys.argv = ['reader', {kind!r}, {str(tmp_path)!r}]; "
+        f"runpy.run_path({reader_process.__file__!r}, run_name='__main__')"
+    )
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == f"the package {package} is not installed: pip install 'farhand[{extra}]'\n"
