@@ -34,7 +34,7 @@ def say_ready(**facts: Any) -> None:
         facts: What the parent needs to know, such as the port that was taken.
     """
     if (fd := os.environ.pop(READY_FD, None)) is not None:
-        with os.fdopen(int(fd), "w") as pipe:
+        with os.fdopen(int(fd), "w", encoding="utf-8") as pipe:
             pipe.write(json.dumps(facts) + "\n")
 
 
@@ -149,5 +149,5 @@ class Child:
 
 
 def _read_all(fd: int) -> str:
-    with os.fdopen(fd) as pipe:
+    with os.fdopen(fd, encoding="utf-8") as pipe:
         return pipe.read()

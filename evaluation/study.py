@@ -196,7 +196,11 @@ def _versions() -> Case:
 
 def _machine() -> Case:
     info = Path("/proc/cpuinfo")
-    names = [s for s in info.read_text().splitlines() if s.startswith("model name")] if info.exists() else []
+    names = (
+        [s for s in info.read_text(encoding="utf-8").splitlines() if s.startswith("model name")]
+        if info.exists()
+        else []
+    )
     processor = names[0].partition(":")[2].strip() if names else platform.processor()
     return {"system": platform.platform(), "processor": processor, "cores": os.cpu_count()}
 

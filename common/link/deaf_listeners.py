@@ -94,7 +94,7 @@ def end_deaf(port: int, live: set[str]) -> list[str]:
 def _waiting(port: int) -> Iterator[Waiting]:
     for table in _TABLES:
         with contextlib.suppress(OSError):
-            for line in Path(table).read_text().splitlines()[1:]:
+            for line in Path(table).read_text("ascii").splitlines()[1:]:
                 _, local, remote, state, queues, _, _, _, _, inode, *_ = line.split()
                 n_bytes = int(queues.partition(":")[0], 16)
                 if state == _ESTABLISHED and n_bytes and _address(local)[1] == port:

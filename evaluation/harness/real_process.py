@@ -36,7 +36,7 @@ class Process:
             )  # fmt: skip
         finally:
             os.close(write_fd)
-        with os.fdopen(read_fd) as pipe:
+        with os.fdopen(read_fd, encoding="utf-8") as pipe:
             said = pipe.read()
         if not said:
             raise ProcessFailed(f"farhand {' '.join(arguments)} ended with status {self._process.wait()}")

@@ -120,11 +120,13 @@ class RealSites:
         """
         result = self.folder / "demo.json"
         arguments = [*self._demo_arguments(), f"--outage={outage}", f"--json={result}"]
-        done = subprocess.run(own_command(*arguments), capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            own_command(*arguments), capture_output=True, text=True, encoding="utf-8", check=False
+        )
         if not result.exists():
             *_, last = done.stderr.splitlines() or [f"it ended with status {done.returncode}"]
             raise ProcessFailed(last.removeprefix("farhand: "))
-        return json.loads(result.read_text())
+        return json.loads(result.read_text(encoding="utf-8"))
 
     def start_demo(self) -> Process:
         """Start the job of `run_demo` without waiting; the caller ends it."""

@@ -145,7 +145,7 @@ class Started:
             return None
 
     def _await_ready(self, fd: int) -> None:
-        with os.fdopen(fd) as pipe:
+        with os.fdopen(fd, encoding="utf-8") as pipe:
             said = pipe.read()
         self.facts, self.is_ready = json.loads(said) if said else {}, bool(said)
         self._settled.set()

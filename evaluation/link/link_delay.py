@@ -57,7 +57,7 @@ def scheduling() -> str:
     if os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
         return "real-time priority"
     file = Path("/proc/self/autogroup")
-    group = group_niceness(file.read_text()) if file.exists() else 0
+    group = group_niceness(file.read_text(encoding="utf-8")) if file.exists() else 0
     return f"niceness {os.nice(0)}" + (f", {group} of its group" if group else "")
 
 

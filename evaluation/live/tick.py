@@ -60,7 +60,7 @@ def trial(case: Case) -> Case:
 
 def tick_lines(events: Path) -> list[Case]:
     """Read a robot's records of its control periods, one dictionary per minute."""
-    lines = [json.loads(line) for line in events.read_text().splitlines()]
+    lines = [json.loads(line) for line in events.read_text(encoding="utf-8").splitlines()]
     return [line for line in lines if line["kind"] == "ticks"]
 
 

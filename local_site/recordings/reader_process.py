@@ -105,7 +105,7 @@ def lerobot(folder: str, *only: str) -> Tables:
     pa.set_cpu_count(1)
     pa.set_io_thread_count(1)
     _limit()
-    info = json.loads((Path(folder) / "meta" / "info.json").read_text())
+    info = json.loads((Path(folder) / "meta" / "info.json").read_text(encoding="utf-8"))
     if not str(info.get("codebase_version")).startswith("v3."):
         raise ValueError(
             f"codebase_version v3 in meta/info.json, got {info.get('codebase_version')!r}: convert it with lerobot"
@@ -215,7 +215,7 @@ def _limit(memory_bytes: int = 512_000_000, work_s: int = 60) -> None:
 
     taken = Path("/proc/self/statm")
     if taken.exists():  # elsewhere the limit of time has to do
-        used = int(taken.read_text().split()[0]) * resource.getpagesize()
+        used = int(taken.read_text(encoding="utf-8").split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + memory_bytes, used + memory_bytes))
     spent_s = int(resource.getrusage(resource.RUSAGE_SELF).ru_utime)
     resource.setrlimit(resource.RLIMIT_CPU, (spent_s + work_s, spent_s + work_s + 1))

@@ -195,7 +195,7 @@ def kept_token(folder: Path) -> str:
         folder.mkdir(parents=True, exist_ok=True)
         with contextlib.suppress(FileExistsError):
             descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-            with os.fdopen(descriptor, "w") as file:
+            with os.fdopen(descriptor, "w", encoding="ascii") as file:
                 file.write(new)
         kept = path.read_text("ascii").strip()
         if len(kept) >= len(new):

@@ -72,9 +72,9 @@ class PageServer(viser.ViserServer):
         with contextlib.redirect_stdout(io.StringIO()), self._serving(bound):
             super().__init__(host=door.host, port=self.bound_port, label="Farhand", verbose=False)
         self.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
-        self.gui.add_html(f"<style>{(_FILES / 'page.css').read_text()}</style>")
+        self.gui.add_html(f"<style>{(_FILES / 'page.css').read_text('utf-8')}</style>")
         # viser has no public way to give the page a script of its own; it keeps this message for late tabs.
-        script = _messages.RunJavascriptMessage(source=(_FILES / "page.js").read_text())
+        script = _messages.RunJavascriptMessage(source=(_FILES / "page.js").read_text("utf-8"))
         self._websock_server.queue_message(script)
 
     @property
