@@ -133,23 +133,25 @@ def bind(
 
 
 def free_port(scheme: str = "tcp") -> int:
-    """Return a port of this machine's loopback that is free for a scheme of the transport.
-
-    Raises:
-        LinkError: When this machine has no such address.
-    """
-    with bind(("127.0.0.1", 0), kind=_KINDS[scheme]) as probe:
-        return probe.getsockname()[1]
+    """Return a port of this machine's loopback that is free for a scheme of the transport."""
+    while True:
+        with socket.socket(type=_KINDS[scheme]) as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        if not listening_fault(f"{scheme}/127.0.0.1:{port}"):
+            return port
 
 
 def listening_fault(endpoint: str) -> str:
     """Return the reason why an endpoint cannot be listened on now; an empty string when it can.
 
     Args:
-        endpoint: A well-formed endpoint of the transport.
+        endpoint: Well-formed endpoint of the transport. Where QUIC listens, TLS does too, at the same port.
     """
+    scheme = endpoint.partition("/")[0]
     try:
-        bind(endpoint_address(endpoint), kind=_KINDS[endpoint.partition("/")[0]]).close()
+        for kind in {_KINDS[scheme], socket.SOCK_STREAM} if scheme == "quic" else {_KINDS[scheme]}:
+            bind(endpoint_address(endpoint), kind=kind).close()
     except LinkError as error:
         return str(error)
     return ""

@@ -13,6 +13,7 @@ from farhand.common.errors import LinkError
 from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.link import ZenohLink
+from farhand.common.link.refusal import explain_silence
 from farhand.common.process_status import DataFolder, OperatorFacts
 from farhand.common.repertoire import TaskSet
 from farhand.common.task import ArmTask
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _RELAY_ANSWERS_S = 1.0
+_SILENT_S = 5.0
+"""A robot that has not reported after so long has a reason [s]."""
 
 
 class LocalSite:
@@ -174,23 +177,37 @@ class _Opened:
             self.console.start()
             if self._page_port:
                 self.page = self._open_page()
-            where, timeout_s = self._config.link.connect, self._config.connect_timeout_s
-            for_how_long = f"for at most {timeout_s:g} s" if timeout_s else "for as long as it takes"
-            _log.info("connecting to the robot at %s, %s", where, for_how_long)
-            reported = self.console.wait_for(
-                lambda p: p.robot is not None or self._stop.is_set(), timeout_s or None
-            )
-            if not reported:
-                raise LinkError(
-                    f"no robot reported at {where} within {timeout_s:g} s: is the remote site running, "
-                    "and does the link lead there?"
-                )
+            self._wait_for_robot()
         except BaseException:
             self.__exit__()
             raise
         if not self._stop.is_set():
             _log.info("the robot reports")
         return self
+
+    def _wait_for_robot(self) -> None:
+        """Wait for its first report; say after some seconds why there may be none.
+
+        Raises:
+            LinkError: When none came in time.
+        """
+        where, timeout_s = self._config.link.connect, self._config.connect_timeout_s
+        for_how_long = f"for at most {timeout_s:g} s" if timeout_s else "for as long as it takes"
+        _log.info("connecting to the robot at %s, %s", where, for_how_long)
+        first_s = min(timeout_s or _SILENT_S, _SILENT_S)
+        if self._robot_reports(first_s):
+            return
+        if why := explain_silence(self._config.link, bool(self._link.connected_to())):
+            _log.warning("the robot has not reported yet: %s", why)
+        if (timeout_s <= first_s and timeout_s) or not self._robot_reports(
+            timeout_s - first_s if timeout_s else None
+        ):
+            hint = why or "is the remote site running, and does the link lead there?"
+            raise LinkError(f"no robot reported at {where} within {timeout_s:g} s: {hint}")
+
+    def _robot_reports(self, timeout_s: float | None) -> bool:
+        """Wait for a report, or for the end of the site."""
+        return self.console.wait_for(lambda p: p.robot is not None or self._stop.is_set(), timeout_s)
 
     def __exit__(self, *_: object) -> None:
         if self.page is not None:

@@ -92,7 +92,7 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
     configuration = {
         "mode": "peer",
         "namespace": settings.vehicle,
-        "listen": {"endpoints": _with_options(settings.listen)},
+        "listen": {"endpoints": _with_options(settings.listen) + _beside(settings.listen)},
         "connect": {
             "endpoints": _with_options(settings.connect),
             "timeout_ms": -1,
@@ -114,7 +114,13 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
             "shared_memory": {"enabled": False},
             "link": {
                 # A mistyped endpoint must not carry in the clear what is meant to be secret.
-                "protocols": sorted({scheme_of(end) for end in (settings.listen, settings.connect) if end}),
+                "protocols": sorted(
+                    {
+                        scheme_of(end)
+                        for end in (settings.listen, settings.connect, *_beside(settings.listen))
+                        if end
+                    }
+                ),
                 "tls": _tls(settings.certificate_folder) if settings.certificates else {},
                 # By default a stranger's gigabyte would be put together in memory before anybody looks at it.
                 "rx": {"max_message_size": MAX_BYTES + _ENVELOPE_BYTES},
@@ -143,6 +149,12 @@ def _with_options(endpoint: str) -> list[str]:
         address, hash_, configuration = endpoint.partition("#")
         endpoint = f"{address}{_QUIC_OPTIONS}{hash_}{configuration}"
     return [endpoint] if endpoint else []
+
+
+def _beside(listen: str) -> list[str]:
+    """Return where a robot that listens for QUIC also listens: TLS at the same port, for sites that UDP does not reach."""
+    address = listen.partition("/")[2].partition("#")[0].partition("?")[0]
+    return [f"tls/{address}"] if scheme_of(listen) == "quic" else []
 
 
 def _tls(folder: Path) -> dict[str, Any]:

@@ -141,8 +141,7 @@ class ZenohLink:
             raise kind(f"{where}: {why or f'cannot be opened ({first_line})'}") from error
         is_quic = scheme_of(settings.listen or settings.connect) == "quic"
         self._gate = SilenceGate(settings.rate_bps) if is_quic else None
-        has_deaf = settings.listen and not is_quic  # QUIC itself gives up those who acknowledge nothing
-        self._deaf = DeafListeners(self._others, settings.listen, dropped) if has_deaf else None
+        self._deaf = DeafListeners(self.connected_to, settings.listen, dropped) if settings.listen else None
         held_up = self._deaf.look if self._deaf is not None else lambda: None
         self._outboxes = {urgency: Outbox(urgency.name.lower(), _log, held_up) for urgency in Urgency}
         self._publishers: dict[Channel, zenoh.Publisher] = {}
@@ -211,7 +210,8 @@ class ZenohLink:
         for thread in self._threads:
             thread.join(timeout=5.0)
 
-    def _others(self) -> list[str]:
+    def connected_to(self) -> list[str]:
+        """Return the locators of the other ends that are connected."""
         return [link.dst for link in self._session.info.links()]
 
     def _publisher(self, channel: Channel) -> zenoh.Publisher:

@@ -93,7 +93,8 @@ def test_a_port_in_use_is_said_for_every_kind_of_socket(host):
             bind(address)
         assert "is in use" in listening_fault(f"tcp/{show_address(address)}")
         assert "is in use" in listening_fault(f"tls/{show_address(address)}")
-        assert listening_fault(f"quic/{show_address(address)}") == ""  # its port is another protocol's
+        assert listening_fault(f"udp/{show_address(address)}") == ""
+        assert "is in use" in listening_fault(f"quic/{show_address(address)}")  # TLS listens beside it
 
 
 def test_a_datagram_port_in_use_is_said():
