@@ -18,6 +18,8 @@ from tests.examples.takes import EVERY, FOLDER, N_TAKES, take
 from tests.farhand_process import farhand
 
 ROOT = Path(__file__).parents[2]
+COMPILES_S = 400
+pytestmark = pytest.mark.timeout(COMPILES_S)  # where nothing is compiled yet, the commands do it
 PAGE = (ROOT / "docs" / "recordings.md").read_text(encoding="utf-8")
 
 
@@ -32,7 +34,7 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
         program, *words = shlex.split(line)
         assert program == "farhand"
         paths = [sorted(map(str, folder.glob(word))) if "*" in word else [word] for word in words]
-        done = farhand(*(word for each in paths for word in each), cwd=folder)
+        done = farhand(*(word for each in paths for word in each), cwd=folder, timeout_s=COMPILES_S)
         assert done.returncode == 0, done.stderr
         answers.append(done.stdout)
     return folder, answers
