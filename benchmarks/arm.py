@@ -47,7 +47,7 @@ def rows() -> list[Row]:
 def _plant(until_s: float) -> ArmPlant:
     """Return an arm that has moved down the axis for a time."""
     plant = ArmPlant(Simulation(), lambda _: Surroundings.still(Dimensions()))
-    plant.see(SeenReceptacle(plant.simulation.mouth, np.zeros(6)))
+    plant.set_receptacle(SeenReceptacle(plant.simulation.mouth, np.zeros(6)))
     while plant.time_s < until_s:
         depth_m = float(np.interp(plant.time_s, [3.0, 8.0], [-0.12, 0.083]))
         goal = compose(plant.simulation.mouth, np.array([0.0, 0.0, depth_m, 1.0, 0.0, 0.0, 0.0]))

@@ -90,7 +90,7 @@ class Child:
         said = await asyncio.to_thread(_read_all, read_fd)
         if not said:
             await self.wait()
-            raise ProcessFailed(self.obituary())
+            raise ProcessFailed(self.exit_message())
         self.ready = True
         return json.loads(said)
 
@@ -117,7 +117,7 @@ class Child:
             self._process.kill()
         await self.wait()
 
-    def obituary(self) -> str:
+    def exit_message(self) -> str:
         """Return in one line how it ended: why it says so, or its last line."""
         if self.refusal:
             return f"the {self.name} process: {self.refusal}"

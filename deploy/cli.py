@@ -22,7 +22,7 @@ from farhand.deploy.standard_streams import standard_streams
 class Up:
     """Run the local site, the remote site and a simulated link on this machine until Ctrl-C."""
 
-    task: str = "hot-stab,hot-unstab"
+    task: str = "hot-stab,hot-stab-removal"
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
@@ -241,9 +241,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 config=(tyro.conf.FlagCreatePairsOff, tyro.conf.HelptextFromCommentsOff),
             )
         except SystemExit as end:  # after --help, or after what is wrong with the arguments
-            return streams.settle(end.code if isinstance(end.code, int) else 1)
+            return streams.final_status(end.code if isinstance(end.code, int) else 1)
         configure_logging(type(chosen).__name__.lower())
-        return streams.settle(status_of(chosen))
+        return streams.final_status(status_of(chosen))
 
 
 if __name__ == "__main__":

@@ -65,7 +65,7 @@ def _say_version() -> int:
 
     with standard_streams() as streams:
         sys.stdout.write(f"farhand {installed_version()}\n")
-        return streams.settle(0)
+        return streams.final_status(0)
 
 
 if __name__ == "__main__":

@@ -116,7 +116,7 @@ class Samples:
 
     out: Path
     """Folder for the demonstration files."""
-    task: Literal["hot-stab", "hot-unstab"] = "hot-stab"
+    task: Literal["hot-stab", "hot-stab-removal"] = "hot-stab"
     """What it demonstrates: to insert the plug, or to take it out."""
     n: int = 5
     """How many."""

@@ -18,7 +18,7 @@ class Terminated(KeyboardInterrupt):
     """SIGTERM, where nothing else waits for it: ends the work as Ctrl-C does."""
 
 
-class Command(Protocol):
+class CliCommand(Protocol):
     """A command with its arguments."""
 
     def run(self) -> int:
@@ -26,7 +26,7 @@ class Command(Protocol):
         ...
 
 
-def status_of(command: Command) -> int:
+def status_of(command: CliCommand) -> int:
     """Run a command.
 
     Returns:

@@ -15,6 +15,7 @@ from farhand.common.task import AnyTask, PointTask, load_task
 _REMEDY = "a folder that can be written, which --data-dir or the variable XDG_DATA_HOME names"
 _TASKS = Path(__file__).with_name("tasks")
 _SAMPLES = Path(__file__).with_name("samples")
+_FORMER_NAMES = {"hot-unstab": "hot-stab-removal"}
 
 
 def find_task(name_or_file: str) -> AnyTask:
@@ -23,6 +24,7 @@ def find_task(name_or_file: str) -> AnyTask:
     Raises:
         InvalidConfiguration: When there is none, or it is malformed.
     """
+    name_or_file = _FORMER_NAMES.get(name_or_file, name_or_file)
     path = Path(name_or_file)
     if path.suffix != ".toml":
         path = _TASKS / f"{name_or_file}.toml"
@@ -55,7 +57,7 @@ def find_point_task(name_or_file: str) -> PointTask:
 
 def sample_files(task_name: str) -> list[Path]:
     """The demonstration files that come with a task, made by `farhand samples`; none for some tasks."""
-    return sorted(_SAMPLES.glob(f"{task_name}-*.npz"))
+    return sorted(_SAMPLES.glob(f"{task_name}-[0-9]*.npz"))
 
 
 def check_writable(field: str, file: Path) -> None:

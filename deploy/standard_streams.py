@@ -132,7 +132,7 @@ class Streams:
     def __init__(self, output: Output):
         self._output = output
 
-    def settle(self, status: int) -> int:
+    def final_status(self, status: int) -> int:
         """Say when the result itself was lost.
 
         A reader that went away (`farhand model show MODEL | head -1`) has what it wanted: that is no loss.

@@ -219,7 +219,7 @@ async def _start_and_wait(
     status = await ended.wait()
     if ended is local and "--demo" in local_arguments and status >= 0:
         return status  # it has done its job, or said why not
-    raise ProcessFailed(ended.obituary())
+    raise ProcessFailed(ended.exit_message())
 
 
 async def _patiently(starting: asyncio.Future[T], children: Sequence[Child]) -> T:

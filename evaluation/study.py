@@ -35,7 +35,7 @@ from farhand.common.whole_file import write_whole
 STUDIES = {
     "planar": "farhand.evaluation.paper.planar",
     "hot-stab": "farhand.evaluation.arm.hot_stab",
-    "hot-unstab": "farhand.evaluation.arm.hot_unstab",
+    "hot-stab-removal": "farhand.evaluation.arm.hot_stab_removal",
     "hot-stab-live": "farhand.evaluation.live.hot_stab_live",
     "hot-stab-cuts": "farhand.evaluation.live.hot_stab_cuts",
     "hot-stab-links": "farhand.evaluation.live.hot_stab_links",

@@ -228,7 +228,7 @@ class Robot:
 
     def _take_outcome(self, trial: ModelTrial, request: Request, outcome: Outcome) -> None:
         """A model was tried; from any thread."""
-        settle = partial(self.supervisor.reception.settle, trial, outcome)
+        settle = partial(self.supervisor.reception.finish_trial, trial, outcome)
         self._first.put(lambda: request.answer(encode(settle())))
 
     def _on_move_target(self, message: MoveTarget) -> None:

@@ -20,7 +20,7 @@ from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import Telemetry, Wish
 from farhand.local_site.console import intents
 from farhand.local_site.console.console import Console
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.library import Library
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.motion.planner import PlanRequest, plan
@@ -136,20 +136,20 @@ class Site:
         self.console.listen()
 
     @property
-    def picture(self) -> Picture:
+    def picture(self) -> ConsoleState:
         return self.console.picture
 
     def told(self, words: str) -> bool:
         return any(words in f"{notice.what}: {notice.text}" for notice in self.picture.notices)
 
-    def ask(self, *asked: intents.Intent | Action) -> Picture:
+    def ask(self, *asked: intents.Intent | Action) -> ConsoleState:
         """Ask for something, and have half a second for what comes of it."""
         for intent in asked:
             self.console.submit(intents.CommandRobot(intent) if isinstance(intent, Action) else intent)
             self._meeting.run(0.5)
         return self.picture
 
-    def wants(self, wish: Wish) -> Picture:
+    def wants(self, wish: Wish) -> ConsoleState:
         return self.ask(intents.WishControl(wish))
 
     def hand(self, x: float, y: float) -> None:

@@ -67,7 +67,7 @@ class Servo:
         self.solution = Solution(np.zeros(6), 0.0, 0.0)
         """Newest solution, including what the limits took away from it."""
 
-    def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
+    def set_receptacle(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
         """Set the estimated pose of the receptacle, None while it is unknown; valid until the next call.
 
         Args:

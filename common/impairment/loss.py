@@ -68,7 +68,7 @@ class Loss:
         if self._chain is None:
             self._bad = None
 
-    def strikes(self) -> bool:
+    def is_lost(self) -> bool:
         """Decide whether the next message is lost."""
         chain = self._chain
         if chain is None:

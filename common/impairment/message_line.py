@@ -70,7 +70,7 @@ class MessageLine:
         settings = self._settings
         sending_s = 8 * n_bytes / settings.rate_bps if settings.rate_bps else 0.0
         self._sent_s = max(now_s, self._sent_s) + sending_s
-        if self._loss.strikes():
+        if self._loss.is_lost():
             return []
         arrivals = [Arrival(self._sent_s + self._draw_delay_s(), self._draw_corruption())]
         if settings.duplicate and self._duplicate.random() < settings.duplicate / 100:

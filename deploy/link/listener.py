@@ -19,7 +19,7 @@ _RETRY_S = 0.1
 
 
 @dataclass(frozen=True)
-class DoorLimits:
+class ListenerLimits:
     """Bounds of what a door lets in.
 
     Args:
@@ -62,7 +62,7 @@ class Visitor:
         """Return its rank among those that may have to go: who never spoke comes first, then the silent."""
         return not self._spoke, self.silent_s()
 
-    def is_over(self, limits: DoorLimits) -> bool:
+    def is_over(self, limits: ListenerLimits) -> bool:
         """Decide whether it was silent for too long."""
         return self.silent_s() > (limits.silence_s if self._spoke else limits.first_word_s)
 
@@ -75,7 +75,7 @@ def is_exhaustion(error: OSError) -> bool:
 Serve = Callable[[Visitor], Coroutine[Any, Any, None]]
 
 
-class Door:
+class Listener:
     """Accepts connections and serves each in a task of its own.
 
     Neither many connections nor a lack of descriptors ends it: who has never said anything gives way, then who is silent longest.
@@ -86,7 +86,7 @@ class Door:
         limits: How many, and how silent.
     """
 
-    def __init__(self, name: str, serve: Serve, limits: DoorLimits):
+    def __init__(self, name: str, serve: Serve, limits: ListenerLimits):
         self._name, self._serve, self._limits = name, serve, limits
         self._inside: dict[asyncio.Task[None], Visitor] = {}
         self._leaving: set[asyncio.Task[None]] = set()

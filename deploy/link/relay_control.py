@@ -26,12 +26,12 @@ from farhand.common.impairment.link_control import (
 )
 from farhand.common.impairment.link_profile import LinkProfile, find_profile
 from farhand.common.impairment.timeline import update_settings
-from farhand.deploy.link.listener import Door, DoorLimits, Visitor
+from farhand.deploy.link.listener import Listener, ListenerLimits, Visitor
 from farhand.deploy.link.relay import Relay
 
 log = logging.getLogger(__name__)
 
-_LIMITS = DoorLimits(most=16, first_word_s=10.0, silence_s=60.0)
+_LIMITS = ListenerLimits(most=16, first_word_s=10.0, silence_s=60.0)
 
 
 class ControlServer:
@@ -46,7 +46,7 @@ class ControlServer:
 
     def __init__(self, relay: Relay, profiles: Mapping[str, LinkProfile], listen: Address):
         self._relay, self._profiles, self._listen = relay, profiles, listen
-        self._door = Door("link's control", self._serve, _LIMITS)
+        self._door = Listener("link's control", self._serve, _LIMITS)
         self._listener: socket.socket | None = None
         self._accepting: asyncio.Task[None] | None = None
 

@@ -9,13 +9,13 @@ import socket
 
 from farhand.common.address import Address
 from farhand.common.impairment.impairment import LinkSettings, Outage
-from farhand.deploy.link.listener import Door, DoorLimits, Visitor, is_exhaustion
+from farhand.deploy.link.listener import Listener, ListenerLimits, Visitor, is_exhaustion
 from farhand.deploy.link.relay_connection import Connection, Dialler, close
 from farhand.deploy.link.relay_pipe import Meter
 
 log = logging.getLogger(__name__)
 
-_LIMITS = DoorLimits(most=64, first_word_s=10.0, silence_s=180.0)
+_LIMITS = ListenerLimits(most=64, first_word_s=10.0, silence_s=180.0)
 """The sites speak at once, and every 30 s at least: the transport's own sign of life."""
 
 
@@ -32,7 +32,7 @@ class Streams:
     def __init__(self, target: Address, settings: LinkSettings, seed: int, meters: tuple[Meter, Meter]):
         self._settings, self._seed, self._meters = settings, seed, meters
         self._connections: set[Connection] = set()
-        self._door = Door("link", self._serve, _LIMITS)
+        self._door = Listener("link", self._serve, _LIMITS)
         self._dialler = Dialler(target)
         self._accepting: asyncio.Task[None] | None = None
         self._listener: socket.socket | None = None

@@ -29,7 +29,7 @@ _KINDS: dict[str, str] = {
 
 
 @dataclass
-class Record:
+class TrialRecord:
     """Record of a trial.
 
     The first two lists have one entry per control period, the third one per period in free water.

@@ -21,7 +21,7 @@ from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.repertoire import TaskSet
 from farhand.common.task import ArmTask
 from farhand.deploy.places import find_task
-from farhand.evaluation.arm.arm_record import HELD_S, Record
+from farhand.evaluation.arm.arm_record import HELD_S, TrialRecord
 from farhand.evaluation.harness.commander import Commander, NotDone
 from farhand.evaluation.harness.virtual_sites import Hooks, VirtualRobot
 from farhand.remote_site.config import RemoteConfig
@@ -113,9 +113,9 @@ class Trial:
         """
         self._model, self._goal = model, goal
 
-    def run(self) -> Record:
+    def run(self) -> TrialRecord:
         """Command the task, and watch it until the goal was held, a guard trips, or its time is over."""
-        self.record, self._held_s = Record(), 0.0
+        self.record, self._held_s = TrialRecord(), 0.0
         try:
             self._begin()
         except NotDone as refusal:
@@ -190,7 +190,7 @@ class Trial:
         return float(local[2])
 
 
-_NAMES = {True: "hot-stab", False: "hot-unstab"}
+_NAMES = {True: "hot-stab", False: "hot-stab-removal"}
 
 
 def _tasks(enters: bool, obeying: bool) -> TaskSet:

@@ -25,7 +25,7 @@ from farhand.common.arm.simulation.placement import ACCEPTANCE, Placement
 from farhand.common.arm.simulation.simulation import TICK_S
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.deploy.places import sample_files
-from farhand.evaluation.arm.arm_record import Record
+from farhand.evaluation.arm.arm_record import TrialRecord
 from farhand.evaluation.arm.arm_table import HEADER, row_of, summary_of
 from farhand.evaluation.arm.arm_trial import Conditions, Trial
 from farhand.evaluation.arm.hot_stab_figure import draw_motions
@@ -88,7 +88,7 @@ def trial(case: Case) -> Case:
     return row
 
 
-def _run(case: Case) -> Record:
+def _run(case: Case) -> TrialRecord:
     if case["scenario"] != "like":
         return Trial(taught(), CONDITIONS[case["scenario"]], case["seed"]).run()
     random = np.random.default_rng(case["like"])  # the sample's own seed

@@ -25,11 +25,11 @@ import numpy as np
 
 from farhand.common.arm.simulation.disturbances import PRESETS, DisturbanceSettings, Sway
 from farhand.common.arm.simulation.placement import WIDE
-from farhand.evaluation.arm.arm_record import Record
+from farhand.evaluation.arm.arm_record import TrialRecord
 from farhand.evaluation.arm.arm_table import HEADER, row_of, summary_of
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught
-from farhand.evaluation.arm.robustness_figure import Rate, draw_rates
+from farhand.evaluation.arm.robustness_figure import SuccessRate, draw_rates
 from farhand.evaluation.metrics.tables import rate, table, wilson_interval
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.remote_site.perception.marker_tracker import CLEAN, TYPICAL
@@ -98,7 +98,7 @@ def trial(case: Case) -> Case:
     return row
 
 
-def _run(conditions: Conditions, seed: int) -> Record:
+def _run(conditions: Conditions, seed: int) -> TrialRecord:
     return Trial(
         taught(), conditions, seed, limit_s=_LIMIT_S if conditions.jump_within_m is None else _JUMP_LIMIT_S
     ).run()
@@ -179,10 +179,10 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     for name, (_, required) in (SCENARIOS | BIASES).items():
         success = [r["success"] for r in results if r["scenario"] == name]
         interval = wilson_interval(sum(success), len(success))
-        scenarios[name] = Rate(float(np.mean(success)), interval, required)
+        scenarios[name] = SuccessRate(float(np.mean(success)), interval, required)
     grid = {
         robot: {
-            degrees: [Rate(*_rate(results, robot, mm, degrees).values()) for mm in GRID_MM]
+            degrees: [SuccessRate(*_rate(results, robot, mm, degrees).values()) for mm in GRID_MM]
             for degrees in GRID_DEG
         }
         for robot in ROBOTS

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 _COLOURS = ("#b2182b", "#e08214", "#1b7837")
 
 
-class Rate(NamedTuple):
+class SuccessRate(NamedTuple):
     """Rate of success.
 
     Args:
@@ -27,8 +27,8 @@ class Rate(NamedTuple):
 
 
 def draw_rates(
-    scenarios: Mapping[str, Rate],
-    grid: Mapping[str, Mapping[int, Sequence[Rate]]],
+    scenarios: Mapping[str, SuccessRate],
+    grid: Mapping[str, Mapping[int, Sequence[SuccessRate]]],
     grid_mm: Sequence[int],
 ) -> Figure:
     """Draw a line for each scenario above, and a picture for each bias of the orientation below.
@@ -61,7 +61,7 @@ def draw_rates(
     return figure
 
 
-def _draw_scenarios(axes: Axes, scenarios: Mapping[str, Rate]) -> None:
+def _draw_scenarios(axes: Axes, scenarios: Mapping[str, SuccessRate]) -> None:
     rows = np.arange(len(scenarios))[::-1]
     for row, rate in zip(rows, scenarios.values(), strict=True):
         low, high = rate.interval

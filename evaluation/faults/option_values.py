@@ -176,6 +176,6 @@ _STAND_INS: dict[str, Any] = {
     "farhand.deploy.up._together": _zero,
     "farhand.evaluation.study._run_all": _reached,
     "farhand.local_site.workcell.operator_arm.DEMONSTRATIONS": dict.fromkeys(
-        ("hot-stab", "hot-unstab"), _one_demonstration
+        ("hot-stab", "hot-stab-removal"), _one_demonstration
     ),
 }

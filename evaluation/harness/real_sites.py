@@ -25,7 +25,7 @@ from farhand.deploy.entry import own_command
 from farhand.deploy.places import find_task
 from farhand.evaluation.harness.real_process import HOST, Process, free_port
 from farhand.local_site.console.console import Console
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.workcell import make_workcell
 
@@ -179,7 +179,7 @@ class RealSites:
         self.robot = self._start_robot()
         return self.robot.ready_s
 
-    def wait_for(self, what: str, holds: Callable[[Picture], bool]) -> None:
+    def wait_for(self, what: str, holds: Callable[[ConsoleState], bool]) -> None:
         """Wait until the console's picture satisfies a condition.
 
         Raises:

@@ -26,7 +26,7 @@ _INDENTED = " " * 8
 """How the second line of a long record begins on a terminal."""
 
 
-class Outcome(NamedTuple):
+class ProcessOutcome(NamedTuple):
     """What became of a process.
 
     Args:
@@ -78,7 +78,7 @@ class Started:
         """Wait until it is ready, or has ended."""
         self._settled.wait(_PATIENCE_S)
 
-    def outcome(self, at_s: float | None) -> Outcome:
+    def outcome(self, at_s: float | None) -> ProcessOutcome:
         """Wait until it is ready or its work is done, interrupt it if it runs, and judge it.
 
         Args:
@@ -94,11 +94,11 @@ class Started:
             self._wait(_PATIENCE_S)
         running = self._process.poll() is None
         if running and at_s is None and not self.is_ready:
-            return Outcome("fault", f"neither ready nor ended: {self._words()[-500:]}")
+            return ProcessOutcome("fault", f"neither ready nor ended: {self._words()[-500:]}")
         if running:
             self._process.send_signal(self._end_signal)
         if (status := self._wait(_END_S)) is None:
-            return Outcome("fault", f"does not end on a signal: {self._words()[-500:]}")
+            return ProcessOutcome("fault", f"does not end on a signal: {self._words()[-500:]}")
         return self._judge(status, running)
 
     def kill(self) -> None:
@@ -108,15 +108,15 @@ class Started:
         if self._visible:
             self._reader.join(_END_S)
 
-    def _judge(self, status: int, interrupted: bool) -> Outcome:
+    def _judge(self, status: int, interrupted: bool) -> ProcessOutcome:
         if self._visible:
             self._reader.join(_END_S)
         words = self._words()
         if status == CANNOT_ARRANGE:
-            return Outcome("skipped", "cannot be arranged here")
+            return ProcessOutcome("skipped", "cannot be arranged here")
         if "Traceback" in words:
             ours = ROOT in words.replace(f"{ROOT}/.venv", "")
-            return Outcome("fault", words[-1000:]) if ours else Outcome("interpreter")
+            return ProcessOutcome("fault", words[-1000:]) if ours else ProcessOutcome("interpreter")
         lines = spoken(words)
         if interrupted:
             good = status in _ENDED_BY_CTRL_C and not [
@@ -125,10 +125,10 @@ class Started:
         else:
             good = status == 0 and not self._serves and not lines
         if good or (_NOBODY in words and status == 1):
-            return Outcome("works")
+            return ProcessOutcome("works")
         if status > 0 and (not self._visible or (len(lines) == 1 and "farhand: " in lines[0])):
-            return Outcome("refused", "".join(lines))
-        return Outcome("fault", f"status {status}: {words[-1000:]}")
+            return ProcessOutcome("refused", "".join(lines))
+        return ProcessOutcome("fault", f"status {status}: {words[-1000:]}")
 
     def says(self, text: str, timeout_s: float) -> bool:
         """Wait until it has said something, for some time [s]."""

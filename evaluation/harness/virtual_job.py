@@ -11,8 +11,8 @@ from farhand.common.control_mode import Phase
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.wire.messages import ExecutionReport
 from farhand.evaluation.harness.virtual_sites import VirtualSites
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intents import Intent
-from farhand.local_site.console.picture import Picture
 from farhand.local_site.script.operators_place import OutageKind, PlannedOutage
 from farhand.local_site.script.scripted_operator import ScriptedOperator
 
@@ -36,7 +36,7 @@ class VirtualPlace:
     # The console --------------------------------------------------------------------------------
 
     @property
-    def picture(self) -> Picture:
+    def picture(self) -> ConsoleState:
         """See `OperatedConsole.picture`."""
         return self._sites.console.picture
 
@@ -45,7 +45,7 @@ class VirtualPlace:
         self._sites.console.submit(intent)
         self._sites.run(0.0)
 
-    def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float) -> bool:
+    def wait_for(self, holds: Callable[[ConsoleState], bool], timeout_s: float) -> bool:
         """See `OperatedConsole.wait_for`."""
         return self._run_until(lambda: holds(self.picture), timeout_s)
 

@@ -73,7 +73,7 @@ class ChaosOperator:
         elif chance < 0.03:
             self._sites.console.submit(intents.WishControl(self._random.choice(list(Wish))))
         elif chance < 0.08:
-            self._sites.console.submit(intents.MoveTarget((self._random.random(), self._random.random())))
+            self._sites.console.submit(intents.DragTarget((self._random.random(), self._random.random())))
         else:
             self._command()
 

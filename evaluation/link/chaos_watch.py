@@ -12,7 +12,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Command, Message, OperatorInput, Stop
 from farhand.evaluation.modes.invariants import Violation, all_invariants, violations
-from farhand.evaluation.modes.period import Arrived, Period, Ran, Snapshot
+from farhand.evaluation.modes.period import Arrived, Period, Ran, RobotSnapshot
 from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.robot import Robot
 
@@ -96,11 +96,11 @@ class ChaosWatch:
         machine.run = listened
 
 
-def _snapshot(robot: Robot) -> Snapshot:
+def _snapshot(robot: Robot) -> RobotSnapshot:
     supervisor = robot.supervisor
     coupling = supervisor.motion.coupling
     effector = robot.embodiment.hardware.plant.read()
-    return Snapshot(
+    return RobotSnapshot(
         boot=supervisor.stamp().boot,
         mode=ControlMode(supervisor.mode),
         phase=supervisor.phase,

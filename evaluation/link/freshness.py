@@ -26,8 +26,8 @@ from farhand.evaluation.link.freshness_world import (
     JITTER_S,
     TELEMETRY_S,
     Arrival,
+    DrivingWorld,
     StampRule,
-    World,
     a_stall,
 )
 from farhand.evaluation.metrics.tables import table
@@ -71,7 +71,7 @@ def trial(case: Case) -> Case:
     if "silence" in case:
         return silence.trial(case)
     judge = _Judge(case["delay_s"], *CLOCKS[case["clocks"]])
-    world, random = World(case["delay_s"], case["seed"], judge.arrived), Random(case["seed"])
+    world, random = DrivingWorld(case["delay_s"], case["seed"], judge.arrived), Random(case["seed"])
     stall_s, until_s = a_stall(random, *_STALL_S)
     slower = 1.0 + case["delay_s"] / _SLOWER_BY_S
 
@@ -178,7 +178,7 @@ class _Judge:
             rule.restart()
 
 
-def _replay(world: World, random: Random) -> None:
+def _replay(world: DrivingWorld, random: Random) -> None:
     """Replay inputs that somebody recorded a while ago."""
     old = [sent for sent in world.sent if world.now_s - sent[1] >= _REPLAY_AGE_S]
     for sent in random.sample(old, min(2, len(old))):

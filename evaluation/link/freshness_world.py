@@ -90,7 +90,7 @@ class Line:
             self._things.popleft()()
 
 
-class World:
+class DrivingWorld:
     """Robot, operator, and the lines there and back.
 
     Args:

@@ -27,7 +27,7 @@ from farhand.common.wire import keys
 from farhand.evaluation.harness.real_process import HOST, Process, free_port
 from farhand.evaluation.harness.real_sites import PATIENCE_S, RealSites
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.remote_site.robots.point_embodiment import CONTROL_HZ
 
 Case = dict[str, Any]
@@ -142,10 +142,10 @@ def _commands_ms(sites: RealSites, delay_s: float, n: int) -> list[float]:
 def _done(sites: RealSites, action: Action, mode: ControlMode, number: int) -> bool:
     """Give a command and see it done, or refused."""
 
-    def refusals(picture: Picture) -> int:
+    def refusals(picture: ConsoleState) -> int:
         return sum(notice.what == action and not notice.good for notice in picture.notices)
 
-    def done(picture: Picture) -> bool:
+    def done(picture: ConsoleState) -> bool:
         answered = len(picture.command_round_trips_s) > number
         return answered and picture.mode is mode and not picture.pending
 

@@ -28,7 +28,7 @@ from farhand.evaluation.harness.virtual_job import VirtualPlace
 from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.evaluation.paper.approach_trials import taught
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.teaching.lesson import LearnedModel
@@ -158,7 +158,7 @@ class _VirtualProfile:
         if now_s < until_s:
             self._sites.time.call_later(_HAND_S, functools.partial(self._move_hand, until_s))
 
-    def _await(self, what: str, holds: Callable[[Picture], bool]) -> None:
+    def _await(self, what: str, holds: Callable[[ConsoleState], bool]) -> None:
         if not self._place.wait_for(holds, _PATIENCE_S):
             raise FarhandError(
                 f"waited for {what}: {[notice.text for notice in self._place.picture.notices]}"

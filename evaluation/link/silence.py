@@ -34,7 +34,7 @@ from farhand.evaluation.harness.virtual_sites import Hooks, VirtualSites
 from farhand.evaluation.metrics.tables import quantiles, rate, table
 from farhand.evaluation.study import reporting_seeds
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.script.operators_place import OutageKind
 from farhand.local_site.teaching.library import Library
 from farhand.remote_site.config import RemoteConfig
@@ -140,10 +140,10 @@ class _Drive:
             FarhandError: It never did.
         """
 
-        def refusals(picture: Picture) -> int:
+        def refusals(picture: ConsoleState) -> int:
             return sum(notice.what == action and not notice.good for notice in picture.notices)
 
-        def there(picture: Picture) -> bool:
+        def there(picture: ConsoleState) -> bool:
             return picture.mode is mode and not picture.pending
 
         for _ in range(_ATTEMPTS):

@@ -35,7 +35,7 @@ from farhand.evaluation.link.link_delay import scheduling
 from farhand.evaluation.link.link_recovery import limit_s
 from farhand.evaluation.metrics.tables import rate, table
 from farhand.evaluation.study import reporting_seeds
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.learning.warm_up import warm_up
 
 Case = dict[str, Any]
@@ -178,13 +178,13 @@ def _operator_again(sites: RealSites, before: Telemetry) -> list[str]:
     return [f"the operator's next process: {what}" for what, so in broken.items() if so]
 
 
-def _executed(picture: Picture) -> PlannedPath | None:
+def _executed(picture: ConsoleState) -> PlannedPath | None:
     """Wait until the robot reports the path that it follows, and return its id."""
     path, robot = picture.path, picture.robot
     return path if path is not None and robot is not None and path.path_id == robot.path_id else None
 
 
-def _says(picture: Picture, what: str) -> bool:
+def _says(picture: ConsoleState, what: str) -> bool:
     return any(notice.what == what for notice in picture.notices)
 
 

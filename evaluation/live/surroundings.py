@@ -31,7 +31,7 @@ from farhand.deploy.places import sample_files
 from farhand.evaluation.harness.page_visitor import visit
 from farhand.evaluation.harness.real_process import HOST, Process, free_port
 from farhand.evaluation.harness.reverse_proxy import reverse_proxy
-from farhand.evaluation.harness.started import Outcome, started
+from farhand.evaluation.harness.started import ProcessOutcome, started
 from farhand.evaluation.harness.surrounding import NAMED, SURROUNDINGS, Surrounding
 from farhand.evaluation.metrics.tables import table
 from farhand.local_site.teaching.offline_learning import learn_files
@@ -76,7 +76,7 @@ def trial(case: Case) -> Case:
     return {**case, **outcome._asdict(), "took_s": time.monotonic() - began_s}
 
 
-def _of(case: Case, surrounding: Surrounding, folder: Path) -> Outcome:
+def _of(case: Case, surrounding: Surrounding, folder: Path) -> ProcessOutcome:
     """Start a command once, or twice at once, and interrupt it if the case says so."""
     command, serves = case["command"], case["command"] in SITES
     with ExitStack() as closing:
@@ -92,11 +92,11 @@ def _of(case: Case, surrounding: Surrounding, folder: Path) -> Outcome:
         )
     made = command in SITES or "at_s" in case or any((folder / "out").rglob("*.*"))
     if outcome.verdict == "works" and not made:
-        return Outcome("fault", "it says nothing, and has made nothing")
+        return ProcessOutcome("fault", "it says nothing, and has made nothing")
     return outcome
 
 
-def _of_page(case: Case, folder: Path) -> Outcome:
+def _of_page(case: Case, folder: Path) -> ProcessOutcome:
     """Open the page of a command through a proxy that rewrites the name under which it was asked for."""
     page_port, command, named = free_port(), case["command"], case["where"] == NAMED
     with ExitStack() as closing:
@@ -117,11 +117,11 @@ def _of_page(case: Case, folder: Path) -> Outcome:
             return Outcome("fault", f"no page: {site.outcome(None).why}")
         refusal = visit(site.facts["page"] if named else address, proxy_port)
         if named:
-            return Outcome("fault", refusal) if refusal else site.outcome(None)
+            return ProcessOutcome("fault", refusal) if refusal else site.outcome(None)
         if not refusal or not site.says("page_names", _PATIENCE_S):
-            return Outcome("fault", f"who is not named comes in, or is not told why: {refusal}")
+            return ProcessOutcome("fault", f"who is not named comes in, or is not told why: {refusal}")
         ended = site.outcome(None)
-        return Outcome("refused", "the page names page_names") if ended.verdict == "works" else ended
+        return ProcessOutcome("refused", "the page names page_names") if ended.verdict == "works" else ended
 
 
 @contextmanager

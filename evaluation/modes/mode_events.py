@@ -14,7 +14,7 @@ import msgspec
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Wish
 from farhand.evaluation.modes.mode_surroundings import DT_S, good_model
-from farhand.evaluation.modes.mode_world import Operator, World
+from farhand.evaluation.modes.mode_world import ModeWorld, SimulatedOperator
 
 STALE_S = 10.0
 """Age of a message that an outage held up: far beyond the usual, below the limit that is ever accepted."""
@@ -33,7 +33,7 @@ class Step:
     """
 
     name: str
-    run: Callable[[World], bool | None]
+    run: Callable[[ModeWorld], bool | None]
     action: Action | None = None
     operator: int = -1
     moves_time: bool = False
@@ -50,8 +50,10 @@ def steps(n_operators: int) -> list[Step]:
 def _operator_steps(number: int) -> list[Step]:
     found: list[Step] = []
 
-    def add(name: str, do: Callable[[World, Operator], bool | None], action: Action | None = None) -> None:
-        def run(world: World) -> bool | None:
+    def add(
+        name: str, do: Callable[[ModeWorld, SimulatedOperator], bool | None], action: Action | None = None
+    ) -> None:
+        def run(world: ModeWorld) -> bool | None:
             return do(world, world.operators[number])
 
         found.append(Step(f"{'ab'[number]}: {name}", run, action, number))
@@ -77,14 +79,14 @@ def _operator_steps(number: int) -> list[Step]:
 
 
 def _surroundings() -> list[Step]:
-    def timed(name: str, do: Callable[[World], object]) -> Step:
-        def run(world: World) -> None:
+    def timed(name: str, do: Callable[[ModeWorld], object]) -> Step:
+        def run(world: ModeWorld) -> None:
             do(world)
 
         return Step(name, run, moves_time=True)
 
-    def at_once(name: str, do: Callable[[World], object]) -> Step:
-        def run(world: World) -> None:
+    def at_once(name: str, do: Callable[[ModeWorld], object]) -> Step:
+        def run(world: ModeWorld) -> None:
             do(world)
 
         return Step(name, run)
@@ -112,24 +114,24 @@ def _surroundings() -> list[Step]:
     ]
 
 
-def _command(world: World, operator: Operator, action: Action) -> bool:
+def _command(world: ModeWorld, operator: SimulatedOperator, action: Action) -> bool:
     return world.command(operator, action).accepted
 
 
-def _stale(world: World, operator: Operator, action: Action) -> bool:
+def _stale(world: ModeWorld, operator: SimulatedOperator, action: Action) -> bool:
     return world.command(operator, action, echo=world.echo(STALE_S)).accepted
 
 
-def _unplanned(world: World, operator: Operator) -> bool:
+def _unplanned(world: ModeWorld, operator: SimulatedOperator) -> bool:
     return world.command(operator, Action.EXECUTE, plan_id=999).accepted
 
 
-def _older_boot(world: World, operator: Operator) -> bool:
+def _older_boot(world: ModeWorld, operator: SimulatedOperator) -> bool:
     echo = msgspec.structs.replace(world.echo(), boot="boot 0")
     return world.command(operator, Action.ARM, echo=echo).accepted
 
 
-def _again(world: World, operator: Operator) -> bool | None:
+def _again(world: ModeWorld, operator: SimulatedOperator) -> bool | None:
     if operator.last is None:
         return None
     mode, n_said = world.robot.mode, len(world.said)
@@ -138,30 +140,30 @@ def _again(world: World, operator: Operator) -> bool | None:
     return (reply.accepted and ran) or None
 
 
-def _lease(world: World, operator: Operator, wish: Wish) -> None:
+def _lease(world: ModeWorld, operator: SimulatedOperator, wish: Wish) -> None:
     world.ask_lease(operator, wish)
 
 
-def _silent(_world: World, operator: Operator) -> None:
+def _silent(_world: ModeWorld, operator: SimulatedOperator) -> None:
     operator.present = False
 
 
-def _heard(_world: World, operator: Operator) -> None:
+def _heard(_world: ModeWorld, operator: SimulatedOperator) -> None:
     operator.present = True
 
 
-def _damaged_model(world: World) -> None:
+def _damaged_model(world: ModeWorld) -> None:
     good = good_model()
     world.send_model(msgspec.structs.replace(good, content=good.content[:-1]))
 
 
-def _force(world: World, newtons: float, duration_s: float = 0.1) -> None:
+def _force(world: ModeWorld, newtons: float, duration_s: float = 0.1) -> None:
     world.plant.force_n = newtons
     world.run(duration_s)
     world.plant.force_n = 0.0
 
 
-def _blind(world: World, duration_s: float, offset_m: float = 0.0) -> None:
+def _blind(world: ModeWorld, duration_s: float, offset_m: float = 0.0) -> None:
     world.sight.seen = False
     world.run(duration_s)
     world.sight.seen, world.sight.offset_m = True, offset_m
@@ -169,7 +171,7 @@ def _blind(world: World, duration_s: float, offset_m: float = 0.0) -> None:
     world.sight.offset_m = 0.0
 
 
-def _broken(world: World) -> None:
+def _broken(world: ModeWorld) -> None:
     world.sight.broken = True
     world.run(DT_S)
     world.sight.broken = False

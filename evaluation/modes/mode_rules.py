@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.evaluation.modes.mode_events import Step, is_moving
-from farhand.evaluation.modes.mode_world import World
+from farhand.evaluation.modes.mode_world import ModeWorld
 
 _M = ControlMode
 _END = (Phase.ARRIVED, Phase.SEATED)
@@ -71,7 +71,7 @@ class Before:
     n_boots: int
 
     @classmethod
-    def of(cls, world: World) -> Before:
+    def of(cls, world: ModeWorld) -> Before:
         """Record the present state."""
         robot = world.robot
         return cls(
@@ -89,7 +89,7 @@ class Before:
         return "end" if self.mode is _M.AUTONOMOUS and self.phase in _END else self.mode.value
 
 
-def broken_rule(before: Before, step: Step, accepted: bool | None, world: World) -> str:
+def broken_rule(before: Before, step: Step, accepted: bool | None, world: ModeWorld) -> str:
     """Return the rule that an event broke, in words; empty when it broke none.
 
     Args:
@@ -110,7 +110,7 @@ def broken_rule(before: Before, step: Step, accepted: bool | None, world: World)
     )
 
 
-def _command_rules(before: Before, step: Step, world: World) -> str:
+def _command_rules(before: Before, step: Step, world: ModeWorld) -> str:
     """Return the broken rule on an accepted command."""
     if step.action is None:
         return "nothing stale, of another boot, without a plan or said again counts"
@@ -122,7 +122,7 @@ def _command_rules(before: Before, step: Step, world: World) -> str:
     return "" if world.robot.mode is leads_to else f"{step.action} in {before.place} leads to {leads_to}"
 
 
-def _other_rules(before: Before, step: Step, accepted: bool | None, world: World) -> str:
+def _other_rules(before: Before, step: Step, accepted: bool | None, world: ModeWorld) -> str:
     """Return the broken rule on everything but an accepted command."""
     mode = world.robot.mode
     if not step.moves_time and mode is not before.mode:
@@ -134,7 +134,7 @@ def _other_rules(before: Before, step: Step, accepted: bool | None, world: World
     return ""
 
 
-def _should_accept(before: Before, step: Step, world: World) -> bool:
+def _should_accept(before: Before, step: Step, world: ModeWorld) -> bool:
     """Decide whether only the mode could justify a refusal: lease, age, model and plan are in order."""
     operator = world.operators[step.operator]
     holds = bool(before.lease_id) and operator.lease_id == before.lease_id
@@ -142,7 +142,7 @@ def _should_accept(before: Before, step: Step, world: World) -> bool:
     return holds and not needs_more and before.place in _LEADS[step.action or Action.STOP]
 
 
-def _standing_rules(before: Before, step: Step, world: World) -> str:
+def _standing_rules(before: Before, step: Step, world: ModeWorld) -> str:
     """Return the broken rule on what moves."""
     robot, mode = world.robot, world.robot.mode
     if (mode is _M.DIRECT) != (robot.motion.coupling is not None):
@@ -164,7 +164,7 @@ def _standing_rules(before: Before, step: Step, world: World) -> str:
     return ""
 
 
-def _guard_rules(before: Before, step: Step, world: World) -> str:
+def _guard_rules(before: Before, step: Step, world: ModeWorld) -> str:
     """Return the broken rule on what must happen while something moves."""
     mode, phase = world.robot.mode, world.robot.phase
     if step.name == "a measurement that is not finite" and mode is not _M.STOPPED:

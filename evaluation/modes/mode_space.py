@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from farhand.common.control_mode import ControlMode
 from farhand.evaluation.modes.mode_events import Step, steps
 from farhand.evaluation.modes.mode_rules import Before, broken_rule
-from farhand.evaluation.modes.mode_world import World
+from farhand.evaluation.modes.mode_world import ModeWorld
 
 
 @dataclass
@@ -39,7 +39,7 @@ class Exploration:
     broken: str = ""
 
 
-def state_of(world: World) -> Hashable:
+def state_of(world: ModeWorld) -> Hashable:
     """Return the distinguishing part of the state; two operators are interchangeable."""
     robot, lease = world.robot, world.robot.contact.lease
     motion = robot.motion
@@ -83,8 +83,8 @@ def explore(n_operators: int, max_depth: int | None = None, max_states: int | No
         max_states: Number of states after which to give up; None: never.
     """
     found, events = Exploration(), steps(n_operators)
-    first = World(n_operators)
-    waiting: deque[tuple[World, int, tuple[str, ...]]] = deque([(first, 0, ())])
+    first = ModeWorld(n_operators)
+    waiting: deque[tuple[ModeWorld, int, tuple[str, ...]]] = deque([(first, 0, ())])
     known = {state_of(first)}
     while waiting:
         world, depth, path = waiting.popleft()
@@ -113,7 +113,7 @@ def explore(n_operators: int, max_depth: int | None = None, max_states: int | No
     return found
 
 
-def _try(world: World, step: Step) -> str:
+def _try(world: ModeWorld, step: Step) -> str:
     """Apply an event. Return the rule that it broke, empty for none."""
     before = Before.of(world)
     accepted = step.run(world)

@@ -50,7 +50,7 @@ _HEARTBEAT_TICKS, _RENEWAL_TICKS = 2, 20
 
 
 @dataclass
-class Operator:
+class SimulatedOperator:
     """Local site, as far as the robot hears of it.
 
     Args:
@@ -70,7 +70,7 @@ class Operator:
     plan_id: int = 0
 
 
-class World:
+class ModeWorld:
     """Robot, its surroundings and its operators.
 
     Args:
@@ -78,7 +78,7 @@ class World:
     """
 
     def __init__(self, n_operators: int):
-        self.operators = [Operator(name) for name in ("ann", "bob")[:n_operators]]
+        self.operators = [SimulatedOperator(name) for name in ("ann", "bob")[:n_operators]]
         self.plant = FeelingPlant(np.array(START_M), np.ones(2), 0.6, 4.0)
         self.sight = Sight()
         self.n_boots = 0
@@ -103,7 +103,7 @@ class World:
         self.plant = FeelingPlant(position, np.ones(2), 0.6, 4.0)
         self._boot()
 
-    def copy(self) -> World:
+    def copy(self) -> ModeWorld:
         """Return an equal world; what never changes is shared."""
         shared = [TASK, CONFIG, *self.robot.models.all()]
         return copy.deepcopy(self, {id(thing): thing for thing in shared})
@@ -126,13 +126,13 @@ class World:
 
     # What operators send ------------------------------------------------------------------------
 
-    def ask_lease(self, operator: Operator, wish: Wish = Wish.CONTROL) -> None:
+    def ask_lease(self, operator: SimulatedOperator, wish: Wish = Wish.CONTROL) -> None:
         """Send a lease renewal or request."""
         request = LeaseRequest(session=operator.name, site_name=operator.name, wish=wish, echo=self.echo())
         reply = self.robot.on_lease(request)
         operator.lease_id = reply.lease_id if reply.granted else operator.lease_id
 
-    def command(self, operator: Operator, action: Action, **changes: Any) -> CommandReply:
+    def command(self, operator: SimulatedOperator, action: Action, **changes: Any) -> CommandReply:
         """Send a fresh command of an operator, with the given changes."""
         self.counter += 1
         command = Command(
@@ -144,7 +144,9 @@ class World:
         operator.last = command
         return self.robot.on_command(command)
 
-    def hand(self, operator: Operator, age_s: float = ROUND_TRIP_S, coupling_id: int | None = None) -> None:
+    def hand(
+        self, operator: SimulatedOperator, age_s: float = ROUND_TRIP_S, coupling_id: int | None = None
+    ) -> None:
         """Send one input of an operator's hand, away from the target."""
         self.counter += 1
         self.robot.on_input(
@@ -162,9 +164,9 @@ class World:
         transfer = msgspec.structs.replace(transfer, session=self.robot.contact.lease.session)
         taken = self.robot.reception.take(transfer)
         if isinstance(taken, ModelTrial):
-            self.robot.reception.settle(taken, taken.outcome())
+            self.robot.reception.finish_trial(taken, taken.outcome())
 
-    def stop(self, operator: Operator) -> None:
+    def stop(self, operator: SimulatedOperator) -> None:
         """Send a stop."""
         self.counter += 1
         self.robot.on_stop(Stop(stop_id=f"stop {self.counter}", site_name=operator.name))
@@ -198,7 +200,7 @@ class World:
                     self.ask_lease_if_held(operator)
             self.robot.tick(DT_S, late_s)
 
-    def ask_lease_if_held(self, operator: Operator) -> None:
+    def ask_lease_if_held(self, operator: SimulatedOperator) -> None:
         """Renew the lease of an operator that holds one."""
         if self.robot.contact.lease.holder == operator.name:
             self.ask_lease(operator)

@@ -48,7 +48,7 @@ class Ran:
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class RobotSnapshot:
     """Robot at one moment.
 
     Args:
@@ -92,9 +92,9 @@ class Period:
 
     time_s: float
     dt_s: float
-    before: Snapshot
-    between: Snapshot
-    after: Snapshot
+    before: RobotSnapshot
+    between: RobotSnapshot
+    after: RobotSnapshot
     arrived: tuple[Arrived, ...]
     ran: tuple[Ran, ...]
     usual_age_s: float

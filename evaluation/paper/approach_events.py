@@ -26,7 +26,7 @@ def moved(random: np.random.Generator, frame: TaskFrame) -> TaskFrame:
     return TaskFrame(A, frame.b + JUMP_M * random_direction(random))
 
 
-class Jump(Disturbance):
+class JumpingReceptacle(Disturbance):
     """Sudden displacement of the receptacle."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
@@ -39,7 +39,7 @@ class Jump(Disturbance):
         return self._frame if time_s < JUMP_S else self._after
 
 
-class LateJump(Disturbance):
+class LateJumpingReceptacle(Disturbance):
     """Jump when the tool is already on its final approach; the tool stays in front of the mouth's plane."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):
@@ -58,7 +58,7 @@ class LateJump(Disturbance):
         return self._frame
 
 
-class Sway(Disturbance):
+class SwayingReceptacle(Disturbance):
     """Swinging of the receptacle to and fro, with rotation, as under a vessel."""
 
     def __init__(self, frame: TaskFrame, random: np.random.Generator):

@@ -38,7 +38,7 @@ _TURN_STD_RAD = 0.01  # of the tool at the end, per axis
 
 
 @dataclass(frozen=True)
-class Box:
+class StartBox:
     """Region in which motions may start, in the receptacle's frame.
 
     Args:
@@ -54,8 +54,8 @@ class Box:
         return random.uniform(self.low, self.high)
 
 
-TAUGHT_STARTS = Box((-0.3, -0.3, 0.35), (0.3, 0.3, 0.65))  # where demonstrations start
-FAR_STARTS = Box((-0.5, -0.5, 0.2), (0.5, 0.5, 0.8))  # where the robot may have to
+TAUGHT_STARTS = StartBox((-0.3, -0.3, 0.35), (0.3, 0.3, 0.65))  # where demonstrations start
+FAR_STARTS = StartBox((-0.5, -0.5, 0.2), (0.5, 0.5, 0.8))  # where the robot may have to
 
 
 def random_frame(random: np.random.Generator, reach_m: float = 0.3, turn_rad: float = 0.7) -> TaskFrame:

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.evaluation.metrics.sensor import EXACT, TRACKER, Sensor
-from farhand.evaluation.paper.approach_events import Held, Jump, LateJump, Push, Static, Sway
+from farhand.evaluation.paper.approach_events import (
+    Held,
+    JumpingReceptacle,
+    LateJumpingReceptacle,
+    Push,
+    Static,
+    SwayingReceptacle,
+)
 from farhand.evaluation.paper.approach_task import (
     FAR_STARTS,
     LAMBDA_M,
@@ -29,11 +36,11 @@ Array = NDArray[np.float64]
 
 SCENARIOS: dict[str, Callable[[TaskFrame, np.random.Generator], Disturbance]] = {
     "static": Static,
-    "jump": Jump,
-    "sway": Sway,
+    "jump": JumpingReceptacle,
+    "sway": SwayingReceptacle,
     "push": Push,
     "held": Held,
-    "late jump": LateJump,
+    "late jump": LateJumpingReceptacle,
 }
 
 

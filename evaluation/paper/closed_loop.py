@@ -48,7 +48,7 @@ class Disturbance:
 
 
 @dataclass(frozen=True, eq=False)
-class Execution:
+class PointExecution:
     """Record of an execution.
 
     Args:
@@ -73,7 +73,7 @@ def execute(
     settings: ExecutorSettings = SETTINGS,
     seen: Callable[[list[TaskFrame]], TaskFrame] = lambda frames: frames[-1],
     rest_s: float = 0.0,
-) -> Execution:
+) -> PointExecution:
     """Execute a model with one frame from rest.
 
     Args:
@@ -105,7 +105,7 @@ def execute(
         points.append(p)
     local = np.stack([frame.to_local(point) for frame, point in zip(frames, points, strict=True)])
     turn = 2.0 * np.arccos(np.clip(np.abs(local[:, D]), 0.0, 1.0)) if space.oriented else np.zeros(len(local))
-    return Execution(
+    return PointExecution(
         np.arange(len(points), dtype=float) * dt,
         np.stack(points)[:, :D],
         local[:, :D],

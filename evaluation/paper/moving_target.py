@@ -37,7 +37,7 @@ _N = 200  # points of a ProMP's motion
 METHODS = ("ours", "ProMP, receptacle's frame", "ProMP, world")
 
 
-class Jump(Disturbance):
+class HalfwayJump(Disturbance):
     """Jump of the receptacle at a time."""
 
     def __init__(self, before: TaskFrame, after: TaskFrame, at_s: float):
@@ -74,7 +74,7 @@ def motions_of(seed: int) -> tuple[TaskFrame, TaskFrame, dict[str, Array]]:
     )
     start = before.to_world(TAUGHT_STARTS.sample(random))
     half_s = 0.5 * float(np.mean([np.ptp(d.time_s) for d in shown]))
-    executed = execute(model, start, Jump(before, after, half_s), rest_s=1.0)
+    executed = execute(model, start, HalfwayJump(before, after, half_s), rest_s=1.0)
     promp = [_conditioned_anew(shown, start, before, after, in_world) for in_world in (False, True)]
     return before, after, dict(zip(METHODS, (executed.world, *promp), strict=True))
 

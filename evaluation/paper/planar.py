@@ -23,7 +23,7 @@ from farhand.deploy.places import find_point_task
 from farhand.evaluation.metrics.motion_metrics import rms
 from farhand.evaluation.metrics.sensor import TRACKER
 from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval
-from farhand.evaluation.paper.closed_loop import Disturbance, Execution, execute
+from farhand.evaluation.paper.closed_loop import Disturbance, PointExecution, execute
 from farhand.evaluation.paper.model_figure import draw_components, draw_model
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
@@ -80,7 +80,7 @@ def trial(case: Case) -> Case:
     }
 
 
-def _run(seed: int) -> tuple[PointTask, list[TPHSMM], OscillatingU, Execution]:
+def _run(seed: int) -> tuple[PointTask, list[TPHSMM], OscillatingU, PointExecution]:
     """Return the task, the model after each demonstration, the U, and the execution."""
     task = find_point_task("planar")
     random = np.random.default_rng([seed, 1])
@@ -160,7 +160,7 @@ def _draw_u(axes: Axes, centre: Array, colour: Any, alpha: float = 1.0) -> None:
     axes.plot(*(centre + corners).T, color=colour, linewidth=3.0, alpha=alpha, solid_capstyle="butt")
 
 
-def _draw_execution(axes: Axes, executed: Execution, truth: Array) -> None:
+def _draw_execution(axes: Axes, executed: PointExecution, truth: Array) -> None:
     axes.plot(*executed.world[0], "s", color="tab:red", label="start")
     axes.plot(*executed.world.T, color="tab:blue", linewidth=1.5, label="robot")
     axes.plot(*truth.T, color="0.6", linewidth=1.0, linestyle=":", label="centre of the U")

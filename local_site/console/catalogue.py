@@ -15,7 +15,7 @@ from farhand.local_site.teaching.library import Library
 _GIVE_UP_S = 60.0
 
 
-class Catalogue:
+class RobotCatalogue:
     """Recordings and drawing of the robot. Used by the console's thread alone.
 
     Args:

@@ -11,7 +11,7 @@ from farhand.common.permission import Situation, refusal
 from farhand.common.wire.messages import Telemetry
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.common.wire.words import sentence
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 
 
 class CommandRefused(FarhandError):
@@ -26,7 +26,7 @@ class CommandRefused(FarhandError):
         super().__init__(sentence(reason))
 
 
-def command_refusal(action: Action, picture: Picture, shown: ControlMode | None = None) -> Reason | None:
+def command_refusal(action: Action, picture: ConsoleState, shown: ControlMode | None = None) -> Reason | None:
     """Return why a command is not sent now; None when it may be. The robot judges once more.
 
     Args:
@@ -56,7 +56,7 @@ def command_refusal(action: Action, picture: Picture, shown: ControlMode | None 
     return None
 
 
-def _situation(picture: Picture, robot: Telemetry) -> Situation:
+def _situation(picture: ConsoleState, robot: Telemetry) -> Situation:
     return Situation(
         mode=robot.mode,
         phase=robot.phase,
@@ -68,14 +68,14 @@ def _situation(picture: Picture, robot: Telemetry) -> Situation:
     )
 
 
-def _why_not_in_control(picture: Picture, robot: Telemetry) -> Reason:
+def _why_not_in_control(picture: ConsoleState, robot: Telemetry) -> Reason:
     why = picture.why_not_in_control
     if robot.holder and (why is None or why.code == Code.HELD):
         return because(Code.OTHER_IN_CONTROL, site=robot.holder)
     return why or because(Code.LEASE_ENDED)
 
 
-def _why_no_model(picture: Picture) -> Reason | None:
+def _why_no_model(picture: ConsoleState) -> Reason | None:
     if not picture.confirmed_sha256:
         return because(Code.NO_MODEL)
     return because(Code.MODEL_DIFFERS) if picture.standing.differs else None

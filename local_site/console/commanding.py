@@ -23,7 +23,7 @@ from farhand.common.wire.messages import (
 )
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.common.wire.words import sentence
-from farhand.local_site.console.picture import Pending
+from farhand.local_site.console.console_state import Pending
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.requests import Requests
 

@@ -24,11 +24,11 @@ from farhand.common.wire import keys
 from farhand.common.wire.messages import Event, ExecutionReport, PlannedPath, ReportRequest, Telemetry, Wish
 from farhand.common.wire.reasons import Code, because
 from farhand.local_site.console import intents
-from farhand.local_site.console.catalogue import Catalogue
+from farhand.local_site.console.catalogue import RobotCatalogue
 from farhand.local_site.console.command_check import CommandRefused, command_refusal
 from farhand.local_site.console.commanding import Commanding
-from farhand.local_site.console.parts import Parts
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_parts import ConsoleParts
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.sending import Sending
 from farhand.local_site.console.teaching import Teaching
 from farhand.local_site.console.teleoperation import Teleoperation
@@ -84,14 +84,14 @@ class Console:
         self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(monitor, self._events, self._on_restart)
         self._place = place or make_workcell(library.task)
-        self._catalogue = Catalogue(self._inquiries, library, site_name, self._tell, rate_bps, known)
+        self._catalogue = RobotCatalogue(self._inquiries, library, site_name, self._tell, rate_bps, known)
         self._teaching = Teaching(library, self._place, self._tell)
         self._sending = Sending(library, self._models, self._tell)
         self._stop = StopLane(link, site_name, now_s)
         self._suspend = SuspendWatch()
         self._teleoperation = Teleoperation(link)
         limit_flows(link, rate_bps)
-        self._parts = Parts(
+        self._parts = ConsoleParts(
             library, self._place, self._catalogue, self._teaching, self._sending, self._models, self._commanding,
             self._stop, self._reports, monitor, self._notices,
         )  # fmt: skip
@@ -99,7 +99,7 @@ class Console:
         self._drawn = self._parts.draw(now_s())
 
     @property
-    def picture(self) -> Picture:
+    def picture(self) -> ConsoleState:
         """Complete present state; the newest stop is current even while the console is busy."""
         drawn, stop = self._drawn, self._stop.status
         return drawn if drawn.stop is stop else replace(drawn, stop=stop)
@@ -155,7 +155,7 @@ class Console:
         ask = partial(self._inquiries.ask, keys.REPORT, ReportRequest(), ExecutionReport, 0.0)
         self.owner.put(partial(ask, lambda answer, _took_s: answered(answer)))
 
-    def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float | None) -> bool:
+    def wait_for(self, holds: Callable[[ConsoleState], bool], timeout_s: float | None) -> bool:
         """Wait until a picture satisfies a condition; None waits without limit.
 
         Return False on a time-out.
@@ -195,7 +195,7 @@ class Console:
                     self._hand(intent)
                 case intents.WishControl():
                     self._commanding.wish(intent.wish)
-                case intents.MoveTarget(to_m):
+                case intents.DragTarget(to_m):
                     self._teleoperation.move_target(to_m, self._reports.robot, self._commanding.lease_id)
                 case intents.Choose():
                     self._teaching.choose(intent.task, self._parts.draw(self._now_s()))

@@ -11,7 +11,7 @@ from farhand.common.process_status import LinkFacts, OperatorFacts
 from farhand.common.wire.messages import EventKind, Wish
 from farhand.common.wire.words import sentence
 from farhand.local_site.console.console import Console
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 
 
 def operator_facts(console: Console, page: str, control: RelayControl | None) -> OperatorFacts:
@@ -48,7 +48,7 @@ def operator_facts(console: Console, page: str, control: RelayControl | None) ->
     )
 
 
-def _stopped_by_fault(picture: Picture) -> bool:
+def _stopped_by_fault(picture: ConsoleState) -> bool:
     """Distinguish a stop by a guard from one by an operator, which names a site."""
     if picture.mode is not ControlMode.STOPPED:
         return False

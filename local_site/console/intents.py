@@ -191,7 +191,7 @@ class Align:
 
 
 @dataclass(frozen=True)
-class MoveTarget:
+class DragTarget:
     """Request to move the robot's simulated target.
 
     Args:
@@ -216,4 +216,4 @@ Teach = (
     | ResetArm
     | Align
 )
-Intent = CommandRobot | WishControl | Hand | MoveTarget | Choose | Send | Teach
+Intent = CommandRobot | WishControl | Hand | DragTarget | Choose | Send | Teach

@@ -10,7 +10,7 @@ from farhand.common.errors import FarhandError
 from farhand.common.wire.messages import Event, EventKind, RecordingOffer
 from farhand.common.wire.recorded_motion import RecordedMotion
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.blob_fetcher import BlobFetcher
 from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
@@ -55,7 +55,7 @@ class RobotRecordings:
         """True if the robot has a recording of this site that was not learned."""
         return self._newest is not None and self.fetching is None
 
-    def action_for(self, intent: intents.Intent, picture: Picture) -> Action | None:
+    def action_for(self, intent: intents.Intent, picture: ConsoleState) -> Action | None:
         """Return the action to ask of the robot when an intent is about its recording.
 
         None when it is not.

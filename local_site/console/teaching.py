@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.lesson import NotNow
@@ -69,7 +69,7 @@ class Teaching:
             case intents.ResetArm() | intents.Align():
                 self._move_arm(intent)
 
-    def choose(self, name: str, picture: Picture) -> None:
+    def choose(self, name: str, picture: ConsoleState) -> None:
         """Choose the task that is taught, and switch the workcell to it.
 
         Args:
@@ -86,7 +86,7 @@ class Teaching:
         if picture.pending.keys() & {Action.PREVIEW, Action.EXECUTE}:
             raise NotNow("a preview or an execution is under way: wait for what the robot says")
         self._library.choose(name)
-        self._place.become(self._library.task)
+        self._place.switch_task(self._library.task)
         self._tell("task", f"{name} is chosen: it is taught, previewed and executed now")
 
     def watch(self, in_control: bool, now_s: float) -> None:
@@ -119,7 +119,7 @@ class Teaching:
             case intents.ResetArm() if self._task.recording:
                 raise NotNow("a demonstration is being recorded: end or undo it first")
             case intents.ResetArm(seed):
-                self._place.renew(seed)
+                self._place.reset(seed)
                 self._tell("renew", "your arm is back at ready, and its receptacle elsewhere")
             case intents.Align():
                 self._place.align()

@@ -30,7 +30,7 @@ class _Transfer:
     began_s: float = 0.0
     moved: bool = False  # something of its content was sent
 
-    def settle(self, text: str, good: bool) -> None:
+    def notify(self, text: str, good: bool) -> None:
         for settled in self.settled:
             settled(text, good)
 
@@ -90,7 +90,7 @@ class ModelSender:
             return
         else:
             self._queue[place] = transfer
-            older.settle("a newer one is sent in its place", True)
+            older.notify("a newer one is sent in its place", True)
         self._newest[task] = learned.sha256
         if self._queue[0] is transfer:
             self._begin(transfer)
@@ -128,9 +128,9 @@ class ModelSender:
             return
         self._queue.pop(0)
         if reply is None:
-            transfer.settle("NOT DELIVERED: the robot did not confirm it", False)
+            transfer.notify("NOT DELIVERED: the robot did not confirm it", False)
         elif not reply.accepted or reply.sha256 != sha256:
-            transfer.settle(
+            transfer.notify(
                 f"refused: {sentence(reply.reason) or 'the robot confirmed another model'}", False
             )
         else:
@@ -138,6 +138,6 @@ class ModelSender:
             self._had.add(sha256)
             took_s = self._now_s() - transfer.began_s
             there = f"confirmed after {took_s:.2f} s" if transfer.moved else "the robot has it already"
-            transfer.settle(there, True)
+            transfer.notify(there, True)
         if self._queue:
             self._begin(self._queue[0])

@@ -9,8 +9,8 @@ from typing import Any, Literal, Protocol
 
 from farhand.common.clock import elapsed_s
 from farhand.common.wire.messages import ExecutionReport
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intents import Intent
-from farhand.local_site.console.picture import Picture
 
 OutageKind = Literal["stall", "reset", "blackhole"]
 
@@ -34,7 +34,7 @@ class OperatedConsole(Protocol):
     """Part of a `Console` that the script uses."""
 
     @property
-    def picture(self) -> Picture:
+    def picture(self) -> ConsoleState:
         """Present state of the console."""
         ...
 
@@ -42,7 +42,7 @@ class OperatedConsole(Protocol):
         """Submit an intent."""
         ...
 
-    def wait_for(self, holds: Callable[[Picture], bool], timeout_s: float) -> bool:
+    def wait_for(self, holds: Callable[[ConsoleState], bool], timeout_s: float) -> bool:
         """Wait until the picture satisfies a condition. Return False on a time-out."""
         ...
 

@@ -9,7 +9,7 @@ from typing import Any
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.errors import FarhandError
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.script.operators_place import OperatedConsole, OperatorsTime
 
@@ -38,7 +38,7 @@ class ScriptedActions:
         """What was said, and when."""
 
     @property
-    def picture(self) -> Picture:
+    def picture(self) -> ConsoleState:
         """Present state of the console."""
         return self._console.picture
 
@@ -47,7 +47,9 @@ class ScriptedActions:
         for intent in asked:
             self._console.submit(intent)
 
-    def until(self, what: str, holds: Callable[[Picture], bool], patience_s: float = PATIENCE_S) -> Picture:
+    def until(
+        self, what: str, holds: Callable[[ConsoleState], bool], patience_s: float = PATIENCE_S
+    ) -> ConsoleState:
         """Wait until the picture satisfies a condition.
 
         Raises:
@@ -77,7 +79,7 @@ class ScriptedActions:
         self.until("control of the robot", lambda p: p.in_control)
         n_answers, n_refusals = len(self.picture.command_round_trips_s), self._refusals(action, self.picture)
 
-        def done(p: Picture) -> bool:
+        def done(p: ConsoleState) -> bool:
             return len(p.command_round_trips_s) > n_answers and p.mode is mode
 
         self.submit(intents.CommandRobot(action))
@@ -136,9 +138,9 @@ class ScriptedActions:
         return "; ".join(told) or "nothing was reported"
 
     @staticmethod
-    def _refusals(action: Action, picture: Picture) -> int:
+    def _refusals(action: Action, picture: ConsoleState) -> int:
         return sum(not notice.good for notice in ScriptedActions._told(action, picture))
 
     @staticmethod
-    def _told(action: Action, picture: Picture) -> list[Notice]:
+    def _told(action: Action, picture: ConsoleState) -> list[Notice]:
         return [notice for notice in picture.notices if notice.what == action]

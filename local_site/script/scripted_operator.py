@@ -14,7 +14,7 @@ import numpy as np
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.task import AnyTask
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.script.operators_place import (
     CuttableLink,
     OperatedConsole,
@@ -132,7 +132,7 @@ class ScriptedOperator:
             self._actions.submit(intents.Hand(task.driving(t), t))
             self._time.pause(_HAND_PERIOD_S)
 
-        def moved(picture: Picture) -> bool:
+        def moved(picture: ConsoleState) -> bool:
             return picture.robot is not None and float(np.linalg.norm(picture.robot.position_m - home)) > 0.01
 
         return moved(self._actions.until("the robot to follow the hand", lambda p: moved(p) or not p.coupled))

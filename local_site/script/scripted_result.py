@@ -11,11 +11,11 @@ import numpy as np
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.task import AnyTask, ArmTask, PointTask
 from farhand.common.wire.messages import ExecutionReport
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.script.operators_place import PlannedOutage
 
 
-def job_result(task: AnyTask, picture: Picture, report: ExecutionReport) -> dict[str, Any]:
+def job_result(task: AnyTask, picture: ConsoleState, report: ExecutionReport) -> dict[str, Any]:
     """Collect the lesson, the robot's execution of it, and whether the task succeeded."""
     learned = picture.learned
     assert learned is not None
@@ -53,7 +53,9 @@ def succeeded(task: AnyTask, report: ExecutionReport) -> bool:
     return report.succeeded is True
 
 
-def link_result(picture: Picture, status: Mapping[str, Any], outage: PlannedOutage | None) -> dict[str, Any]:
+def link_result(
+    picture: ConsoleState, status: Mapping[str, Any], outage: PlannedOutage | None
+) -> dict[str, Any]:
     """Collect the link's settings and the times of the commands.
 
     Args:

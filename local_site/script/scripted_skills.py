@@ -13,14 +13,14 @@ from scipy.spatial.transform import Rotation
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask, ArmTask, PointTask
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.script.scripted_actions import ATTEMPTS, JobFailed, ScriptedActions
 from farhand.local_site.teaching.plausibility import ARM_PERIOD_S
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.workcell.arm_view import ArmView
 
 if TYPE_CHECKING:
-    from farhand.local_site.workcell.scripted_ways import ScriptedPath
+    from farhand.local_site.workcell.scripted_paths import ScriptedPath
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ _PATIENT_ATTEMPTS = 10
 _SEATED_M, _LATERAL_M, _OUT_M = 0.010, 0.004, 0.10
 
 
-class Skill(Protocol):
+class ScriptedSkill(Protocol):
     """Hand for one kind of task."""
 
     n_demonstrations: int
@@ -55,7 +55,7 @@ class Skill(Protocol):
         ...
 
 
-def skill_for(task: AnyTask, actions: ScriptedActions, seed: int) -> Skill:
+def skill_for(task: AnyTask, actions: ScriptedActions, seed: int) -> ScriptedSkill:
     """Return the skill that a task needs.
 
     Args:
@@ -63,10 +63,14 @@ def skill_for(task: AnyTask, actions: ScriptedActions, seed: int) -> Skill:
         actions: Actions at the console.
         seed: Seed of all variations of the hand.
     """
-    return Drawing(task, actions, seed) if isinstance(task, PointTask) else Leading(task, actions, seed)
+    return (
+        DrawingSkill(task, actions, seed)
+        if isinstance(task, PointTask)
+        else LeadingSkill(task, actions, seed)
+    )
 
 
-class Drawing:
+class DrawingSkill:
     """Hand that draws the strokes that come with a task, with a tremor.
 
     Args:
@@ -81,7 +85,7 @@ class Drawing:
         self.n_demonstrations = len(self._strokes)
 
     def demonstrate(self, number: int) -> None:
-        """See `Skill.demonstrate`."""
+        """See `ScriptedSkill.demonstrate`."""
         stroke = self._strokes[number - 1]
         self._actions.submit(intents.RecordDemonstration())
         for position, time_s in zip(stroke.position_m, stroke.time_s, strict=True):
@@ -94,7 +98,7 @@ class Drawing:
         return (_DRIVE_M * math.cos(angle), _DRIVE_M * math.sin(angle), *[0.0] * (self._n_dims - 2))
 
 
-class Leading:
+class LeadingSkill:
     """Hand that leads the operator's arm into its receptacle, or out of it, from another place each time.
 
     Args:
@@ -112,7 +116,7 @@ class Leading:
         self.n_demonstrations = _ARM_DEMONSTRATIONS
 
     def demonstrate(self, number: int) -> None:
-        """See `Skill.demonstrate`; a failed demonstration is undone and tried elsewhere."""
+        """See `ScriptedSkill.demonstrate`; a failed demonstration is undone and tried elsewhere."""
         seed, n_failed = 1000 * self._seed + 10 * number, 0
         for _ in range(_PATIENT_ATTEMPTS):
             arm = self._lead(number, seed)
@@ -164,9 +168,13 @@ class Leading:
         return _arm(self._actions.until(f"demonstration {number}", _let_go_after(number)))
 
     def _way(self, start: Array, random: np.random.Generator) -> ScriptedPath:
-        from farhand.local_site.workcell.scripted_ways import ScriptedInsertion, WayOut
+        from farhand.local_site.workcell.scripted_paths import ScriptedExtraction, ScriptedInsertion
 
-        return ScriptedInsertion(start, self._depth_m, random) if self._inserts else WayOut(start, random)
+        return (
+            ScriptedInsertion(start, self._depth_m, random)
+            if self._inserts
+            else ScriptedExtraction(start, random)
+        )
 
     def _done(self, arm: ArmView) -> bool:
         if not self._inserts:
@@ -174,15 +182,15 @@ class Leading:
         return arm.depth_m > self._depth_m - _SEATED_M and arm.lateral_m < _LATERAL_M
 
 
-def _as_far_as(number: int, time_s: float) -> Callable[[Picture], bool]:
+def _as_far_as(number: int, time_s: float) -> Callable[[ConsoleState], bool]:
     n_points = round(time_s / ARM_PERIOD_S) - 1
     return lambda p: not p.recording or (len(p.strokes) == number and len(p.strokes[-1]) >= n_points)
 
 
-def _let_go_after(number: int) -> Callable[[Picture], bool]:
+def _let_go_after(number: int) -> Callable[[ConsoleState], bool]:
     return lambda p: not p.recording or (len(p.strokes) == number and not _arm(p).held)
 
 
-def _arm(picture: Picture) -> ArmView:
+def _arm(picture: ConsoleState) -> ArmView:
     assert picture.own_arm is not None
     return picture.own_arm

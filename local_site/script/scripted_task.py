@@ -9,7 +9,7 @@ from farhand.common.task import AnyTask, ArmTask, PointTask
 from farhand.common.wire.messages import ExecutionReport
 from farhand.common.wire.path_points import duration_s
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.script.operators_place import CuttableLink, OperatedConsole, PlannedOutage
 from farhand.local_site.script.scripted_actions import ATTEMPTS, PATIENCE_S, JobFailed, ScriptedActions
 from farhand.local_site.script.scripted_result import job_result
@@ -134,7 +134,7 @@ class ScriptedTask:
     def _measure(self) -> ExecutionReport:
         inserts = isinstance(self._task, ArmTask) and self._task.skill == "insert"
 
-        def there(p: Picture) -> bool:
+        def there(p: ConsoleState) -> bool:
             return p.phase is Phase.SEATED if inserts else p.phase.at_end
 
         picture = self._actions.until(

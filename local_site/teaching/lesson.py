@@ -105,9 +105,9 @@ class Lesson:
             NotSaved: When they were learned, but could not be written to disk.
         """
         made = tuple(StoredDemonstration.made_now(prepared(each, self.settings)) for each in demonstrations)
-        self.become((*self.demonstrations, *made))
+        self.relearn((*self.demonstrations, *made))
 
-    def become(self, demonstrations: tuple[StoredDemonstration, ...]) -> None:
+    def relearn(self, demonstrations: tuple[StoredDemonstration, ...]) -> None:
         """Learn these demonstrations in place of all others.
 
         Raises:
@@ -125,7 +125,7 @@ class Lesson:
             NotSaved: When it was done, but could not be written to disk.
         """
         self._archive.revisions.hold()
-        self.become(())
+        self.relearn(())
 
     def go_to(self, number: int) -> None:
         """Make another revision current: its demonstrations and model return bit for bit.
@@ -137,7 +137,7 @@ class Lesson:
         """
         demonstrations = self._archive.load(self._kept(number))
         self._archive.revisions.hold()
-        self.become(demonstrations)
+        self.relearn(demonstrations)
 
     def delete(self, number: int) -> None:
         """Delete a revision that is not current.
@@ -185,7 +185,7 @@ class Lesson:
         sha256 = content_hash(content) if content else ""
         self.learner, self.demonstrations = learner, demonstrations
         try:
-            self._archive.settle(demonstrations, sha256, content)
+            self._archive.commit(demonstrations, sha256, content)
         finally:
             self.learned = model and LearnedModel(model, content, sha256, self.revision, parent_sha256)
 
@@ -194,7 +194,7 @@ class Lesson:
         revision, self.faults = self._archive.revisions.current, self._archive.revisions.faults
         try:
             if revision is not None:
-                self.become(self._sound(revision))
+                self.relearn(self._sound(revision))
         except NotSaved as error:
             self.faults += (str(error),)
         except FarhandError as error:

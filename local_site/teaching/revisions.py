@@ -89,7 +89,7 @@ class Revisions:
         """Return the revision with this number, if it is kept."""
         return next((revision for revision in self.kept if revision.number == number), None)
 
-    def settle(self, demonstrations: tuple[str, ...], sha256: str) -> None:
+    def commit(self, demonstrations: tuple[str, ...], sha256: str) -> None:
         """Make the revision with these demonstrations current; add one if none has exactly these.
 
         When there are too many, the oldest that is not held is dropped.

@@ -67,7 +67,7 @@ class TaskArchive:
         with contextlib.suppress(OSError):
             (self._folder / name).rename(self._folder / f"{name}.damaged")
 
-    def settle(self, kept: tuple[StoredDemonstration, ...], sha256: str, content: bytes) -> None:
+    def commit(self, kept: tuple[StoredDemonstration, ...], sha256: str, content: bytes) -> None:
         """Store these demonstrations, in this order, as the current revision.
 
         Args:
@@ -79,7 +79,7 @@ class TaskArchive:
             NotSaved: When it is current, but could not be written to disk.
         """
         before = self.revisions.names
-        self.revisions.settle(tuple(each.name for each in kept), sha256)
+        self.revisions.commit(tuple(each.name for each in kept), sha256)
         self._save(before, kept, content)
 
     def forget(self, number: int) -> None:

@@ -196,7 +196,7 @@ class TaskLibrary:
             self._recording.forget()
             self._discard()
         elif self.can_undo:
-            self._taught.become(self._taught.demonstrations[:-1])
+            self._taught.relearn(self._taught.demonstrations[:-1])
         else:
             raise NotNow("there is no demonstration to undo")
 

@@ -62,7 +62,7 @@ class Visit:
 
 
 @dataclass(frozen=True)
-class Answer:
+class HttpReply:
     """What a visit gets in place of the page.
 
     Args:
@@ -111,7 +111,7 @@ class Door:
                     f"hosts as in the page's address, such as https://console.example, got {name!r}",
                 )  # fmt: skip
 
-    def judge(self, visit: Visit, port: int, to_talk: bool) -> Answer | None:
+    def judge(self, visit: Visit, port: int, to_talk: bool) -> HttpReply | None:
         """Return what turns a visit away; None lets it in.
 
         Args:
@@ -203,9 +203,9 @@ def kept_token(folder: Path) -> str:
     return new
 
 
-def _refused(what: str, remedy: str) -> Answer:
+def _refused(what: str, remedy: str) -> HttpReply:
     words = "".join(f"<p>{html.escape(line)}</p>" for line in (what, remedy))
-    return Answer(
+    return HttpReply(
         HTTPStatus.FORBIDDEN,
         f'<!doctype html><meta charset="utf-8"><title>Farhand: refused</title>'
         f'<body style="font: 18px sans-serif; max-width: 40em; margin: 3em auto">{words}',
@@ -213,8 +213,8 @@ def _refused(what: str, remedy: str) -> Answer:
     )
 
 
-def _remember(visit: Visit, cookie: str, token: str) -> Answer:
+def _remember(visit: Visit, cookie: str, token: str) -> HttpReply:
     """Take the token out of the address bar, where others read it, into a cookie that no other site can use."""
     rest = [(key, value) for key, value in visit.query if key != TOKEN_FIELD]
     kept = f"{cookie}={token}; Path=/; HttpOnly; SameSite=Lax; Max-Age=31536000"
-    return Answer(HTTPStatus.SEE_OTHER, "", {"Location": f"./?{urlencode(rest)}", "Set-Cookie": kept})
+    return HttpReply(HTTPStatus.SEE_OTHER, "", {"Location": f"./?{urlencode(rest)}", "Set-Cookie": kept})

@@ -14,13 +14,13 @@ from farhand.common.impairment.link_control import RelayControl
 from farhand.common.log import loop_logger
 from farhand.common.task import AnyTask, ArmTask
 from farhand.local_site.console.console import Console
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.door import Door
 from farhand.local_site.view.panels import buttons
-from farhand.local_site.view.panels.auto_send import AutoSend
+from farhand.local_site.view.panels.auto_send import AutoSendSwitch
 from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec
 from farhand.local_site.view.panels.event_panel import EventPanel
-from farhand.local_site.view.panels.guidance import Guidance
+from farhand.local_site.view.panels.guidance import AdvicePanel
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.library_panel import LibraryPanel
 from farhand.local_site.view.panels.link_history import LinkHistory
@@ -61,7 +61,7 @@ class Page:
     def __init__(self, console: Console, task: AnyTask, control: RelayControl | None, door: Door, port: int):
         self._console = console
         self._events: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
-        self._shown: Picture = console.picture
+        self._shown: ConsoleState = console.picture
         self._sessions = Sessions()
         self._server = PageServer(door, port, self._sessions, self._refused)
         self._worker = LinkWorker(control) if control is not None else None
@@ -122,11 +122,11 @@ class Page:
         stop = Buttons(gui, (buttons.STOP,), self._on_press)
         self._server.incoming.open_to_everybody(*stop.handles)
         self._buttons = [stop]
-        self._guidance, self._happened = Guidance(gui), EventPanel(gui)
+        self._guidance, self._happened = AdvicePanel(gui), EventPanel(gui)
         with gui.add_folder("Teach"):
             teach = buttons.TEACH_ARM if isinstance(task, ArmTask) else buttons.TEACH
             self._buttons.append(Buttons(gui, teach, self._on_press))
-            self._auto_send = AutoSend(gui, self._console.submit, self._act)
+            self._auto_send = AutoSendSwitch(gui, self._console.submit, self._act)
         with gui.add_folder("Library", expand_by_default=len(self._shown.tasks) > 1):
             self._task = TaskChoice(gui, self._shown, self._console.submit, self._act)
             self._buttons.append(Buttons(gui, (buttons.SEND_LIBRARY,), self._on_press))
@@ -194,7 +194,7 @@ class Page:
         if self._redraw.due(picture, now_s):
             self._draw(picture, now_s)
 
-    def _draw(self, picture: Picture, now_s: float) -> None:
+    def _draw(self, picture: ConsoleState, now_s: float) -> None:
         """Show a picture; each part sends only what has changed."""
         self._shown = picture
         if now_s - self._beat_s >= _BEAT_S:

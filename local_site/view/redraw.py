@@ -8,7 +8,7 @@ from msgspec import UNSET
 
 from farhand.common.control_mode import ControlMode
 from farhand.common.wire.messages import Telemetry
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene.nodes import SEEN_UNCHANGED, UNCHANGED
 
 AT_REST_S = 0.25
@@ -25,10 +25,10 @@ class Redraw:
     """Says when to draw. Used by the page's thread."""
 
     def __init__(self) -> None:
-        self._drawn: Picture | None = None
+        self._drawn: ConsoleState | None = None
         self._drawn_s = float("-inf")
 
-    def due(self, picture: Picture, now_s: float) -> bool:
+    def due(self, picture: ConsoleState, now_s: float) -> bool:
         """Whether to draw this picture now; it counts as drawn then.
 
         Args:
@@ -46,7 +46,7 @@ class Redraw:
         self._drawn = None
 
 
-def differs(before: Picture, after: Picture) -> bool:
+def differs(before: ConsoleState, after: ConsoleState) -> bool:
     """Whether something is to be seen now that was not, or the ghost goes on."""
     if after.mode is ControlMode.AUTONOMOUS and not after.phase.at_end:
         return True

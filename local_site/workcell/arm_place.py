@@ -30,14 +30,14 @@ class ArmPlace:
         """Task frames. Length 1."""
         return [TaskFrame.at(self.view.receptacle)]
 
-    def become(self, task: AnyTask) -> None:
-        """See `Workcell.become`."""
+    def switch_task(self, task: AnyTask) -> None:
+        """See `Workcell.switch_task`."""
         assert isinstance(task, ArmTask), "a repertoire is of one robot"
         self._task = task
-        self.renew(self.view.seed)
+        self.reset(self.view.seed)
 
-    def renew(self, seed: int | None) -> None:
-        """See `Workcell.renew`."""
+    def reset(self, seed: int | None) -> None:
+        """See `Workcell.reset`."""
         raise NotImplementedError
 
     def samples(self) -> list[Demonstration]:

@@ -104,7 +104,7 @@ class HeldArm:
         self._points, self._times_s = [], []
         return moved
 
-    def renew(self, skill: SkillName, seed: int) -> None:
+    def reset(self, skill: SkillName, seed: int) -> None:
         """Put arm and receptacle elsewhere, where a motion of this skill begins; the hand lets go."""
         self._arm.put(self._placement(skill, seed), presses=skill == "insert")
         self._seed, self._tip = seed, self._arm.tip

@@ -51,8 +51,8 @@ class LiveArm(ArmPlace):
         target = hand_pose(point)
         self._ask(self._arm.let_go if released else partial(self._arm.hold, target))
 
-    def renew(self, seed: int | None) -> None:
-        """See `Workcell.renew`. Done when it returns."""
+    def reset(self, seed: int | None) -> None:
+        """See `Workcell.reset`. Done when it returns."""
         done = threading.Event()
         self._ask(partial(self._renew, seed, done))
         done.wait(timeout=5.0)
@@ -95,13 +95,13 @@ class LiveArm(ArmPlace):
             self._arm.tick()
         except PhysicsFailed:
             _log.exception("the operator's arm is put back to ready")
-            self._arm.renew(self._task.skill, self._arm.seed)
+            self._arm.reset(self._task.skill, self._arm.seed)
         self._n_untold += 1
         if self._n_untold >= _TICKS_TOLD or self._arm.asleep:
             self._tell()
 
     def _renew(self, seed: int | None, done: threading.Event) -> None:
-        self._arm.renew(self._task.skill, self._arm.seed + 1 if seed is None else seed)
+        self._arm.reset(self._task.skill, self._arm.seed + 1 if seed is None else seed)
         self.view, self._n_renewed = self._arm.view(), self._n_renewed + 1
         done.set()
 

@@ -17,7 +17,12 @@ from farhand.common.errors import FarhandError
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.workcell.scripted_hand import ScriptedHand
-from farhand.local_site.workcell.scripted_ways import STANDOFF_M, ScriptedInsertion, ScriptedPath, WayOut
+from farhand.local_site.workcell.scripted_paths import (
+    STANDOFF_M,
+    ScriptedExtraction,
+    ScriptedInsertion,
+    ScriptedPath,
+)
 
 Array = NDArray[np.float64]
 
@@ -46,7 +51,7 @@ class OperatorArm:
         self._around = Surroundings.still(self._simulation.dimensions).with_receptacle(receptacle)
         self._simulation.reset(joints_rad, self._around)
         self._servo = Servo(self._simulation.dimensions, ServoSettings(), self._simulation.joints_rad)
-        self._servo.see(SeenReceptacle(receptacle, np.zeros(6)), presses)
+        self._servo.set_receptacle(SeenReceptacle(receptacle, np.zeros(6)), presses)
         self.receptacle, self.frame = receptacle, TaskFrame.at(receptacle)
 
     def follow(self, pose: Array) -> None:
@@ -101,7 +106,7 @@ def hot_stab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
     return shown
 
 
-def hot_unstab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
+def hot_stab_removal(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
     """Return one extraction by the scripted operator, held before the mouth, recorded at 100 Hz.
 
     Args:
@@ -113,14 +118,17 @@ def hot_unstab(seed: int, dimensions: Dimensions | None = None) -> Demonstration
     """
     random, dimensions = np.random.default_rng(seed), dimensions or Dimensions()
     arm = OperatorArm(Placement.seated(random, ACCEPTANCE, dimensions), dimensions, presses=False)
-    shown = _demonstrate(arm, WayOut(arm.frame.to_local(arm.tip), random), random, seed)
+    shown = _demonstrate(arm, ScriptedExtraction(arm.frame.to_local(arm.tip), random), random, seed)
     away_m = float(np.linalg.norm(shown.in_frame()[-1] + np.array([0.0, 0.0, STANDOFF_M])))
     if away_m > _STANDOFF_M:
         raise NotDemonstrated(f"seed {seed}: the plug ends {away_m * 1e3:.0f} mm off: try another seed")
     return shown
 
 
-DEMONSTRATIONS: dict[str, Callable[[int], Demonstration]] = {"hot-stab": hot_stab, "hot-unstab": hot_unstab}
+DEMONSTRATIONS: dict[str, Callable[[int], Demonstration]] = {
+    "hot-stab": hot_stab,
+    "hot-stab-removal": hot_stab_removal,
+}
 """Scripted demonstration of each task, as a function of its seed."""
 
 

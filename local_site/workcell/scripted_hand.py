@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from farhand.local_site.workcell.scripted_ways import ScriptedPath
+from farhand.local_site.workcell.scripted_paths import ScriptedPath
 
 Array = NDArray[np.float64]
 

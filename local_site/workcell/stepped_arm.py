@@ -47,10 +47,10 @@ class SteppedArm(ArmPlace):
         self.view = self._arm.view()
         self._moved(*self._arm.take())
 
-    def renew(self, seed: int | None) -> None:
-        """See `Workcell.renew`."""
+    def reset(self, seed: int | None) -> None:
+        """See `Workcell.reset`."""
         self._held_s = None
-        self._arm.renew(self._task.skill, self._arm.seed + 1 if seed is None else seed)
+        self._arm.reset(self._task.skill, self._arm.seed + 1 if seed is None else seed)
         self.view = self._arm.view()
 
     def align(self) -> None:

@@ -59,11 +59,11 @@ class Workcell(Protocol):
         """
         ...
 
-    def become(self, task: AnyTask) -> None:
+    def switch_task(self, task: AnyTask) -> None:
         """Switch to another task of the same robot: an arm is put where that task begins."""
         ...
 
-    def renew(self, seed: int | None) -> None:
+    def reset(self, seed: int | None) -> None:
         """Put the arm back to ready and its receptacle elsewhere.
 
         Raises:
@@ -101,7 +101,7 @@ class BoardWorkcell:
 
     def __init__(self, task: PointTask):
         self.view = None
-        self.become(task)
+        self.switch_task(task)
 
     def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
         """See `Workcell.start`."""
@@ -111,13 +111,13 @@ class BoardWorkcell:
         """See `Workcell.hand`."""
         self._moved(np.array([point]), np.array([time_s]))
 
-    def become(self, task: AnyTask) -> None:
-        """See `Workcell.become`."""
+    def switch_task(self, task: AnyTask) -> None:
+        """See `Workcell.switch_task`."""
         assert isinstance(task, PointTask), "a repertoire is of one robot"
         self._task, self.frames = task, still_frames(task)
 
-    def renew(self, seed: int | None) -> None:
-        """See `Workcell.renew`."""
+    def reset(self, seed: int | None) -> None:
+        """See `Workcell.reset`."""
         raise NotNow("there is no arm on a board that could be put elsewhere")
 
     def align(self) -> None:

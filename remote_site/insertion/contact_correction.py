@@ -53,7 +53,7 @@ class ContactCorrection:
         self._offset = np.zeros(6)
         self._pose = _NONE  # pose of the corrected frame in the seen one
 
-    def feel(self, force_n: Array, torque_nm: Array, quiet: bool, dt_s: float) -> None:
+    def update(self, force_n: Array, torque_nm: Array, quiet: bool, dt_s: float) -> None:
         """Integrate the wrench of one control period in contact.
 
         Args:

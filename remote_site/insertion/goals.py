@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.remote_site.insertion.touch import InsertionArm
+from farhand.remote_site.insertion.receptacle_estimator import InsertionArm
 from farhand.remote_site.interface.goals import SPEED, patience_s
 from farhand.remote_site.interface.sensing import Sensing
 

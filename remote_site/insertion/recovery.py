@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.remote_site.insertion.beside import BesideRule
 from farhand.remote_site.insertion.contact_correction import ContactCorrection
 from farhand.remote_site.insertion.jam import JamDetector, Stuck
+from farhand.remote_site.insertion.missed_mouth import MissedMouthDetector
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ _ALIGNED_M = 0.015
 
 
 @dataclass(frozen=True, eq=False)
-class Felt:
+class ContactWrench:
     """Pose and wrench of the plug in one control period.
 
     Args:
@@ -64,7 +64,7 @@ class Recovery:
         self.enters = enters
         """True for a plug that enters the bore, False for one that is extracted."""
         self.correction = ContactCorrection()
-        self._jam, self._beside = JamDetector(), BesideRule()
+        self._jam, self._beside = JamDetector(), MissedMouthDetector()
         self._goal: Array | None = None  # pose in the frame of the receptacle
         self._until_s, self._reached_m = 0.0, _REACHED_M
         self.jams = 0
@@ -98,7 +98,9 @@ class Recovery:
         """Return the task frames by sight and touch; the first is the receptacle's."""
         return [self.correction.corrected(frames[0]), *frames[1:]]
 
-    def update(self, felt: Felt, seen: TaskFrame, quiet: bool, now_s: float, dt_s: float) -> Array | None:
+    def update(
+        self, felt: ContactWrench, seen: TaskFrame, quiet: bool, now_s: float, dt_s: float
+    ) -> Array | None:
         """Process one control period.
 
         Args:
@@ -126,7 +128,7 @@ class Recovery:
         if self._goal is not None:
             return frame.to_world(self._goal)
         if self._correcting and self.enters:
-            self.correction.feel(frame.A.T @ felt.force_n, frame.A.T @ felt.torque_nm, quiet, dt_s)
+            self.correction.update(frame.A.T @ felt.force_n, frame.A.T @ felt.torque_nm, quiet, dt_s)
         return None
 
     def _back(self, local: Array, force_n: Array, torque_nm: Array, now_s: float) -> Array | None:

@@ -12,8 +12,14 @@ from farhand.common.control_mode import Action, Phase
 from farhand.common.task import AnyTask, ArmTask
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.insertion.goals import AlongAxis, confined, free_speed_m_s, in_bore, shifted
+from farhand.remote_site.insertion.receptacle_estimator import (
+    BACK_M_S,
+    InsertionArm,
+    ReceptacleEstimator,
+    TrackedPerception,
+    pose_of,
+)
 from farhand.remote_site.insertion.recovery import Recovery
-from farhand.remote_site.insertion.touch import BACK_M_S, InsertionArm, Touch, TrackedPerception, pose_of
 from farhand.remote_site.interface.embodiment import Belief, Check, Guidance
 from farhand.remote_site.interface.goals import BACK_OFF_M, BACK_OFF_S, FixedGoal, ManoeuvreGoal, giving_way
 from farhand.remote_site.interface.plant import EffectorState
@@ -57,7 +63,7 @@ class InsertionSkill:
     ):
         self.task, self._arm, self._ready, self._examine = task, arm, ready, examine
         self._speed_m_s, self._new_recovery = free_speed_m_s(max_speed_m_s), new_recovery
-        self._touch = Touch(perception, new_recovery(self.must_seat), _LOOK_S)
+        self._touch = ReceptacleEstimator(perception, new_recovery(self.must_seat), _LOOK_S)
         self._look_until_s = -np.inf
 
     @property
@@ -79,7 +85,7 @@ class InsertionSkill:
     def apply(self, guidance: Guidance) -> None:
         """See `Skill`."""
         if guidance.receptacle is not None:
-            self._arm.see(guidance.receptacle, guidance.presses)
+            self._arm.set_receptacle(guidance.receptacle, guidance.presses)
 
     def begin(self, task: AnyTask, now_s: float) -> None:
         """See `Skill`; in free water forget what was felt, and tare the wrist's sensor."""
@@ -90,7 +96,7 @@ class InsertionSkill:
             recovery.correction = self._touch.recovery.correction
         else:
             self._arm.tare()
-        self._touch.renew(recovery)
+        self._touch.begin(recovery)
         self._look_until_s = now_s + _LOOK_S
 
     def confined(self, reference: Array, sensing: Sensing) -> Array:

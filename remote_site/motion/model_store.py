@@ -31,7 +31,7 @@ class ModelStore:
     def answer(self, transfer: ModelTransfer, now: Stamp) -> ModelReply:
         """Receive a model or a part of one, try it when it is whole, and confirm it by its hash, or say why not."""
         taken = self.take(transfer, now)
-        return self.settle(taken, taken.outcome(), now) if isinstance(taken, ModelTrial) else taken
+        return self.finish_trial(taken, taken.outcome(), now) if isinstance(taken, ModelTrial) else taken
 
     def take(self, transfer: ModelTransfer, now: Stamp) -> ModelReply | ModelTrial:
         """Receive a model or a part of one.
@@ -39,7 +39,7 @@ class ModelStore:
         A part without content asks whether the model is here already.
 
         Returns:
-            The answer, or what must be tried before there is one (see `settle`).
+            The answer, or what must be tried before there is one (see `finish_trial`).
         """
         task = self._tasks.get(transfer.task)
         if task is None:
@@ -55,7 +55,7 @@ class ModelStore:
             return _reply(transfer, now, len(arrived), complete=False)
         return ModelTrial(transfer, bytes(arrived), task)
 
-    def settle(self, trial: ModelTrial, outcome: Outcome, now: Stamp) -> ModelReply:
+    def finish_trial(self, trial: ModelTrial, outcome: Outcome, now: Stamp) -> ModelReply:
         """Keep what was tried with success, and answer."""
         self._arriving.pop(trial.transfer.sha256, None)
         if isinstance(outcome, ModelRefused):

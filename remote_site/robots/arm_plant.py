@@ -51,13 +51,13 @@ class ArmPlant:
         """Time of the simulation [s]."""
         return self._ticks * TICK_S
 
-    def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
+    def set_receptacle(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
         """Set where the receptacle is believed to be, None when unknown; valid until set again.
 
         Near the receptacle the arm moves relative to it, limits its pressing force, and keeps its links off
-        the panel. A plug that is to be extracted must not be pressed in: see `Servo.see`.
+        the panel. A plug that is to be extracted must not be pressed in: see `Servo.set_receptacle`.
         """
-        self.servo.see(receptacle, presses)
+        self.servo.set_receptacle(receptacle, presses)
 
     @property
     def near(self) -> bool:

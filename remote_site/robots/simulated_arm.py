@@ -37,9 +37,9 @@ from farhand.remote_site.perception.marker_tracker import PRESETS as TRACKERS
 from farhand.remote_site.perception.perception import SimulatedPerception
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 from farhand.remote_site.robots.arm_plant import ArmPlant
-from farhand.remote_site.robots.arm_stage import SimulatedEnvironment
 from farhand.remote_site.robots.plant_memory import PlantState
 from farhand.remote_site.robots.plug_record import PlugRecord
+from farhand.remote_site.robots.simulated_environment import SimulatedEnvironment
 
 Array = NDArray[np.float64]
 

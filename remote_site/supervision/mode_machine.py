@@ -165,7 +165,7 @@ class ModeMachine:
         else:
             self.fail(manoeuvre.command, ended)
 
-    def settle(self) -> None:
+    def on_standstill(self) -> None:
         """The robot stands still: answer what waited for that."""
         for command in self._until_standing:
             self.complete(command, because(Code.DONE))

@@ -43,9 +43,9 @@ class ModelReception:
         taken = self._models.take(transfer, self._now())
         return taken if isinstance(taken, ModelTrial) else self._noted(taken)
 
-    def settle(self, trial: ModelTrial, outcome: Outcome) -> ModelReply:
+    def finish_trial(self, trial: ModelTrial, outcome: Outcome) -> ModelReply:
         """Keep a model that was tried with success; it becomes active with the next Execute that names it."""
-        return self._noted(self._models.settle(trial, outcome, self._now()))
+        return self._noted(self._models.finish_trial(trial, outcome, self._now()))
 
     def _noted(self, reply: ModelReply) -> ModelReply:
         if not reply.accepted:

@@ -17,7 +17,7 @@ from farhand.remote_site.supervision.lease import Lease
 from farhand.remote_site.supervision.motion_recorder import MotionRecorder
 
 
-class Ending(Enum):
+class RecordingEnd(Enum):
     """How a recording ends."""
 
     WHOLE = Code.RECORDED
@@ -69,7 +69,7 @@ class Recordings:
             self._who = self._lease.holder
             self._recorder.begin(self._who, task)
         elif action is Action.END_RECORDING and recording:
-            self._end(Ending.WHOLE, because(Code.ENDED_BY, action=action))
+            self._end(RecordingEnd.WHOLE, because(Code.ENDED_BY, action=action))
         else:
             return because(Code.RECORDING_ALREADY if recording else Code.NOT_RECORDING)
         return None
@@ -80,7 +80,7 @@ class Recordings:
         if self._recorder.recording and coupling is not None:
             why = self._recorder.sample(coupling)
             if why is not None:
-                self._end(Ending.INCOMPLETE, why)
+                self._end(RecordingEnd.INCOMPLETE, why)
 
     def leave(self, cause: Cause, why: Reason) -> None:
         """DIRECT is about to end, and the recording with it, if there is one.
@@ -93,17 +93,17 @@ class Recordings:
             coupling = self._motion.coupling
             let_go = cause is Guard.COUPLING_ENDED and coupling is not None and coupling.released
             whole = let_go or cause in (Action.CLUTCH, Action.EXECUTE)
-            self._end(Ending.WHOLE if whole else Ending.INTERRUPTED, why)
+            self._end(RecordingEnd.WHOLE if whole else RecordingEnd.INTERRUPTED, why)
 
-    def _end(self, ending: Ending, why: Reason) -> None:
-        recorded = self._recorder.close(ending is Ending.WHOLE)
-        if recorded is not None and ending is not Ending.INCOMPLETE:
+    def _end(self, ending: RecordingEnd, why: Reason) -> None:
+        recorded = self._recorder.close(ending is RecordingEnd.WHOLE)
+        if recorded is not None and ending is not RecordingEnd.INCOMPLETE:
             self.catalogue.offer(recorded)
         if recorded is None:
             said = because(Code.NOTHING_RECORDED)
         else:
             said = because(ending.value, recorded_s=recorded.duration_s)
-        good = recorded is not None and ending is Ending.WHOLE
+        good = recorded is not None and ending is RecordingEnd.WHOLE
         self._events.tell(
             EventKind.RECORDED, said, ControlMode.DIRECT, cause=why, succeeded=good, who=self._who
         )  # fmt: skip

@@ -232,7 +232,7 @@ class Supervisor:
             case Outcome.FAILED if self.motion.failure is not None:
                 self._trip(Trip(Guard.FAULT, self.motion.failure))
             case Outcome.STANDING:
-                self.machine.settle()
+                self.machine.on_standstill()
 
     def _trip(self, trip: Trip) -> None:
         fault = trip.guard is Guard.FAULT

@@ -49,7 +49,7 @@ def take_arm(browser: Browser) -> None:
     """The pictures of the arm's task."""
     with (
         tempfile.TemporaryDirectory() as scratch,
-        farhand_up(Path(scratch), link="geo", task="hot-stab,hot-unstab") as stack,
+        farhand_up(Path(scratch), link="geo", task="hot-stab,hot-stab-removal") as stack,
     ):
         tab = ArmPage(_page(browser, *LARGE))
         tab.open(stack.address, dpr=1.0)

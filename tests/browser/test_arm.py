@@ -43,7 +43,7 @@ MANOEUVRE = {"Retract": "RETRACTING", "Go to ready": "GOING TO READY"}
 @pytest.fixture(scope="module")
 def stack(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
     """Both sites over the `geo` profile with the tasks as they are shipped."""
-    tasks = "hot-stab,hot-unstab"
+    tasks = "hot-stab,hot-stab-removal"
     with farhand_up(tmp_path_factory.mktemp("arm") / "data", link="geo", task=tasks) as stack:
         yield stack
 
@@ -153,11 +153,11 @@ def test_the_other_task_takes_the_plug_out_again(tab: ArmPage) -> None:
     if tab.tp("phase").inner_text() != "SEATED":
         tab.execute_until_seated("Load samples")
     tab.insist("Clutch", "mode", "HOLD")
-    tab.choose_task("hot-unstab")
+    tab.choose_task("hot-stab-removal")
     tab.press("Load samples")
     tab.says("demos", "5")
     tab.press("Send library")
-    tab.tells("hot-stab: the robot has it already; hot-unstab: confirmed after")
+    tab.tells("hot-stab: the robot has it already; hot-stab-removal: confirmed after")
     tab.insist("Preview", "plan", re.compile("^preview: [0-9]+ s left"))
     tab.insist("Execute", "mode", "AUTONOMOUS")
     tab.says("phase", "ARRIVED")

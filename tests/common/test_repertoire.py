@@ -9,14 +9,14 @@ from farhand.common.task import ArmTask, Limits
 from farhand.common.wire.messages import MOST_TASKS
 from farhand.deploy.places import find_task, find_tasks
 
-STAB, UNSTAB, PLANAR = find_task("hot-stab"), find_task("hot-unstab"), find_task("planar")
+STAB, REMOVAL, PLANAR = find_task("hot-stab"), find_task("hot-stab-removal"), find_task("planar")
 
 
 def test_tasks_of_one_arm_are_found_by_their_names_and_the_first_comes_first():
-    tasks = TaskSet([STAB, UNSTAB])
-    assert tasks.names == ("hot-stab", "hot-unstab")
-    assert tasks.first is STAB and list(tasks) == [STAB, UNSTAB] and len(tasks) == 2
-    assert tasks.get("hot-unstab") is UNSTAB
+    tasks = TaskSet([STAB, REMOVAL])
+    assert tasks.names == ("hot-stab", "hot-stab-removal")
+    assert tasks.first is STAB and list(tasks) == [STAB, REMOVAL] and len(tasks) == 2
+    assert tasks.get("hot-stab-removal") is REMOVAL
     assert tasks.get("planar") is None
 
 
@@ -32,9 +32,9 @@ def test_there_must_be_a_task_and_each_only_once():
 
 
 def test_a_task_that_is_not_done_is_refused_in_words_that_name_those_that_are():
-    tasks = TaskSet([STAB, UNSTAB])
-    assert tasks.refusal("hot-unstab") == ""
-    assert tasks.refusal("planar") == "this robot does 'hot-stab' and 'hot-unstab', not 'planar'"
+    tasks = TaskSet([STAB, REMOVAL])
+    assert tasks.refusal("hot-stab-removal") == ""
+    assert tasks.refusal("planar") == "this robot does 'hot-stab' and 'hot-stab-removal', not 'planar'"
 
 
 @pytest.mark.parametrize(
@@ -42,9 +42,9 @@ def test_a_task_that_is_not_done_is_refused_in_words_that_name_those_that_are():
     [("frame_names", ("receptacle", "handle")), ("limits", Limits(force_n=100.0)), ("disturbances", "rough")],
 )
 def test_one_robot_does_them_all_or_the_field_that_differs_is_named(field: str, value: object):
-    assert isinstance(UNSTAB, ArmTask)
-    with pytest.raises(InvalidConfiguration, match=rf"'hot-unstab'.*{field}.*'hot-stab'"):
-        TaskSet([STAB, msgspec.structs.replace(UNSTAB, **{field: value})])
+    assert isinstance(REMOVAL, ArmTask)
+    with pytest.raises(InvalidConfiguration, match=rf"'hot-stab-removal'.*{field}.*'hot-stab'"):
+        TaskSet([STAB, msgspec.structs.replace(REMOVAL, **{field: value})])
 
 
 def test_an_arm_does_not_do_the_task_of_a_point():
@@ -53,7 +53,7 @@ def test_an_arm_does_not_do_the_task_of_a_point():
 
 
 def test_names_are_read_with_commas_between_them():
-    assert find_tasks("hot-stab, hot-unstab").names == ("hot-stab", "hot-unstab")
+    assert find_tasks("hot-stab, hot-stab-removal").names == ("hot-stab", "hot-stab-removal")
     assert find_tasks("planar").names == ("planar",)
     with pytest.raises(InvalidConfiguration, match="hot-stba"):
         find_tasks("hot-stab,hot-stba")

@@ -68,7 +68,7 @@ def test_a_child_that_is_killed_while_it_runs_is_reported_with_its_last_line():
         assert child._process is not None
         os.kill(child._process.pid, signal.SIGKILL)
         assert await child.wait() == -signal.SIGKILL
-        assert "the link process was ended by signal 9" in child.obituary()
+        assert "the link process was ended by signal 9" in child.exit_message()
 
     asyncio.run(asyncio.wait_for(scenario(), PATIENCE_S))
 
@@ -77,7 +77,7 @@ def test_a_child_that_was_never_started_has_nothing_to_end():
     async def scenario() -> None:
         child = Child("link", LINK)
         await child.end()
-        assert "(it said nothing)" in child.obituary()
+        assert "(it said nothing)" in child.exit_message()
 
     asyncio.run(scenario())
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.deploy.places import check_writable, data_folder, find_task
+from farhand.deploy.places import check_writable, data_folder, find_task, sample_files
 
 PLANAR = Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml"
 
@@ -15,6 +15,15 @@ def test_a_task_is_found_by_its_name_and_by_its_file(tmp_path: Path):
     file = tmp_path / "mine.toml"
     file.write_text(PLANAR.read_text().replace('name = "planar"', 'name = "mine"'))
     assert find_task(str(file)).name == "mine"
+
+
+def test_a_task_is_found_by_its_former_name():
+    assert find_task("hot-unstab").name == "hot-stab-removal"
+
+
+@pytest.mark.parametrize("name", ["hot-stab", "hot-stab-removal"])
+def test_a_task_whose_name_begins_like_another_one_has_its_own_samples(name: str):
+    assert [file.name for file in sample_files(name)] == [f"{name}-{n}.npz" for n in range(5)]
 
 
 def test_an_unknown_task_is_refused_with_those_there_are():

@@ -24,7 +24,7 @@ FINDS = {
     "few-shot": lambda found: found["1, ours"]["success_rate"] == 1.0,
     "frame-age": lambda found: found["0 s"]["median_error_m"] < 0.003 < found["0.6 s"]["median_error_m"],
     "hot-stab": lambda found: found["clean"]["success_rate"] == 1.0 and found["dtw_rms_m"] < 0.012,
-    "hot-unstab": lambda found: (
+    "hot-stab-removal": lambda found: (
         found["clean"]["success_rate"] == found["typical"]["success_rate"] == 1.0
         and found["typical"]["peak_max_n"] < 100.0
     ),

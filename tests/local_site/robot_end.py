@@ -35,7 +35,7 @@ from farhand.common.wire.messages import (
 )
 from farhand.common.wire.reasons import Reason, in_words
 from farhand.local_site.console.console import Console
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.samples import still_frames
 from farhand.local_site.workcell.workcell import Workcell
@@ -156,14 +156,14 @@ class Desk:
         self.console, self.library, self.robot, self.link = console, library, robot, link
 
     @property
-    def picture(self) -> Picture:
+    def picture(self) -> ConsoleState:
         return self.console.picture
 
-    def until(self, holds: Callable[[Picture], bool]) -> Picture:
+    def until(self, holds: Callable[[ConsoleState], bool]) -> ConsoleState:
         assert self.console.wait_for(holds, PATIENCE_S), [n.text for n in self.picture.notices]
         return self.picture
 
-    def told(self, words: str) -> Picture:
+    def told(self, words: str) -> ConsoleState:
         """Wait until the operator was told something."""
         return self.until(lambda p: any(words in f"{n.what}: {n.text}" for n in p.notices))
 

@@ -28,15 +28,15 @@ from farhand.remote_site.robots.simulated_arm import ArmConditions, SimulatedArm
 from tests.remote_site.bench import Bench
 
 _DEPLOY = Path(__file__).parents[2] / "deploy"
-HOT_STAB, HOT_UNSTAB = (
-    load_toml(_DEPLOY / "tasks" / f"{name}.toml", ArmTask) for name in ("hot-stab", "hot-unstab")
+HOT_STAB, HOT_STAB_REMOVAL = (
+    load_toml(_DEPLOY / "tasks" / f"{name}.toml", ArmTask) for name in ("hot-stab", "hot-stab-removal")
 )
 
 
 @functools.cache
 def hot_stab_model(name: str = "hot-stab") -> TPHSMM:
     """What the demonstrations that come with the task, or with another one, teach."""
-    files = sorted((_DEPLOY / "samples").glob(f"{name}-*.npz"))
+    files = sorted((_DEPLOY / "samples").glob(f"{name}-[0-9]*.npz"))
     learning = HOT_STAB.learning
     assert learning.max_distance_m is not None
     settings = LearnerSettings(learning.max_distance_m, min_std_m=learning.min_std_m)

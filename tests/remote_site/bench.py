@@ -212,7 +212,11 @@ class Bench:
 
     def send_model(self, sent: ModelTransfer | None = None) -> ModelReply:
         taken = self.robot.reception.take(structs.replace(sent or transfer(), session="session"))
-        return self.robot.reception.settle(taken, taken.outcome()) if isinstance(taken, ModelTrial) else taken
+        return (
+            self.robot.reception.finish_trial(taken, taken.outcome())
+            if isinstance(taken, ModelTrial)
+            else taken
+        )
 
     def hand(self, *position_m: float, **fields: Any) -> None:
         """The operator's hand is at a place on their own board, or before their own arm."""

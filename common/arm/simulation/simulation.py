@@ -86,7 +86,7 @@ class Simulation:
             raise InvalidInput("simulation", "joints_rad", f"angles within {span.tolist()}, got {joints}")
         mujoco.mj_resetData(self._model, self._data)
         self._data.qpos[:_N] = joints
-        self._spring.settle(self._data, surroundings.receptacle_from_vehicle())
+        self._spring.rest_at(self._data, surroundings.receptacle_from_vehicle())
         self._surround(surroundings, np.zeros(3))
         mujoco.mj_forward(self._model, self._data)
         self._wrench = -self._data.sensordata[-6:]
@@ -193,7 +193,7 @@ class _Spring:
         self._lag_s = -model.actuator_biasprm[_N:, 2] / gain
         self._target = np.zeros(6)
 
-    def settle(self, data: MjData, pose: Array) -> None:
+    def rest_at(self, data: MjData, pose: Array) -> None:
         """Put the receptacle at rest at a pose."""
         self._target = receptacle.joints_at(pose)
         data.qpos[_N:] = data.ctrl[_N:] = self._target

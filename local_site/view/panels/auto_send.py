@@ -8,13 +8,13 @@ from functools import partial
 import viser
 
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 
 Submit = Callable[[intents.Intent], None]
 Act = Callable[[int, Callable[[], None]], None]
 
 
-class AutoSend:
+class AutoSendSwitch:
     """One switch; it shows what the console does, not what was clicked.
 
     Args:
@@ -31,7 +31,7 @@ class AutoSend:
             if event.client_id is not None:
                 act(event.client_id, partial(submit, intents.AutoSend(bool(event.target.value))))
 
-    def draw(self, picture: Picture) -> None:
+    def draw(self, picture: ConsoleState) -> None:
         """Show what is so."""
         if self._box.value != picture.auto_send:
             self._box.value = picture.auto_send

@@ -12,7 +12,7 @@ from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Wish
 from farhand.local_site.console import intents
 from farhand.local_site.console.command_check import command_refusal
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 
 _PENDING_ICON = viser.Icon.HOURGLASS
 OnPress = Callable[[int, "ButtonSpec"], None]
@@ -32,8 +32,8 @@ class ButtonSpec:
 
     label: str
     make: Callable[[ControlMode | None], intents.Intent]
-    enabled: Callable[[Picture], bool]
-    pending: Callable[[Picture], bool] = lambda picture: False
+    enabled: Callable[[ConsoleState], bool]
+    pending: Callable[[ConsoleState], bool] = lambda picture: False
     colour: Colour = "blue"
 
 
@@ -47,7 +47,9 @@ def _command(action: Action, label: str, colour: Colour = "blue") -> ButtonSpec:
     )
 
 
-def _wish(wish: Wish, label: str, enabled: Callable[[Picture], bool], colour: Colour = "gray") -> ButtonSpec:
+def _wish(
+    wish: Wish, label: str, enabled: Callable[[ConsoleState], bool], colour: Colour = "gray"
+) -> ButtonSpec:
     """A button about who is in control; it stays marked until the robot has answered."""
     return ButtonSpec(
         label,
@@ -58,15 +60,15 @@ def _wish(wish: Wish, label: str, enabled: Callable[[Picture], bool], colour: Co
     )
 
 
-def _can_send(picture: Picture) -> bool:
+def _can_send(picture: ConsoleState) -> bool:
     return picture.standing.differs and not picture.sending_model
 
 
-def _can_send_library(picture: Picture) -> bool:
+def _can_send_library(picture: ConsoleState) -> bool:
     return any(task.differs for task in picture.tasks) and not picture.sending_library
 
 
-def _can_record(picture: Picture) -> bool:
+def _can_record(picture: ConsoleState) -> bool:
     """While coupled it is the robot that records."""
     if picture.coupled:
         return command_refusal(Action.RECORD, picture) is None
@@ -133,7 +135,7 @@ class Buttons:
         """The buttons, in the order of their specifications."""
         return [handle for _, handle in self._handles]
 
-    def draw(self, picture: Picture) -> None:
+    def draw(self, picture: ConsoleState) -> None:
         """Enable what may be pressed, mark what is under way."""
         for spec, handle in self._handles:
             disabled, pending = not spec.enabled(picture), spec.pending(picture)

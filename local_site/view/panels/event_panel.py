@@ -8,7 +8,7 @@ from collections import deque
 import viser
 
 from farhand.common.clock import elapsed_s
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.view.panels.html import Html, clock, text
 
@@ -36,7 +36,7 @@ class EventPanel:
         if not self._own or self._own[-1].text != words or elapsed_s() - self._own[-1].time_s > 1.0:
             self._own.append(Notice(elapsed_s(), "page", words, good=False))
 
-    def draw(self, picture: Picture) -> None:
+    def draw(self, picture: ConsoleState) -> None:
         """Show the newest ones."""
         notices = sorted([*picture.notices[-_SHOWN:], *self._own], key=lambda notice: notice.time_s)[-_SHOWN:]
         if self._shown == (shown := tuple(notices)):

@@ -8,7 +8,7 @@ from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.model.ways import OUTSIDE, chosen_way
 from farhand.common.wire.path_points import points_of
 from farhand.common.wire.words import PRESS_AGAIN
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words import Words, words_of
 
@@ -20,7 +20,7 @@ _ASKED = frozenset(map(str, Action)) | {
 """What the operator asks for, by the names that notices have for it."""
 
 
-class Guidance:
+class AdvicePanel:
     """The advice. Used by the page's thread.
 
     Args:
@@ -30,7 +30,7 @@ class Guidance:
     def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
 
-    def draw(self, picture: Picture) -> None:
+    def draw(self, picture: ConsoleState) -> None:
         """Show it."""
         refused = refusal(picture)
         told = element("refusal", refused, "fh-not-done", tag="div") if refused else ""
@@ -41,7 +41,7 @@ class Guidance:
         )
 
 
-def refusal(picture: Picture) -> str:
+def refusal(picture: ConsoleState) -> str:
     """Return why what the operator asked for last was not done, as long as it is news; empty otherwise."""
     for notice in reversed(picture.notices):
         if picture.now_s - notice.time_s > _REFUSAL_S:
@@ -52,7 +52,7 @@ def refusal(picture: Picture) -> str:
     return ""
 
 
-def advice(picture: Picture) -> str:
+def advice(picture: ConsoleState) -> str:
     """The next step of the job, for someone who sees the page for the first time."""
     stop, words = picture.stop, words_of(picture.task)
     if stop is not None and stop.moves_again:
@@ -72,7 +72,7 @@ def advice(picture: Picture) -> str:
     return _moving_advice(picture, words) or _teaching_advice(picture, words) or _executing_advice(picture)
 
 
-def _moving_advice(picture: Picture, words: Words) -> str:
+def _moving_advice(picture: ConsoleState, words: Words) -> str:
     """While something moves the robot, or would."""
     match picture.mode:
         case ControlMode.DIRECT if picture.robot_records:
@@ -90,7 +90,7 @@ def _moving_advice(picture: Picture, words: Words) -> str:
     return ""
 
 
-def _teaching_advice(picture: Picture, words: Words) -> str:
+def _teaching_advice(picture: ConsoleState, words: Words) -> str:
     learned = picture.learned
     if not picture.standing.robot_does:
         return f"This robot does not do {picture.task.name}: choose another task under Library."
@@ -105,7 +105,7 @@ def _teaching_advice(picture: Picture, words: Words) -> str:
     return ""
 
 
-def _executing_advice(picture: Picture) -> str:
+def _executing_advice(picture: ConsoleState) -> str:
     if picture.mode is ControlMode.DISARMED:
         return "The robot has the model. Press Arm."
     if not picture.plan_id and picture.task.require_preview:
@@ -115,7 +115,7 @@ def _executing_advice(picture: Picture) -> str:
     return f"{plan_words(picture)}Press Execute to run the model, or Couple to drive by hand."
 
 
-def plan_words(picture: Picture) -> str:
+def plan_words(picture: ConsoleState) -> str:
     """Which way the previewed plan takes and why, and whether it begins outside of what was shown."""
     path, learned = picture.path, picture.learned
     if (

@@ -8,7 +8,7 @@ from datetime import datetime
 import viser
 
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.revisions import Revision
 from farhand.local_site.view.panels.html import Html, clock
 
@@ -41,7 +41,7 @@ class LibraryPanel:
         self._on("Go to", lambda: intents.SelectRevision(self._chosen()))
         self._on("Delete", lambda: intents.Delete(self._chosen()))
 
-    def draw(self, picture: Picture) -> None:
+    def draw(self, picture: ConsoleState) -> None:
         """Show what is kept; the choice stays on the revision that counts until another one is chosen."""
         labels = tuple(map(_label, picture.revisions)) or (_NONE,)
         numbers = tuple(revision.number for revision in picture.revisions) or (0,)

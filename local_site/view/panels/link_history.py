@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import viser
 
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html, text
 
 _PERIOD_S = 0.5
@@ -18,7 +18,7 @@ _LIMITS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 600.0)
 
 
 @dataclass(frozen=True)
-class Sample:
+class LinkSample:
     """The link at one moment.
 
     Args:
@@ -43,11 +43,11 @@ class LinkHistory:
 
     def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
-        self._samples: deque[Sample] = deque(maxlen=round(_SPAN_S / _PERIOD_S))
+        self._samples: deque[LinkSample] = deque(maxlen=round(_SPAN_S / _PERIOD_S))
         self._due_s = float("-inf")
         self._missed = 0
 
-    def draw(self, picture: Picture, link_name: str, now_s: float) -> None:
+    def draw(self, picture: ConsoleState, link_name: str, now_s: float) -> None:
         """Take a sample and draw, twice a second.
 
         Args:
@@ -61,7 +61,7 @@ class LinkHistory:
         link = picture.link
         missed, self._missed = link.n_missed - self._missed, link.n_missed
         delay_s = 0.5 * link.round_trip_s if link.round_trip_s is not None else None
-        self._samples.append(Sample(now_s, delay_s, link.age_s, max(missed, 0)))
+        self._samples.append(LinkSample(now_s, delay_s, link.age_s, max(missed, 0)))
         self._html.show(
             f'<div class="fh-lower fh-history" data-tp="history" data-missed="{link.n_missed}">'
             f'<div class="fh-caption">{text(link_name)}: <b class="fh-delay">— delay</b> '
@@ -70,7 +70,7 @@ class LinkHistory:
         )
 
 
-def history_svg(samples: list[Sample], now_s: float) -> str:
+def history_svg(samples: list[LinkSample], now_s: float) -> str:
     """The chart: seconds upwards, the last minute from left to right."""
     largest = max([s.age_s or 0.0 for s in samples] + [s.delay_s or 0.0 for s in samples] + [0.0])
     limit_s = next((limit for limit in _LIMITS_S if limit >= 1.15 * largest), _LIMITS_S[-1])

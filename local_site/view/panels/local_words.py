@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.words import Words
 from farhand.local_site.workcell.arm_view import ArmView
 
@@ -13,7 +13,7 @@ _IN_M, _BESIDE_M = 0.005, 0.020
 """From this depth on, and at most so far beside the axis, the plug counts as in the receptacle [m]."""
 
 
-def local_words(picture: Picture, words: Words) -> str:
+def local_words(picture: ConsoleState, words: Words) -> str:
     """A few words on the operator's own place, as HTML."""
     arm = picture.own_arm
     if arm is not None and (arm.held or picture.recording or _is_in(arm)):

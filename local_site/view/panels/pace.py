@@ -11,7 +11,7 @@ from farhand.common.clock import elapsed_s
 from farhand.common.control_mode import Action
 from farhand.common.wire.messages import SLOWEST_PACE
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 
 Submit = Callable[[intents.Intent], None]
 Act = Callable[[int, Callable[[], None]], None]
@@ -44,7 +44,7 @@ class PaceSlider:
             if event.client_id is not None:
                 act(event.client_id, partial(self._move, float(event.target.value), elapsed_s()))
 
-    def draw(self, picture: Picture, now_s: float) -> None:
+    def draw(self, picture: ConsoleState, now_s: float) -> None:
         """Send what was chosen once it is at rest; else show what the robot reported."""
         robot, sending = picture.robot, Action.SET_PACE in picture.pending
         if self._wanted is not None:

@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 
 import viser
+from farhand.local_site.console.console_state import ConsoleState
 from msgspec import UNSET
 
 from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import Telemetry
 from farhand.common.wire.words import sentence
-from farhand.local_site.console.picture import Picture
 from farhand.local_site.exchange.reports import PLAN_GOOD_S
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.html import Html, element, text
@@ -45,7 +45,7 @@ class StatusStrip:
         self._strip, self._alarm, self._titles = Html(gui), Html(gui), Html(gui)
         self._age_s, self._age_shown_s = 0.0, float("-inf")
 
-    def draw(self, picture: Picture, ghost: Ghost | None, now_s: float) -> None:
+    def draw(self, picture: ConsoleState, ghost: Ghost | None, now_s: float) -> None:
         """Show the newest state."""
         age, words = self._age(picture, now_s), words_of(picture.task)
         old = " fh-strip-old" if picture.link.health is not LinkHealth.OK else ""
@@ -58,7 +58,7 @@ class StatusStrip:
             f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(picture, age, ghost, words)}</div></div>'
         )
 
-    def _age(self, picture: Picture, now_s: float) -> str:
+    def _age(self, picture: ConsoleState, now_s: float) -> str:
         """Age of the newest report: steady while reports arrive, counting when they do not."""
         if picture.link.age_s is None:
             return "unknown"
@@ -68,7 +68,7 @@ class StatusStrip:
         return f"{self._age_s:.2f} s" if picture.link.health is LinkHealth.OK else f"{self._age_s:.1f} s"
 
 
-def _cells(picture: Picture, age: str, now_s: float) -> str:
+def _cells(picture: ConsoleState, age: str, now_s: float) -> str:
     mode = picture.mode
     link = _LINK_WORDS[picture.link.health]
     holder = _HOLDERS.get(mode, "NOBODY") if mode is not None else "NOBODY"
@@ -100,7 +100,7 @@ def _cell(title: str, content: str, note: str = "") -> str:
     return f'<div class="fh-cell"><i>{title}</i><div>{content}</div>{note}</div>'
 
 
-def _alarm(picture: Picture, ghost: Ghost | None, now_s: float) -> str:
+def _alarm(picture: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
     """What must not be overlooked: a stop that the robot has not confirmed, or that somebody has undone."""
     stop = picture.stop
     if stop is None or stop.settled:
@@ -108,7 +108,7 @@ def _alarm(picture: Picture, ghost: Ghost | None, now_s: float) -> str:
     return element("stop", _stop_words(stop, picture, ghost, now_s), "fh-alarm", tag="div")
 
 
-def _stop_words(stop: StopStatus, picture: Picture, ghost: Ghost | None, now_s: float) -> str:
+def _stop_words(stop: StopStatus, picture: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
     waited_s = math.floor(now_s - stop.pressed_s)
     if stop.moves_again:
         return f"THE ROBOT MOVES AGAIN ({stop.reported.name if stop.reported else ''}): it stood for your stop and was reset"
@@ -119,7 +119,7 @@ def _stop_words(stop: StopStatus, picture: Picture, ghost: Ghost | None, now_s: 
     return f"STOP NOT DELIVERED {waited_s} s{_last_known(picture, ghost, now_s)}"
 
 
-def _last_known(picture: Picture, ghost: Ghost | None, now_s: float) -> str:
+def _last_known(picture: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
     """What the robot did when it was last heard: what it does by now is not known."""
     if picture.mode is None or picture.link.age_s is None:
         return ""
@@ -134,20 +134,20 @@ def _last_known(picture: Picture, ghost: Ghost | None, now_s: float) -> str:
     return f": the robot was {picture.mode.name} when last heard {heard_s} s ago{end}"
 
 
-def _pace(picture: Picture) -> str:
+def _pace(picture: ConsoleState) -> str:
     """How fast the robot goes by itself, where that is not as usual."""
     pace = picture.robot.pace if picture.robot is not None else 1.0
     return f"at {pace:.0%}" if pace < 0.995 else ""
 
 
-def _pending_words(picture: Picture, now_s: float) -> list[str]:
+def _pending_words(picture: ConsoleState, now_s: float) -> list[str]:
     words = [
         f"{action} {math.floor(now_s - pending.since_s)} s" for action, pending in picture.pending.items()
     ]
     return [*words, "send model"] if picture.sending_model else words
 
 
-def _lease_words(picture: Picture) -> str:
+def _lease_words(picture: ConsoleState) -> str:
     if picture.other_schema:
         return "another version"
     if picture.in_control:
@@ -155,19 +155,19 @@ def _lease_words(picture: Picture) -> str:
     return sentence(picture.why_not_in_control) or "asking for the robot"
 
 
-def _silence_words(picture: Picture, now_s: float) -> str:
+def _silence_words(picture: ConsoleState, now_s: float) -> str:
     link = picture.link
     if link.health is LinkHealth.OK or math.isinf(link.silent_s):
         return f"if lost: {_LOST_LINK[picture.task.lost_link]}"
     return f"silent for {math.floor(link.silent_s + now_s - picture.now_s)} s"
 
 
-def _model_title(picture: Picture) -> str:
+def _model_title(picture: ConsoleState) -> str:
     """Which task is chosen, where there is a choice."""
     return element("task", picture.task.name) if len(picture.tasks) > 1 else "model"
 
 
-def _model_words(picture: Picture) -> str:
+def _model_words(picture: ConsoleState) -> str:
     if picture.learned is None:
         return ""
     if picture.confirmed_sha256 == picture.learned.sha256:
@@ -175,7 +175,7 @@ def _model_words(picture: Picture) -> str:
     return ", on its way" if picture.sending_model else ", robot lacks it"
 
 
-def _remote_words(picture: Picture, age: str, ghost: Ghost | None, words: Words) -> str:
+def _remote_words(picture: ConsoleState, age: str, ghost: Ghost | None, words: Words) -> str:
     robot = picture.robot
     if robot is None:
         return "no report yet"
@@ -187,7 +187,7 @@ def _remote_words(picture: Picture, age: str, ghost: Ghost | None, words: Words)
     return seen + text(_motion_words(robot, ghost, words)) + taught
 
 
-def _recording_words(picture: Picture) -> str:
+def _recording_words(picture: ConsoleState) -> str:
     """How far a demonstration is that the robot records."""
     if picture.recorded_s is not None:
         return f" · recording on the robot {math.floor(picture.recorded_s)} s"

@@ -8,7 +8,7 @@ from functools import partial
 import viser
 
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture, TaskStanding
+from farhand.local_site.console.console_state import ConsoleState, TaskStanding
 from farhand.local_site.view.panels.html import Html, element, text
 
 Submit = Callable[[intents.Intent], None]
@@ -25,7 +25,7 @@ class TaskChoice:
         act: Has something done for a tab, from the server's thread; only enqueues.
     """
 
-    def __init__(self, gui: viser.GuiApi, picture: Picture, submit: Submit, act: Act):
+    def __init__(self, gui: viser.GuiApi, picture: ConsoleState, submit: Submit, act: Act):
         names = tuple(task.name for task in picture.tasks)
         self._several = len(names) > 1
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Task", names, visible=self._several)
@@ -36,7 +36,7 @@ class TaskChoice:
             if event.client_id is not None:
                 act(event.client_id, partial(submit, intents.Choose(event.target.value)))
 
-    def draw(self, picture: Picture) -> None:
+    def draw(self, picture: ConsoleState) -> None:
         """Show what is so."""
         if self._choice.value != picture.task.name:
             self._choice.value = picture.task.name

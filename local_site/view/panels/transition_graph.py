@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html
 from farhand.local_site.view.scene import palette
 
@@ -28,7 +28,7 @@ class TransitionGraph:
         self._html = Html(gui)
         self._shown: tuple[TPHSMM | None, int] | None = None
 
-    def draw(self, picture: Picture) -> None:
+    def draw(self, picture: ConsoleState) -> None:
         """Show the model that is learned or forming, with the component that the robot executes."""
         model = picture.forming or (picture.learned.model if picture.learned else None)
         confirmed = picture.learned is not None and picture.learned.sha256 == picture.confirmed_sha256

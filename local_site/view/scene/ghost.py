@@ -14,7 +14,7 @@ from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath, Telemetry
 from farhand.common.wire.path_points import points_of
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Ghost:
     done: bool
 
 
-def shown_path(picture: Picture) -> PlannedPath | None:
+def shown_path(picture: ConsoleState) -> PlannedPath | None:
     """Return the path to draw: the committed one during an execution, a valid preview in HOLD."""
     path, robot = picture.path, picture.robot
     if path is None or robot is None or path.stamp.boot != robot.stamp.boot:
@@ -45,7 +45,7 @@ def shown_path(picture: Picture) -> PlannedPath | None:
     return path if picture.mode is ControlMode.HOLD and previewed else None
 
 
-def predict(picture: Picture, now_s: float) -> Ghost | None:
+def predict(picture: ConsoleState, now_s: float) -> Ghost | None:
     """Predict the robot's present pose from its committed path; None without an execution.
 
     Args:

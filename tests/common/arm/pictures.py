@@ -48,7 +48,7 @@ def insert(simulation: Simulation, around: Surroundings) -> None:
     """Go in along the axis until the plug is seated."""
     servo = Servo(simulation.dimensions, ServoSettings(), simulation.joints_rad)
     while simulation.time_s < 9.5:
-        servo.see(SeenReceptacle(simulation.mouth, np.zeros(6)))
+        servo.set_receptacle(SeenReceptacle(simulation.mouth, np.zeros(6)))
         depth_m = float(np.interp(simulation.time_s, [3.0, 8.0], [-0.12, 0.083]))
         goal = compose(simulation.mouth, np.array([0.0, 0.0, depth_m, 1.0, 0.0, 0.0, 0.0]))
         simulation.step(servo.follow(goal, 0.15, TICK_S), around)

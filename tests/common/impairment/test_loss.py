@@ -19,7 +19,7 @@ N = 40_000
 def run(direction: DirectionSettings, n: int = N, seed: int = 1) -> list[bool]:
     """Which of so many messages are lost."""
     loss = Loss(direction, Random(seed))
-    return [loss.strikes() for _ in range(n)]
+    return [loss.is_lost() for _ in range(n)]
 
 
 def bursts(lost: list[bool]) -> list[int]:
@@ -67,11 +67,11 @@ def test_elliotts_two_conditions_lose_their_own_shares():
 
 def test_a_change_takes_effect_at_once_and_a_lasting_burst_goes_on():
     loss = Loss(DirectionSettings(gemodel_p=100, gemodel_r=1e-9), Random(0))
-    assert [loss.strikes() for _ in range(3)] == [True] * 3
+    assert [loss.is_lost() for _ in range(3)] == [True] * 3
     loss.change(DirectionSettings(gemodel_p=1e-9, gemodel_r=1e-9))
-    assert loss.strikes()
+    assert loss.is_lost()
     loss.change(DirectionSettings())
-    assert not loss.strikes()
+    assert not loss.is_lost()
 
 
 @settings(deadline=None, derandomize=True, max_examples=100)

@@ -65,7 +65,7 @@ def test_the_relay_loses_what_the_in_process_link_loses_for_the_same_seed(run, u
         async with udp(direction) as bench:
             await bench.send(400)
             model = Loss(DirectionSettings(**direction), Random("9/0/uplink/loss"))
-            assert bench.numbers() == [k for k in range(400) if not model.strikes()]
+            assert bench.numbers() == [k for k in range(400) if not model.is_lost()]
 
     run(scenario)
 

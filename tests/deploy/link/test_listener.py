@@ -15,12 +15,12 @@ import pytest
 from farhand.common.address import bind
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.link_control import RelayControl
-from farhand.deploy.link.listener import Door, DoorLimits, Visitor
+from farhand.deploy.link.listener import Listener, ListenerLimits, Visitor
 from tests.ports import free_port
 
 HOST = "127.0.0.1"
 FOREVER_S = 3600.0
-PATIENT = DoorLimits(most=1000, first_word_s=FOREVER_S, silence_s=FOREVER_S)
+PATIENT = ListenerLimits(most=1000, first_word_s=FOREVER_S, silence_s=FOREVER_S)
 
 LINK = """
 import asyncio, resource, sys
@@ -57,9 +57,9 @@ async def serve_echo(visitor: Visitor) -> None:
 
 
 @contextlib.asynccontextmanager
-async def open_door(limits: DoorLimits, serve=serve_echo):
+async def open_door(limits: ListenerLimits, serve=serve_echo):
     listener = bind((HOST, 0))
-    door = Door("test", serve, limits)
+    door = Listener("test", serve, limits)
     running = asyncio.create_task(door.run(listener))
     try:
         yield listener.getsockname()[1]
@@ -84,7 +84,7 @@ async def is_dropped(reader: asyncio.StreamReader) -> bool:
 
 def test_who_never_says_a_word_is_dropped_and_who_does_stays(run):
     async def scenario() -> None:
-        async with open_door(DoorLimits(1000, first_word_s=0.1, silence_s=FOREVER_S)) as port:
+        async with open_door(ListenerLimits(1000, first_word_s=0.1, silence_s=FOREVER_S)) as port:
             talker = await asyncio.open_connection(HOST, port)
             assert await answers(*talker)
             mute = await asyncio.open_connection(HOST, port)
@@ -98,7 +98,7 @@ def test_who_never_says_a_word_is_dropped_and_who_does_stays(run):
 
 def test_who_falls_silent_is_dropped(run):
     async def scenario() -> None:
-        async with open_door(DoorLimits(1000, first_word_s=FOREVER_S, silence_s=0.3)) as port:
+        async with open_door(ListenerLimits(1000, first_word_s=FOREVER_S, silence_s=0.3)) as port:
             reader, writer = await asyncio.open_connection(HOST, port)
             assert await answers(reader, writer)
             assert await is_dropped(reader)
@@ -110,7 +110,7 @@ def test_who_falls_silent_is_dropped(run):
 
 def test_for_one_too_many_the_one_that_is_silent_longest_gives_way(run):
     async def scenario() -> None:
-        async with open_door(DoorLimits(3, FOREVER_S, FOREVER_S)) as port:
+        async with open_door(ListenerLimits(3, FOREVER_S, FOREVER_S)) as port:
             ends = [await asyncio.open_connection(HOST, port) for _ in range(3)]
             for k in (1, 2, 0):  # the second one is silent longest
                 assert await answers(*ends[k])
@@ -127,7 +127,7 @@ def test_for_one_too_many_the_one_that_is_silent_longest_gives_way(run):
 def test_a_visitor_that_is_not_read_is_not_silent(run):
     async def scenario() -> None:
         met: asyncio.Queue[Visitor] = asyncio.Queue()
-        limits = DoorLimits(1000, first_word_s=0.1, silence_s=0.1)
+        limits = ListenerLimits(1000, first_word_s=0.1, silence_s=0.1)
 
         async def hold_up(visitor: Visitor) -> None:
             visitor.not_listening()
@@ -201,6 +201,6 @@ def test_a_broken_listening_socket_ends_the_door_with_its_reason(run):
             not_listening.bind((HOST, free_port()))
             not_listening.setblocking(False)
             with pytest.raises(Exception, match="can take no more connections"):
-                await Door("test", serve_echo, PATIENT).run(not_listening)
+                await Listener("test", serve_echo, PATIENT).run(not_listening)
 
     run(scenario)

@@ -12,11 +12,11 @@ from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.task import PointTask, load_toml
 from farhand.common.wire.messages import Command, OperatorInput, Stamp, Stop
 from farhand.evaluation.modes.invariants import all_invariants, violations
-from farhand.evaluation.modes.period import Arrived, Period, Ran, Snapshot
+from farhand.evaluation.modes.period import Arrived, Period, Ran, RobotSnapshot
 
 TASK = load_toml(Path(__file__).parents[3] / "deploy" / "tasks" / "planar.toml", PointTask)
 DT_S = 0.05
-STILL = Snapshot(
+STILL = RobotSnapshot(
     boot="boot", mode=ControlMode.HOLD, phase=Phase.NONE, lease_id="lease", coupling=None,
     position_m=np.array([0.5, 0.5]), velocity_m_s=np.zeros(2),
 )  # fmt: skip
@@ -25,7 +25,7 @@ AUTONOMOUS = replace(STILL, mode=ControlMode.AUTONOMOUS, phase=Phase.APPROACHING
 STOPPED, DISARMED = (replace(STILL, mode=mode) for mode in (ControlMode.STOPPED, ControlMode.DISARMED))
 
 
-def moving(snapshot: Snapshot, speed_m_s: float = 0.1) -> Snapshot:
+def moving(snapshot: RobotSnapshot, speed_m_s: float = 0.1) -> RobotSnapshot:
     return replace(snapshot, velocity_m_s=np.array([speed_m_s, 0.0]))
 
 
@@ -49,7 +49,7 @@ def stop() -> Arrived:
 
 
 def period(
-    before: Snapshot, after: Snapshot, *arrived: Arrived, between: Snapshot | None = None,
+    before: RobotSnapshot, after: RobotSnapshot, *arrived: Arrived, between: RobotSnapshot | None = None,
     did: tuple[Ran, ...] = (), time_s: float = 100.0,
 ) -> Period:  # fmt: skip
     return Period(time_s, DT_S, before, between or after, after, arrived, did, usual_age_s=0.6)

@@ -18,7 +18,7 @@ from tests.local_site.console.test_console import a_path, teach
 from tests.local_site.robot_end import HOT_STAB, TASK, Desk, desk
 
 OTHER = structs.replace(TASK, name="other", require_preview=True)
-HOT_UNSTAB = find_task("hot-unstab")
+HOT_STAB_REMOVAL = find_task("hot-stab-removal")
 
 
 def choose(it: Desk, name: str) -> None:
@@ -92,10 +92,10 @@ def test_another_task_is_not_chosen_while_something_is_recorded_here_or_a_previe
 
 def test_the_operators_arm_starts_where_the_chosen_task_does_and_its_samples_follow(tmp_path: Path):
     place = SteppedArm(HOT_STAB, lambda task: sample_files(task)[:1], seed=3)
-    with desk(tmp_path, HOT_STAB, HOT_UNSTAB, place=place) as it:
+    with desk(tmp_path, HOT_STAB, HOT_STAB_REMOVAL, place=place) as it:
         before = place.view
         assert before.depth_m < 0.0
-        choose(it, "hot-unstab")
+        choose(it, "hot-stab-removal")
         seated = place.view
         assert seated.depth_m > 0.07 and seated.seed == 3
         assert it.picture.own_frames[0].b == pytest.approx(seated.receptacle[:3])

@@ -10,7 +10,7 @@ from farhand.common.control_mode import Action, ControlMode, Phase, mode_after
 from farhand.common.wire.messages import Stamp, Telemetry
 from farhand.common.wire.words import sentence
 from farhand.local_site.console.command_check import command_refusal
-from farhand.local_site.console.picture import Pending, Picture
+from farhand.local_site.console.console_state import ConsoleState, Pending
 from farhand.local_site.exchange.stop_sender import StopStatus
 from tests.local_site.robot_end import TASK, desk
 
@@ -22,7 +22,7 @@ ROBOT = Telemetry(
 
 
 @pytest.fixture(scope="module")
-def nothing_yet(tmp_path_factory: pytest.TempPathFactory) -> Picture:
+def nothing_yet(tmp_path_factory: pytest.TempPathFactory) -> ConsoleState:
     """What a console shows before the robot has reported."""
     folder: Path = tmp_path_factory.mktemp("library")
     with desk(folder, TASK) as it:
@@ -30,17 +30,17 @@ def nothing_yet(tmp_path_factory: pytest.TempPathFactory) -> Picture:
 
 
 def seen(
-    base: Picture, mode: ControlMode = ControlMode.HOLD, phase: Phase = Phase.NONE, **changes
-) -> Picture:
+    base: ConsoleState, mode: ControlMode = ControlMode.HOLD, phase: Phase = Phase.NONE, **changes
+) -> ConsoleState:
     robot = structs.replace(ROBOT, mode=mode, phase=phase)
     return replace(base, **({"robot": robot, "confirmed_sha256": SHA, "in_control": True} | changes))
 
 
-def refusal(action: Action, picture: Picture, shown: ControlMode | None = None) -> str:
+def refusal(action: Action, picture: ConsoleState, shown: ControlMode | None = None) -> str:
     return sentence(command_refusal(action, picture, shown))
 
 
-def test_before_the_first_report_everything_is_refused_but_a_stop(nothing_yet: Picture):
+def test_before_the_first_report_everything_is_refused_but_a_stop(nothing_yet: ConsoleState):
     for action in set(Action) - {Action.STOP}:
         assert "not reported" in refusal(action, nothing_yet)
 
@@ -53,13 +53,13 @@ def test_it_refuses_what_the_table_forbids_and_nothing_else(nothing_yet, mode, p
         assert bool(refusal(action, seen(nothing_yet, mode, phase))) is forbidden
 
 
-def test_a_click_on_a_page_that_was_behind_is_refused(nothing_yet: Picture):
+def test_a_click_on_a_page_that_was_behind_is_refused(nothing_yet: ConsoleState):
     picture = seen(nothing_yet, ControlMode.AUTONOMOUS)
     assert "page was behind" in refusal(Action.ABORT, picture, shown=ControlMode.HOLD)
     assert not refusal(Action.ABORT, picture, shown=ControlMode.AUTONOMOUS)
 
 
-def test_a_second_click_while_the_first_is_under_way_is_refused(nothing_yet: Picture):
+def test_a_second_click_while_the_first_is_under_way_is_refused(nothing_yet: ConsoleState):
     picture = seen(nothing_yet, pending={Action.COUPLE: Pending("c", 0.0)})
     assert "under way" in refusal(Action.COUPLE, picture)
     assert not refusal(Action.DISARM, picture)
@@ -74,22 +74,22 @@ def test_a_second_click_while_the_first_is_under_way_is_refused(nothing_yet: Pic
         StopStatus(0.0, received=True, standing=True, reported=ControlMode.AUTONOMOUS),
     ],
 )
-def test_reset_waits_for_the_own_stop(nothing_yet: Picture, stop: StopStatus):
+def test_reset_waits_for_the_own_stop(nothing_yet: ConsoleState, stop: StopStatus):
     assert "your own stop" in refusal(Action.RESET, seen(nothing_yet, ControlMode.STOPPED, stop=stop))
     settled = StopStatus(0.0, received=True, standing=True, reported=ControlMode.STOPPED)
     assert not refusal(Action.RESET, seen(nothing_yet, ControlMode.STOPPED, stop=settled))
 
 
-def test_preview_and_execute_wait_for_a_confirmed_model(nothing_yet: Picture):
+def test_preview_and_execute_wait_for_a_confirmed_model(nothing_yet: ConsoleState):
     for action in (Action.PREVIEW, Action.EXECUTE):
         assert "send it first" in refusal(action, seen(nothing_yet, confirmed_sha256=""))
 
 
-def test_nobody_couples_while_recording(nothing_yet: Picture):
+def test_nobody_couples_while_recording(nothing_yet: ConsoleState):
     assert "recorded" in refusal(Action.COUPLE, seen(nothing_yet, recording=True))
 
 
-def test_execute_waits_for_a_preview_where_the_task_demands_one(nothing_yet: Picture):
+def test_execute_waits_for_a_preview_where_the_task_demands_one(nothing_yet: ConsoleState):
     assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0))
     assert "press Preview first" in refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0, task=PREVIEWED))
     assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=3, task=PREVIEWED))

@@ -228,7 +228,7 @@ def test_moving_the_target_is_passed_on_with_the_lease(tmp_path: Path):
     with desk(tmp_path) as it:
         robot = it.connected(ControlMode.HOLD).picture.robot
         assert robot is not None
-        it.console.submit(intents.MoveTarget((0.2, 0.3)))
+        it.console.submit(intents.DragTarget((0.2, 0.3)))
         (move,) = it.robot.wait_for(MoveTarget)
         assert move == MoveTarget(echo=robot.stamp, lease_id=LEASE_ID, position_m=(0.2, 0.3))
 

@@ -11,7 +11,7 @@ from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.wire.messages import Wish
 from farhand.common.wire.words import sentence
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.stop_sender import StopStatus
 from tests.meeting import Meeting, Site
 
@@ -38,7 +38,7 @@ def hand_over(meeting: Meeting, ann: Site, bob: Site) -> None:
     meeting.run(1.5)
 
 
-def execute(site: Site) -> Picture:
+def execute(site: Site) -> ConsoleState:
     return site.ask(intents.LoadSamples(), intents.SendModel(), Action.ARM, Action.EXECUTE)
 
 

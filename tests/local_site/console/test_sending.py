@@ -14,7 +14,7 @@ from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import ModelTransfer
 from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.remote_site.config import RemoteConfig
@@ -51,7 +51,7 @@ def lengths(site: Site) -> dict[str, int]:
     return {name: len(learned.content) for name, learned in site.library.learned.items()}
 
 
-def confirmed(picture: Picture) -> bool:
+def confirmed(picture: ConsoleState) -> bool:
     return not any(task.differs for task in picture.tasks)
 
 

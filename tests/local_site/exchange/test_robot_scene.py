@@ -19,7 +19,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import BlobRequest, Stamp, Telemetry
 from farhand.common.wire.scene_description import SceneDescription
-from farhand.local_site.console.catalogue import Catalogue
+from farhand.local_site.console.catalogue import RobotCatalogue
 from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.exchange.robot_scene import KnownScenes
 from farhand.local_site.teaching.library import Library
@@ -89,10 +89,10 @@ def arm() -> Arm:
     return Arm()
 
 
-def site(arm: Arm, folder: Path, *own: SceneDescription) -> Catalogue:
+def site(arm: Arm, folder: Path, *own: SceneDescription) -> RobotCatalogue:
     """An operator's site that has just heard of the robot."""
     known, library = KnownScenes(folder / "scenes", own), Library(TaskSet([HOT_STAB]), folder)
-    catalogue = Catalogue(arm.inquiries, library, "ann", lambda what, text, good=True: None, 0.0, known)
+    catalogue = RobotCatalogue(arm.inquiries, library, "ann", lambda what, text, good=True: None, 0.0, known)
     arm.n_parts = 0
     catalogue.on_report(report())
     assert arm.answer_one()  # the catalogue

@@ -8,13 +8,13 @@ import pytest
 
 from farhand.common.repertoire import TaskSet
 from farhand.local_site.console.console import Console
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.library import Library
 from tests.local_site.robot_end import TASK
 from tests.loopback import Loopback
 
 
 @pytest.fixture
-def nothing_yet(tmp_path: Path) -> Picture:
+def nothing_yet(tmp_path: Path) -> ConsoleState:
     """Of the planar task, without a robot."""
     return Console(Library(TaskSet([TASK]), tmp_path), Loopback(), "ann").picture

@@ -10,7 +10,7 @@ from msgspec import structs
 
 from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.wire.messages import ArmState, Stamp, Telemetry
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.view.redraw import AT_REST_S, Redraw
 from tests.local_site.robot_end import TASK, desk
@@ -23,29 +23,29 @@ ROBOT = Telemetry(
 
 
 @pytest.fixture(scope="module")
-def at_rest(tmp_path_factory: pytest.TempPathFactory) -> Picture:
+def at_rest(tmp_path_factory: pytest.TempPathFactory) -> ConsoleState:
     folder: Path = tmp_path_factory.mktemp("library")
     with desk(folder, TASK) as it:
         return replace(it.picture, robot=ROBOT)
 
 
-def drawn_at_once(before: Picture, after: Picture) -> bool:
+def drawn_at_once(before: ConsoleState, after: ConsoleState) -> bool:
     redraw = Redraw()
     assert redraw.due(before, 0.0)
     return redraw.due(after, 0.1 * AT_REST_S)
 
 
-def reported(picture: Picture, **changes: object) -> Picture:
+def reported(picture: ConsoleState, **changes: object) -> ConsoleState:
     return replace(picture, robot=structs.replace(ROBOT, seq=2, stamp=Stamp("boot", 2), **changes))
 
 
-def test_at_rest_it_is_drawn_only_now_and_then(at_rest: Picture) -> None:
+def test_at_rest_it_is_drawn_only_now_and_then(at_rest: ConsoleState) -> None:
     redraw = Redraw()
     times_s = [0.05 * AT_REST_S * k for k in range(81)]
     assert sum(redraw.due(reported(at_rest), time_s) for time_s in times_s) <= 5
 
 
-def test_what_an_operator_must_see_is_drawn_at_once(at_rest: Picture) -> None:
+def test_what_an_operator_must_see_is_drawn_at_once(at_rest: ConsoleState) -> None:
     arm = ROBOT.arm
     assert isinstance(arm, ArmState)
     for after in (
@@ -62,19 +62,19 @@ def test_what_an_operator_must_see_is_drawn_at_once(at_rest: Picture) -> None:
         assert drawn_at_once(at_rest, after)
 
 
-def test_the_noise_of_what_is_seen_is_no_motion(at_rest: Picture) -> None:
+def test_the_noise_of_what_is_seen_is_no_motion(at_rest: ConsoleState) -> None:
     noisy = reported(at_rest, frame_origin_m=(0.701, 0.0, 0.299), frame_rotation_rad=(0.0, 0.01, 0.1))
     assert not drawn_at_once(at_rest, noisy)
 
 
-def test_the_ghost_goes_on_without_reports_until_the_end(at_rest: Picture) -> None:
+def test_the_ghost_goes_on_without_reports_until_the_end(at_rest: ConsoleState) -> None:
     going = reported(at_rest, mode=ControlMode.AUTONOMOUS, phase=Phase.APPROACHING)
     assert drawn_at_once(going, going)
     there = reported(at_rest, mode=ControlMode.AUTONOMOUS, phase=Phase.SEATED)
     assert not drawn_at_once(there, there)
 
 
-def test_a_page_that_changed_itself_is_drawn_at_once(at_rest: Picture) -> None:
+def test_a_page_that_changed_itself_is_drawn_at_once(at_rest: ConsoleState) -> None:
     redraw = Redraw()
     assert redraw.due(at_rest, 0.0)
     redraw.soon()

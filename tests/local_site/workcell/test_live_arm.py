@@ -76,7 +76,7 @@ def test_a_renewal_is_done_when_it_returns_and_nothing_of_before_is_told(desk: D
     goal = desk.arm.view.tip + np.array([0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0])
     desk.arm.hand(tuple(goal.tolist()), 0.0, released=False)
     desk.until(lambda: len(desk.points) > 0)
-    desk.arm.renew(5)
+    desk.arm.reset(5)
     assert desk.arm.view.seed == 5
     told, there = len(desk.points), desk.arm.view.tip
     desk.until(lambda: desk.arm.asleep)

@@ -6,7 +6,7 @@ import pytest
 from farhand.deploy.places import sample_files
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.workcell.operator_arm import DEMONSTRATIONS
-from farhand.local_site.workcell.scripted_ways import STANDOFF_M
+from farhand.local_site.workcell.scripted_paths import STANDOFF_M
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def test_an_insertion_ends_with_the_plug_seated(shown: dict[str, Demonstration])
 def test_a_withdrawal_begins_with_the_plug_seated_and_ends_with_it_held_before_the_mouth(
     shown: dict[str, Demonstration],
 ):
-    local = in_receptacle(shown["hot-unstab"])
+    local = in_receptacle(shown["hot-stab-removal"])
     assert 0.080 < local[0, 2] < 0.085
     in_bore = local[local[:, 2] > 0.02]
     assert np.hypot(*in_bore[:, :2].T).max() < 0.003

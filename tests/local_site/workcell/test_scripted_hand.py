@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from farhand.local_site.workcell.scripted_hand import ScriptedHand
-from farhand.local_site.workcell.scripted_ways import ScriptedInsertion, WayOut
+from farhand.local_site.workcell.scripted_paths import ScriptedExtraction, ScriptedInsertion
 
 DEPTH_M = 0.085
 START = np.array([0.05, -0.1, -0.25, *Rotation.from_rotvec([0.2, -0.3, 0.1]).as_quat(scalar_first=True)])
@@ -58,7 +58,7 @@ def test_hands_differ_and_one_seed_is_one_hand():
 def test_a_hand_that_takes_the_plug_out_drifts_little_in_the_bore_and_comes_to_rest():
     random = np.random.default_rng(6)
     seated = np.array([0.0, 0.0, 0.084, 1.0, 0.0, 0.0, 0.0])
-    hand = ScriptedHand(WayOut(seated, random), random)
+    hand = ScriptedHand(ScriptedExtraction(seated, random), random)
     target = np.array([hand.target(t) for t in np.arange(0.0, hand.duration_s, 0.01)])
     np.testing.assert_allclose(target[0], seated, atol=1e-12)
     assert np.hypot(*target[target[:, 2] > 0.0, :2].T).max() < 0.004

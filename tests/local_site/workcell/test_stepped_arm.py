@@ -99,13 +99,13 @@ def test_a_renewal_puts_arm_and_receptacle_elsewhere_by_its_seed():
     it = Held()
     first = it.arm.view
     it.lead(elsewhere(first.tip, 0.0, 0.1, 0.0), 0.5, released=False)
-    it.arm.renew(7)
+    it.arm.reset(7)
     seventh = it.arm.view
     assert seventh.seed == 7 and not seventh.held and not np.array_equal(seventh.receptacle, first.receptacle)
     np.testing.assert_array_equal(it.arm.frames[0].b, seventh.receptacle[:3])
-    it.arm.renew(None)
+    it.arm.reset(None)
     assert it.arm.view.seed == 8
-    it.arm.renew(7)
+    it.arm.reset(7)
     np.testing.assert_array_equal(it.arm.view.tip, seventh.tip)
 
 

@@ -18,7 +18,7 @@ def test_on_a_board_the_hand_itself_makes_the_motion():
     np.testing.assert_array_equal(board.frames[0].b, FRAMES[0].b)
     assert board.view is None and len(board.samples()) == len(TASK.samples)
     with pytest.raises(NotNow, match="no arm"):
-        board.renew(None)
+        board.reset(None)
 
 
 def test_each_kind_of_task_has_its_place():

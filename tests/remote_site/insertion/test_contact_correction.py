@@ -17,7 +17,7 @@ def felt(
 ) -> ContactCorrection:
     correction = ContactCorrection()
     for _ in range(round(for_s * 100)):
-        correction.feel(np.array(force, dtype=float), np.array(torque, dtype=float), quiet, 0.01)
+        correction.update(np.array(force, dtype=float), np.array(torque, dtype=float), quiet, 0.01)
     return correction
 
 
@@ -94,5 +94,5 @@ def test_without_contact_the_frame_is_as_seen():
 def test_the_period_does_not_matter(dt_s: float):
     correction = ContactCorrection()
     for _ in range(round(1.0 / dt_s)):
-        correction.feel(np.array([0.0, 5.0, 0.0]), NOTHING, True, dt_s)
+        correction.update(np.array([0.0, 5.0, 0.0]), NOTHING, True, dt_s)
     np.testing.assert_allclose(correction.shift_m, [0.0, 0.010, 0.0])

@@ -13,7 +13,7 @@ from farhand.common.arm.simulation.goals import Withdrawn
 from farhand.common.arm.simulation.placement import WIDE, Placement
 from farhand.common.arm.simulation.receptacle import FACING_QUAT
 from farhand.common.control_mode import ControlMode
-from farhand.evaluation.arm import hot_unstab
+from farhand.evaluation.arm import hot_stab_removal
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught
 from farhand.remote_site.perception.marker_tracker import TYPICAL
@@ -34,7 +34,7 @@ def test_a_learned_insertion_succeeds_with_typical_noise_and_holds_gently(seed: 
 def test_what_it_inserted_comes_out_again_as_learned_without_being_pressed_further_in():
     goal, trial = Withdrawn(), Trial(taught(), Conditions(noise=TYPICAL), 7)
     assert trial.run().success
-    trial.go_on(hot_unstab.taught(), goal)
+    trial.go_on(hot_stab_removal.taught(), goal)
     record = trial.run()
     assert record.success
     assert record.local[-1][2] < -0.105 and goal.dragged_m < 0.005

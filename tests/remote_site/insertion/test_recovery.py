@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS, Felt, Recovery
+from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS, ContactWrench, Recovery
 
 SEEN = TaskFrame.at(np.array([0.8, 0.1, 0.4, 0.5, -0.5, 0.5, -0.5]))  # z of the receptacle is x of the world
 ALIGNED = np.array([1.0, 0.0, 0.0, 0.0])
@@ -21,7 +21,7 @@ class Trial:
 
     def run(self, for_s: float, quiet: bool = True) -> None:
         for _ in range(round(100 * for_s)):
-            felt = Felt(SEEN.to_world(self.local), SEEN.A @ self.force_n, np.zeros(3))
+            felt = ContactWrench(SEEN.to_world(self.local), SEEN.A @ self.force_n, np.zeros(3))
             back = self.recovery.update(felt, SEEN, quiet, self.time_s, 0.01)
             self.time_s += 0.01
             if back is not None:

@@ -53,7 +53,7 @@ class PlainArm:
     def seated(self) -> bool:
         return self.depth_m > 0.07 and self.force_n > 5.0
 
-    def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
+    def set_receptacle(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
         assert receptacle is not None
         self.seen.append(receptacle)
 

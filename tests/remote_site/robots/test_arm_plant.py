@@ -58,7 +58,7 @@ class Insertion:
         while plant.time_s < until_s:
             before, mouth = mouth, plant.simulation.mouth
             seen = moved(mouth, self._error)
-            plant.see(SeenReceptacle(seen, difference(before, mouth) / TICK_S))
+            plant.set_receptacle(SeenReceptacle(seen, difference(before, mouth) / TICK_S))
             depth = float(np.interp(plant.time_s, times, depths))
             plant.follow(compose(seen, np.array([0.0, 0.0, depth, 1.0, 0.0, 0.0, 0.0])), 0.15, TICK_S)
             force = plant.read().force_n
@@ -146,7 +146,7 @@ def test_a_plug_that_is_to_come_out_is_not_pressed_in():
     )
     depths_m, forces_n = [plant.simulation.insertion.depth_m], []
     for depth in np.linspace(0.083, -0.05, 400):
-        plant.see(seen, presses=False)
+        plant.set_receptacle(seen, presses=False)
         pose = compose(seen.pose, np.array([0.0, 0.0, depth, 1.0, 0.0, 0.0, 0.0]))
         plant.follow(pose, 0.15, TICK_S)
         depths_m.append(plant.simulation.insertion.depth_m)
@@ -173,7 +173,7 @@ def test_braking_in_the_bore_holds_the_plug_relative_to_the_receptacle():
     mouth = plant.simulation.mouth
     for _ in range(400):
         before, mouth = mouth, plant.simulation.mouth
-        plant.see(SeenReceptacle(mouth, difference(before, mouth) / TICK_S))
+        plant.set_receptacle(SeenReceptacle(mouth, difference(before, mouth) / TICK_S))
         plant.brake(TICK_S)
         force = plant.read().force_n
         assert force is not None and np.linalg.norm(force) < 25.0
@@ -228,7 +228,7 @@ def test_what_the_limits_take_away_is_reported():
 def test_the_links_stay_off_a_panel_that_is_in_the_way():
     """Asked to go sideways behind the panel, where the hand would have to pass through it."""
     plant = arm()
-    plant.see(SeenReceptacle(SHARED.mouth, np.zeros(6)))
+    plant.set_receptacle(SeenReceptacle(SHARED.mouth, np.zeros(6)))
     goal = compose(SHARED.mouth, np.array([0.15, 0.0, 0.20, *AT_ORIGIN[3:]]))
     for _ in range(600):
         plant.follow(goal, 0.15, TICK_S)

@@ -13,8 +13,8 @@ from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import StopAck
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.robots.arm_stage import SLIDE_M_S
 from farhand.remote_site.robots.simulated_arm import SimulatedArm
+from farhand.remote_site.robots.simulated_environment import SLIDE_M_S
 from tests.messages import said
 from tests.remote_site.arm_bench import HOT_STAB, ArmBench, hot_stab_model, seated
 
@@ -51,7 +51,7 @@ def test_a_hot_stab_by_commands_ends_seated_and_is_reported():
 
 def test_the_plug_is_taken_out_again_by_a_robot_that_extracts():
     bench = ArmBench(seed=3, skill="extract")
-    bench.taught = hot_stab_model("hot-unstab")
+    bench.taught = hot_stab_model("hot-stab-removal")
     assert bench.depth_m > 0.08
     bench.executing()
     bench.run_until(Phase.ARRIVED)

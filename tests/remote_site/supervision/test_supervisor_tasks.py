@@ -11,7 +11,7 @@ from farhand.common.wire.messages import BlobRequest
 from farhand.common.wire.reasons import Code
 from farhand.common.wire.recorded_motion import RecordedMotion
 from tests.messages import said
-from tests.remote_site.arm_bench import HOT_UNSTAB, ArmBench, hot_stab_model, seated
+from tests.remote_site.arm_bench import HOT_STAB_REMOVAL, ArmBench, hot_stab_model, seated
 from tests.remote_site.bench import Bench
 from tests.remote_site.planar import TASK, transfer
 from tests.strategies import learned
@@ -30,7 +30,7 @@ def two_tasks(other: PointTask = HOLDS) -> Bench:
 
 def extract(bench: ArmBench) -> None:
     """The operator turns to taking the plug out."""
-    bench.task, bench.taught = HOT_UNSTAB, hot_stab_model("hot-unstab")
+    bench.task, bench.taught = HOT_STAB_REMOVAL, hot_stab_model("hot-stab-removal")
     bench.execute()
 
 
@@ -38,30 +38,30 @@ def assert_withdrawn(bench: ArmBench) -> None:
     bench.run_until(Phase.ARRIVED)
     bench.run(2.0)
     report = bench.report
-    assert report.task == "hot-unstab" and report.succeeded
+    assert report.task == "hot-stab-removal" and report.succeeded
     assert report.depth_m == pytest.approx(-0.12, abs=15.0 * MM)
     assert report.peak_force_n is not None and report.peak_force_n < 60.0
 
 
 def test_a_plug_is_inserted_and_then_taken_out_in_one_run():
-    bench = ArmBench(seed=1, also=[HOT_UNSTAB]).executing()
+    bench = ArmBench(seed=1, also=[HOT_STAB_REMOVAL]).executing()
     bench.run_until(Phase.SEATED)
     bench.run(1.5)
     assert (bench.report.task, bench.report.succeeded) == ("hot-stab", True)
     assert bench.command(Action.CLUTCH).accepted
     bench.run(0.5)
-    bench.task, bench.taught = HOT_UNSTAB, hot_stab_model("hot-unstab")
+    bench.task, bench.taught = HOT_STAB_REMOVAL, hot_stab_model("hot-stab-removal")
     bench.preview(bench.send_model().sha256)
     assert bench.arm.skill.task.name == "hot-stab" and bench.arm.skill.must_seat  # a preview changes nothing
     extract(bench)
-    assert bench.arm.skill.task.name == "hot-unstab" and not bench.arm.skill.must_seat
+    assert bench.arm.skill.task.name == "hot-stab-removal" and not bench.arm.skill.must_seat
     assert_withdrawn(bench)
     told = [said(event) for event in bench.events("executing")]
-    assert [text.split()[1] for text in told] == ["hot-stab", "hot-unstab"]
+    assert [text.split()[1] for text in told] == ["hot-stab", "hot-stab-removal"]
 
 
 def test_a_plug_that_a_restarted_robot_finds_in_the_bore_is_taken_out_by_the_task_that_does():
-    bench = ArmBench(remembered=seated(), also=[HOT_UNSTAB])
+    bench = ArmBench(remembered=seated(), also=[HOT_STAB_REMOVAL])
     bench.run(1.0)
     assert bench.mode is ControlMode.DISARMED and bench.arm.skill.task.name == "hot-stab"
     extract(bench.armed())

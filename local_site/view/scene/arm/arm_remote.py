@@ -9,7 +9,7 @@ from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import PlannedPath, Telemetry
 from farhand.common.wire.path_points import points_of
 from farhand.common.wire.scene_description import SceneDescription
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette
 from farhand.local_site.view.scene.arm.arm_bodies import REMOTE, ArmBodies
 from farhand.local_site.view.scene.arm.arm_camera import base_m
@@ -50,7 +50,7 @@ class RemoteArm:
         """Take it off the scene; `bodies` stay."""
         self._node.remove()
 
-    def draw(self, picture: Picture, now_s: float) -> Ghost | None:
+    def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
         """Show the newest report and the prediction; returns the prediction."""
         robot = picture.robot
         if robot is None:

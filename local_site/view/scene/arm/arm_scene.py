@@ -9,7 +9,7 @@ import viser
 
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette
 from farhand.local_site.view.scene.arm.arm_bodies import LOCAL, REMOTE, ArmBodies
 from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, arm_camera, base_m
@@ -53,7 +53,7 @@ class ArmScene:
         self._demonstrations = Demonstrations(scene, self._receptacle.name)
         self._gizmo = HandGizmo(scene, _LOCAL, submit, act)
 
-    def draw(self, picture: Picture, now_s: float) -> Ghost | None:
+    def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
         """Show the newest picture; returns where the robot is expected to be by now."""
         robot = picture.robot_scene
         if robot is not None and (self._remote is None or self._remote.description is not robot):

@@ -7,7 +7,7 @@ import viser
 from numpy.typing import NDArray
 
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette
 
 Array = NDArray[np.float64]
@@ -65,7 +65,7 @@ class Demonstrations:
         self._current = Curves(scene, f"{parent}/demonstration", 4.0)
         self._shown: tuple[object, ...] = ()
 
-    def draw(self, picture: Picture) -> None:
+    def draw(self, picture: ConsoleState) -> None:
         """Show the ended ones in the components' colours, and the one under way in white."""
         model = picture.learned.model if picture.learned else None
         shown = (model, *map(len, picture.strokes), picture.n_demonstrations)

@@ -10,7 +10,7 @@ import viser
 
 from farhand.common.clock import elapsed_s
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import Board
 from farhand.local_site.view.scene.nodes import LINE_Z_M, MARK_Z_M, add_flat, add_lines, place, show
@@ -76,7 +76,7 @@ class Drawing:
         if self._coupled and self._hand_at is not None:
             self._submit(intents.Hand(self._hand_at, self._clock.time_s, released=True))
 
-    def draw(self, picture: Picture) -> None:
+    def draw(self, picture: ConsoleState) -> None:
         """Show the strokes and the hand."""
         if picture.recording and not self._recording:
             self._clock = StrokeClock()
@@ -91,7 +91,7 @@ class Drawing:
             place(self._hand, *self._hand_at, MARK_Z_M)
         show(self._hand, self._hand_at is not None)
 
-    def _draw_strokes(self, picture: Picture) -> None:
+    def _draw_strokes(self, picture: ConsoleState) -> None:
         """Draw all strokes as one set of lines: ended ones grey, the present one white."""
         points, colours = [], []
         for index, stroke in enumerate(picture.strokes):
@@ -132,4 +132,4 @@ class TargetDrag:
         now_s = elapsed_s()
         if phase == "end" or now_s - self._sent_s >= _PERIOD_S:
             self._sent_s = now_s
-            self._submit(intents.MoveTarget(position_m))
+            self._submit(intents.DragTarget(position_m))

@@ -9,7 +9,7 @@ import viser
 
 from farhand.common.task import PointTask
 from farhand.local_site.console import intents
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene.board.boards import FOV_RAD, Board, add_mat, view_of
 from farhand.local_site.view.scene.board.drawing import Drawing, TargetDrag
 from farhand.local_site.view.scene.board.model_drawing import ModelDrawing
@@ -60,7 +60,7 @@ class PlanarScene:
         local.listen(local.grip, lambda tab, *drag: act(tab, partial(self._drawing.drag, *drag)))
         remote.listen(self._robot.grip, lambda tab, *drag: act(tab, partial(target.drag, *drag)))
 
-    def draw(self, picture: Picture, now_s: float) -> Ghost | None:
+    def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
         """Show the newest picture; returns where the robot is expected to be by now."""
         self._model.show(picture.forming or (picture.learned.model if picture.learned else None))
         self._drawing.draw(picture)

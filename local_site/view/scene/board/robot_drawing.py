@@ -10,7 +10,7 @@ from farhand.common.control_mode import Phase
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import PlannedPath, Telemetry
 from farhand.common.wire.path_points import points_of
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import Board
 from farhand.local_site.view.scene.board.model_drawing import ModelDrawing
@@ -58,7 +58,7 @@ class RobotDrawing:
         self._line: viser.LineSegmentsHandle | None = None
         self._old = False
 
-    def draw(self, picture: Picture, now_s: float) -> Ghost | None:
+    def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
         """Show the newest report and the prediction; returns the prediction."""
         robot = picture.robot
         if robot is None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.local_words import local_words
 from farhand.local_site.view.panels.words import words_of
 from farhand.local_site.workcell.arm_view import ArmView
@@ -20,7 +20,7 @@ WORDS = words_of(HOT_STAB)
 AT_REST = HeldArm("insert", 0).view()
 
 
-def told(picture: Picture, arm: ArmView) -> str:
+def told(picture: ConsoleState, arm: ArmView) -> str:
     """The words, without their colours."""
     return re.sub("<[^>]+>", "", local_words(replace(picture, own_arm=arm), WORDS))
 
@@ -34,7 +34,7 @@ def told(picture: Picture, arm: ArmView) -> str:
     ],
 )
 def test_while_it_is_led_it_is_told_how_deep_the_plug_is_and_what_it_cannot_do(
-    nothing_yet: Picture, depth_m: float, lateral_m: float, saturated: bool, words: str
+    nothing_yet: ConsoleState, depth_m: float, lateral_m: float, saturated: bool, words: str
 ):
     tilt_rad = 0.157
     arm = replace(
@@ -45,7 +45,7 @@ def test_while_it_is_led_it_is_told_how_deep_the_plug_is_and_what_it_cannot_do(
 
 @pytest.mark.parametrize(("depth_m", "side"), [(-0.034, "34 mm away"), (0.060, "60 mm past")])
 def test_what_is_told_of_a_plug_outside_leads_each_arrow_to_the_bore(
-    nothing_yet: Picture, depth_m: float, side: str
+    nothing_yet: ConsoleState, depth_m: float, side: str
 ):
     beside = TaskFrame.at(AT_REST.receptacle).to_world(np.array([0.112, -0.045, depth_m]))
     tip = np.concatenate([beside, AT_REST.receptacle[3:]])
@@ -53,7 +53,7 @@ def test_what_is_told_of_a_plug_outside_leads_each_arrow_to_the_bore(
     assert told(nothing_yet, arm) == f"{side}, red -112, green +45, 0° askew"
 
 
-def test_at_rest_it_is_only_told_while_something_is_recorded_or_the_plug_is_in(nothing_yet: Picture):
+def test_at_rest_it_is_only_told_while_something_is_recorded_or_the_plug_is_in(nothing_yet: ConsoleState):
     beside = replace(AT_REST, depth_m=0.083, lateral_m=0.2)
     assert told(nothing_yet, beside) == WORDS.own
     assert "mm past" in told(replace(nothing_yet, recording=True), beside)

@@ -12,7 +12,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.ways import distance_from_taught
 from farhand.common.wire.messages import PlannedPath, Stamp
 from farhand.common.wire.path_points import packed
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.lesson import LearnedModel
 from farhand.local_site.view.panels.guidance import plan_words
@@ -32,7 +32,7 @@ def lesson(sides: tuple[float, ...]) -> LearnedModel:
     return LearnedModel(learner.model(), content, content_hash(content))
 
 
-def planned(picture: Picture, learned: LearnedModel, start: tuple[float, float]) -> Picture:
+def planned(picture: ConsoleState, learned: LearnedModel, start: tuple[float, float]) -> ConsoleState:
     model = learned.model
     away, frame = distance_from_taught(
         model.ways, np.array(start), [TaskFrame.identity(2)], model.max_distance_m
@@ -59,16 +59,16 @@ def planned(picture: Picture, learned: LearnedModel, start: tuple[float, float])
         ((0.8, -0.25), "The plan takes way 2 of 2, the likeliest from here (3 demonstrations). "),
     ],
 )
-def test_a_plan_says_which_way_it_takes(nothing_yet: Picture, start: tuple[float, float], words: str):
+def test_a_plan_says_which_way_it_takes(nothing_yet: ConsoleState, start: tuple[float, float], words: str):
     assert plan_words(planned(nothing_yet, lesson((1.0, -1.0) * 3), start)) == words
 
 
-def test_a_plan_from_outside_of_what_was_shown_asks_for_a_demonstration(nothing_yet: Picture):
+def test_a_plan_from_outside_of_what_was_shown_asks_for_a_demonstration(nothing_yet: ConsoleState):
     said = plan_words(planned(nothing_yet, lesson((1.0,) * 4), (-0.9, -0.8)))
     assert said.startswith("Outside what was shown")
     assert said.endswith("Demonstrate from here? ")
 
 
-def test_of_a_plan_of_another_model_nothing_is_said(nothing_yet: Picture):
+def test_of_a_plan_of_another_model_nothing_is_said(nothing_yet: ConsoleState):
     old, new = lesson((1.0,) * 3), lesson((1.0,) * 4)
     assert plan_words(replace(planned(nothing_yet, old, (0.8, 0.25)), learned=new)) == ""

@@ -15,7 +15,7 @@ from farhand.common.wire.reasons import Code
 from farhand.common.wire.words import sentence
 from farhand.local_site.console import intents
 from farhand.local_site.console.command_check import command_refusal
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.buttons import ROBOT
@@ -33,11 +33,11 @@ ROBOT_IN = Telemetry(
 LOST = LinkView(LinkHealth.LOST, 9.7, 0.6, 10.0, 100, 0)
 
 
-def seen(base: Picture, **changes: object) -> Picture:
+def seen(base: ConsoleState, **changes: object) -> ConsoleState:
     return replace(base, now_s=100.0, robot=ROBOT_IN, link=LOST, **changes)  # pyright: ignore[reportArgumentType]
 
 
-def test_a6_a_stop_that_was_not_delivered_claims_nothing_about_now(nothing_yet: Picture) -> None:
+def test_a6_a_stop_that_was_not_delivered_claims_nothing_about_now(nothing_yet: ConsoleState) -> None:
     stop = StopStatus(pressed_s=98.0, received=False, standing=False)
     words = _alarm(seen(nothing_yet, stop=stop), None, 100.0)
     assert "STOP NOT DELIVERED 2 s: the robot was AUTONOMOUS when last heard 10 s ago" in words
@@ -45,7 +45,7 @@ def test_a6_a_stop_that_was_not_delivered_claims_nothing_about_now(nothing_yet: 
     assert "STOP NOT DELIVERED 2 s<" in _alarm(replace(nothing_yet, now_s=100.0, stop=stop), None, 100.0)
 
 
-def test_a4_a_preview_says_how_long_it_counts(nothing_yet: Picture) -> None:
+def test_a4_a_preview_says_how_long_it_counts(nothing_yet: ConsoleState) -> None:
     picture = seen(nothing_yet, plan_id=3, plan_received_s=92.0)
     assert "preview: 52 s left" in _cells(picture, "10 s", 100.0)
     assert "preview" not in _cells(replace(picture, plan_id=0), "10 s", 100.0)
@@ -77,7 +77,7 @@ def notice(
     ],
 )
 def test_a10_a_refusal_is_told_where_the_next_step_is(
-    nothing_yet: Picture, notices: list[Notice], told: str
+    nothing_yet: ConsoleState, notices: list[Notice], told: str
 ) -> None:
     words = refusal(seen(nothing_yet, notices=tuple(notices)))
     assert told in words and bool(words) is bool(told)
@@ -85,7 +85,7 @@ def test_a10_a_refusal_is_told_where_the_next_step_is(
 
 @pytest.mark.parametrize("action", [Action.PREVIEW, Action.EXECUTE])
 def test_a3_what_is_previewed_and_executed_is_the_model_that_is_shown(
-    nothing_yet: Picture, action: Action
+    nothing_yet: ConsoleState, action: Action
 ) -> None:
     one, other = "a" * 64, "b" * 64
     for learned, has in ((one, True), (other, False)):

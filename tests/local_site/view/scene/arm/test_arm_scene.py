@@ -10,7 +10,7 @@ import viser
 
 from farhand.common.arm.dimensions import Dimensions, Plug
 from farhand.common.arm.simulation.description import describe
-from farhand.local_site.console.picture import Picture
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.door import Door
 from farhand.local_site.view.panels.status_strip import _remote_words
 from farhand.local_site.view.panels.words import words_of
@@ -49,7 +49,7 @@ def test_the_robot_is_drawn_once_it_is_known_and_drawn_anew_when_another_one_is_
     assert any(name.startswith("/remote/receptacle") for name in server.scene._handle_from_node_name)
 
 
-def test_the_page_says_what_it_waits_for(nothing_yet: Picture):
+def test_the_page_says_what_it_waits_for(nothing_yet: ConsoleState):
     picture = replace(nothing_yet, robot=report(), scene_fetching=0.3)
     words = _remote_words(picture, "0.1 s", None, words_of(HOT_STAB))
     assert words == "fetching what the robot looks like, 30%"

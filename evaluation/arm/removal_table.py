@@ -1,4 +1,4 @@
-"""Summary of the trials of one scenario of `hot-unstab`: numbers, and a row of a table."""
+"""Summary of the trials of one scenario of `hot-stab-removal`: numbers, and a row of a table."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.model.task_frame import TaskFrame
-from farhand.remote_site.insertion.recovery import Felt, Recovery
+from farhand.remote_site.insertion.recovery import ContactWrench, Recovery
 from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import EffectorState, Plant
 from farhand.remote_site.interface.sensing import Sensing
@@ -43,8 +43,8 @@ class InsertionArm(Plant, Protocol):
         """Tare the wrist's force and torque sensor."""
         ...
 
-    def see(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
-        """Set where the receptacle is believed to be, and whether to press the plug into it: `Servo.see`."""
+    def set_receptacle(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
+        """Set where the receptacle is believed to be, and whether to press the plug into it: `Servo.set_receptacle`."""
         ...
 
 
@@ -57,7 +57,7 @@ class TrackedPerception(Perception, Protocol):
         ...
 
 
-class Touched(NamedTuple):
+class ReceptacleEstimate(NamedTuple):
     """Joint result of sight and touch.
 
     Args:
@@ -73,7 +73,7 @@ class Touched(NamedTuple):
     presses: bool
 
 
-class Touch:
+class ReceptacleEstimator:
     """Estimator of the receptacle; it returns its result and tells nobody else.
 
     Args:
@@ -88,13 +88,13 @@ class Touch:
         self._tell_from_s: float | None = None
         self.jumps = 0
         """How often the receptacle was found elsewhere."""
-        self.renew(recovery)
+        self.begin(recovery)
 
-    def renew(self, recovery: Recovery) -> None:
+    def begin(self, recovery: Recovery) -> None:
         """Begin another execution."""
         self.recovery, self._begun = recovery, False
 
-    def update(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> Touched:
+    def update(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> ReceptacleEstimate:
         """Process one control period's measurements.
 
         Args:
@@ -118,7 +118,7 @@ class Touch:
             moves = newest is not None and (executing or not quiet)
             velocity = newest.velocity if newest is not None and moves else np.zeros(6)
             receptacle = SeenReceptacle(pose_of(frames[0]), velocity)
-        return Touched(frames, back, receptacle, executing and self.recovery.enters)
+        return ReceptacleEstimate(frames, back, receptacle, executing and self.recovery.enters)
 
     def _feel(self, sensing: Sensing, quiet: bool, now_s: float, dt_s: float) -> Array | None:
         felt, frame = _felt(sensing.effector), sensing.seen[0]
@@ -133,6 +133,6 @@ def pose_of(frame: TaskFrame) -> Array:
     return np.concatenate([frame.b, frame.quat_wxyz])
 
 
-def _felt(effector: EffectorState) -> Felt:
+def _felt(effector: EffectorState) -> ContactWrench:
     load = np.zeros(6) if effector.load is None else effector.load
-    return Felt(effector.point, load[:3], TaskFrame.at(effector.point).A @ load[3:])
+    return ContactWrench(effector.point, load[:3], TaskFrame.at(effector.point).A @ load[3:])

@@ -69,7 +69,7 @@ class TaskStanding:
 
 
 @dataclass(frozen=True)
-class Picture:
+class ConsoleState:
     """Complete state of the console.
 
     Args:

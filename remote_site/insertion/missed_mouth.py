@@ -24,7 +24,7 @@ _STANDOFF_M = -0.090
 _NEAR_M = -0.150
 
 
-class BesideRule:
+class MissedMouthDetector:
     """Detector of a plug beside the mouth; armed when the axis is lost, until the plug is in the bore."""
 
     def __init__(self) -> None:

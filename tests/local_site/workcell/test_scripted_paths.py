@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from farhand.local_site.workcell.scripted_ways import STANDOFF_M, ScriptedInsertion, ScriptedPath, WayOut
+from farhand.local_site.workcell.scripted_paths import (
+    STANDOFF_M,
+    ScriptedExtraction,
+    ScriptedInsertion,
+    ScriptedPath,
+)
 
 DEPTH_M = 0.085
 OUTSIDE = np.array([0.05, -0.1, -0.25, *Rotation.from_rotvec([0.2, -0.3, 0.1]).as_quat(scalar_first=True)])
@@ -16,7 +21,7 @@ def way_in(seed: int) -> ScriptedPath:
 
 
 def way_out(seed: int) -> ScriptedPath:
-    return WayOut(SEATED, np.random.default_rng(seed))
+    return ScriptedExtraction(SEATED, np.random.default_rng(seed))
 
 
 def positions(way: ScriptedPath) -> np.ndarray:

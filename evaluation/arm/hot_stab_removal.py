@@ -36,11 +36,11 @@ from farhand.common.arm.simulation.simulation import TICK_S
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.deploy.places import sample_files
 from farhand.evaluation.arm import hot_stab
-from farhand.evaluation.arm.arm_record import Record
+from farhand.evaluation.arm.arm_record import TrialRecord
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import LAMBDA_M
 from farhand.evaluation.arm.hot_stab_figure import draw_motions
-from farhand.evaluation.arm.unstab_table import HEADER, row_of, summary_of
+from farhand.evaluation.arm.removal_table import HEADER, row_of, summary_of
 from farhand.evaluation.metrics.motion_metrics import dtw_rms, time_rms
 from farhand.evaluation.metrics.tables import table
 from farhand.evaluation.study import Case, reporting_seeds
@@ -86,7 +86,7 @@ _TRIALS = 100
 @cache
 def shown() -> list[Demonstration]:
     """Return the demonstrations that come with the task."""
-    return [Demonstration.load(file) for file in sample_files("hot-unstab")]
+    return [Demonstration.load(file) for file in sample_files("hot-stab-removal")]
 
 
 @cache
@@ -129,7 +129,7 @@ def trial(case: Case) -> Case:
     return row
 
 
-def _run(case: Case) -> tuple[Record, Withdrawn, float]:
+def _run(case: Case) -> tuple[TrialRecord, Withdrawn, float]:
     """Return the record, the goal, and the time of the beginning [s]."""
     seed, like = case["seed"], case["scenario"] == "like"
     scenario = SCENARIOS["clean" if like else case["scenario"]]
@@ -163,7 +163,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     for key in ("success_rate", "success_interval"):
         summary[key] = summary["typical"][key]
     causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in SCENARIOS]
-    parts = ["# Hot-unstab", "", _TEXT, "", table(HEADER, rows), "", _likeness(summary), ""]
+    parts = ["# Hot-stab removal", "", _TEXT, "", table(HEADER, rows), "", _likeness(summary), ""]
     return summary, "\n".join([*parts, "Causes of failure:", *causes])
 
 
@@ -185,5 +185,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     part = [r for r in results if r["scenario"] == "typical"][:12]
     runs = [(np.stack(_run(case)[0].local), case["success"]) for case in part]
     figure: Figure = draw_motions(shown(), taught(), runs)
-    figure.savefig(out_dir / "hot-unstab.png", dpi=130)
-    return ["hot-unstab.png"]
+    figure.savefig(out_dir / "hot-stab-removal.png", dpi=130)
+    return ["hot-stab-removal.png"]

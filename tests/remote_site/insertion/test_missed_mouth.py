@@ -2,18 +2,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from farhand.remote_site.insertion.beside import BesideRule
+from farhand.remote_site.insertion.missed_mouth import MissedMouthDetector
 
 
-def rule_on(*tips: tuple[float, float, float]) -> BesideRule:
+def rule_on(*tips: tuple[float, float, float]) -> MissedMouthDetector:
     """A rule that has seen the plug at these places before."""
-    rule = BesideRule()
+    rule = MissedMouthDetector()
     for tip in tips:
         assert rule.goal_m(np.array(tip)) is None
     return rule
 
 
-def goal_m(rule: BesideRule, *tip: float) -> list[float] | None:
+def goal_m(rule: MissedMouthDetector, *tip: float) -> list[float] | None:
     goal = rule.goal_m(np.array(tip))
     return None if goal is None else goal.tolist()
 
@@ -23,7 +23,7 @@ def test_a_plug_that_was_never_on_the_axis_is_on_its_way_to_it():
 
 
 def test_a_receptacle_found_elsewhere_leaves_the_plug_beside_it_or_off_its_axis():
-    rule = BesideRule()
+    rule = MissedMouthDetector()
     rule.jumped()
     assert goal_m(rule, 0.015, 0.0, 0.0) is None
     assert goal_m(rule, 0.03, 0.0, 0.0) == [0.03, 0.0, -0.09]
@@ -40,7 +40,7 @@ def test_a_receptacle_that_slips_away_unnoticed_is_lost_to_the_axis_and_found_ag
 
 
 def test_once_inside_the_jump_is_over():
-    rule = BesideRule()
+    rule = MissedMouthDetector()
     rule.jumped()
     assert goal_m(rule, 0.001, 0.0, 0.02) is None
     assert goal_m(rule, 0.025, 0.0, 0.02) is None

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from farhand.common.link.link_monitor import LinkMonitor
-from farhand.local_site.console.catalogue import Catalogue
+from farhand.local_site.console.catalogue import RobotCatalogue
 from farhand.local_site.console.commanding import Commanding
-from farhand.local_site.console.picture import Picture, TaskStanding
+from farhand.local_site.console.console_state import ConsoleState, TaskStanding
 from farhand.local_site.console.sending import Sending
 from farhand.local_site.console.teaching import Teaching
 from farhand.local_site.exchange.model_sender import ModelSender
@@ -19,7 +19,7 @@ from farhand.local_site.workcell.workcell import Workcell
 
 
 @dataclass(frozen=True)
-class Parts:
+class ConsoleParts:
     """Parts of a console, each the only owner of its facts. Used by the console's thread alone.
 
     Args:
@@ -38,7 +38,7 @@ class Parts:
 
     library: Library
     place: Workcell
-    catalogue: Catalogue
+    catalogue: RobotCatalogue
     teaching: Teaching
     sending: Sending
     models: ModelSender
@@ -48,11 +48,11 @@ class Parts:
     monitor: LinkMonitor
     notices: Notices
 
-    def draw(self, now_s: float) -> Picture:
+    def draw(self, now_s: float) -> ConsoleState:
         """Return the complete present state."""
         task, library = self.library.task, self.library.chosen
         commanding, reports = self.commanding, self.reports
-        return Picture(
+        return ConsoleState(
             now_s=now_s,
             robot=reports.robot,
             robot_version=self.catalogue.robot_version,

@@ -77,7 +77,7 @@ class ScriptedInsertion:
         return _minimum_jerk(part) * (self._end - self._before) - _minimum_jerk(2.0 * part) * self._aside
 
 
-class WayOut:
+class ScriptedExtraction:
     """Path of an extraction: a pause, and straight out of the bore to a point before the mouth.
 
     Args:
