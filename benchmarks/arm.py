@@ -1,4 +1,4 @@
-"""The simulated arm: one control period of 10 ms, its parts, and the inverse kinematics beside mink's own way to solve it."""
+"""Simulated arm: one control period of 10 ms, its parts, and the inverse kinematics beside mink's solver."""
 
 from __future__ import annotations
 

@@ -121,10 +121,10 @@ def _task() -> Row:
 
 
 def _batch_em_us(space: Manifold, motions: list[Array], K: int) -> float:
-    """Least time of two fits of a Gaussian mixture with K full covariances, to what the learner sees.
+    """Return the least time of two fits of a Gaussian mixture with K full covariances to the same data.
 
-    That is the point, the direction of travel and the distance travelled; the learner's start regression,
-    ramps, transitions and durations are not in the peer's work.
+    The data are what the learner sees: the point, the direction of travel and the distance travelled. The
+    learner's start regression, ramps, transitions and durations are not part of the peer's work.
     """
     seen = np.concatenate([_as_seen(space, motions[0][0], points) for points in motions])
     fits = []

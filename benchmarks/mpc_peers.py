@@ -39,10 +39,10 @@ class DenseMpc:
 
 
 class BandedMpc:
-    """The same problem by `scipy.linalg.solve_banded`: states and multipliers, block by block in time.
+    """Solver by `scipy.linalg.solve_banded` over states and multipliers, block by block in time.
 
     With the commands eliminated, u = R^-1 B^T l, the equations of x_1, l_1, x_2, ... have 4 D - 1 bands on
-    each side. All but the precisions is put in its place beforehand.
+    each side. Everything but the precisions is filled in beforehand.
     """
 
     def __init__(self, n_steps: int, n_dims: int, control_cost: float, dt: float):

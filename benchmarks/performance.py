@@ -66,7 +66,10 @@ def _line(row: Row) -> str:
 
 
 def _verdict(row: Row) -> str:
-    """Whether each part of the target was met: `<= N us`, `>= Nx` the peer, `<= N` of or times the peer."""
+    """Return whether each part of the target was met.
+
+    The parts: `<= N us`, `>= Nx` the peer, `<= N` of or times the peer.
+    """
     if not row.target:
         return ""
     return "met" if all(_met(row, part.split()) for part in row.target.split(", ")) else "missed"

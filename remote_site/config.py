@@ -11,22 +11,22 @@ from farhand.common.link.endpoint import EndpointSettings
 
 
 class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One robot."""
+    """Configuration of one robot's site."""
 
     link: EndpointSettings = EndpointSettings(listen="tcp/127.0.0.1:7447")
     task: str = "planar"
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
     seed: Annotated[int, Meta(ge=0)] = 0
-    """Of the simulated measurement noise and of the target's phase."""
+    """Seed of the simulated measurement noise and of the target's phase."""
     control_hz: Annotated[float, Meta(ge=10, le=1000)] | None = None
-    """Control rate [Hz]; none: what suits the robot. An arm's is 100 Hz, and no other."""
+    """Control rate [Hz]; none: the robot's own. An arm runs at 100 Hz only."""
     telemetry_hz: Annotated[float, Meta(ge=0.1, le=30)] = 25.0
     max_age_s: Wait = 15.0
     """No command older than this is ever accepted [s]."""
     deadline_s: Wait = 0.5
     """A control period that begins later than this while the robot moves is a fault [s]."""
     data_dir: str = ""
-    """Where the events and the state of the simulated robot are kept; empty: the user's data folder."""
+    """Folder of the events and the state of the simulated robot; empty: the user's data folder."""
     lease_s: Wait = 3.0
     """Silence after which the control of the robot is free again [s]."""
 

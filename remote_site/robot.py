@@ -1,6 +1,6 @@
-"""The robot behind its link, one control period at a time: no thread, no file, no transport of its own.
+"""Robot behind its link, one control period at a time, without a thread, file or transport of its own.
 
-`RemoteSite` gives it those; in virtual time whoever moves the time calls `step`.
+`RemoteSite` provides these; in virtual time whoever advances the time calls `step`.
 """
 
 from __future__ import annotations
@@ -58,22 +58,22 @@ _MOST_MODELS_WAITING, _MOST_MODELS_PER_TICK = 4, 1
 
 
 class Robot:
-    """One robot behind a link.
+    """Robot behind a link.
 
-    Messages are decoded in the link's threads and handled between two ticks, so that the supervisor has one
-    owner: whoever calls `step`.
+    The link's threads decode messages, which are handled between two ticks, so that the supervisor has one
+    owner: the caller of `step`.
 
     Args:
-        config: Rates, limits.
-        tasks: What the robot does.
-        clock: Its time.
-        link: To the operators.
+        config: Rates and limits.
+        tasks: Tasks of the robot.
+        clock: Clock of the robot.
+        link: Link to the operators.
         request_plan: Hands a rollout to a worker, which answers with `take_path`; never blocks.
-        write: Keeps an event; never blocks.
-        remembered: Where the robot was in its last boot, None for its first.
-        embodiment: What moves; the simulated robot of the first task when not given.
-        try_model: Hands a model that has arrived to a worker, which answers; never blocks. Without one it is tried
-            at once, as fits virtual time.
+        write: Writes an event to disk; never blocks.
+        remembered: State in its last boot, None in its first.
+        embodiment: Embodiment; the simulated robot of the first task when not given.
+        try_model: Hands a received model to a worker, which answers; never blocks. Without it the model is
+            tried at once, as suits virtual time.
     """
 
     def __init__(
@@ -91,15 +91,15 @@ class Robot:
         self._try_model = try_model
         self._config, self._n_dims, self._link = config, tasks.first.space.n_dims, link
         self._inbox: Mailbox[Callable[[], None]] = Mailbox(_MOST_WAITING)
-        # A flood of other messages must push out neither a stop nor the answer to a preview.
+        # A flood of other messages must not push out a stop or the answer to a preview.
         self._first: Mailbox[Callable[[], None]] = Mailbox(_MOST_WAITING)
-        # Who is not answered asks again; what waits here is large.
+        # Unanswered requests are repeated; the ones that wait here are large.
         self._models: Mailbox[Callable[[], None]] = Mailbox(_MOST_MODELS_WAITING)
         self._ticks = 0
         self.overruns = 0
-        """Control periods that came too late, as `RemoteSite` counts them."""
+        """Control periods that came too late, as counted by `RemoteSite`."""
         self.embodiment = embodiment or embodiment_of(tasks.first, config, clock, remembered)
-        """What moves, with its control rate."""
+        """Embodiment, with its control rate."""
         self.supervisor = Supervisor(
             tasks, config, self.embodiment, clock, self._announce, request_plan, write
         )
@@ -112,21 +112,24 @@ class Robot:
         self._listen()
 
     def step(self, late_s: float = 0.0) -> None:
-        """One control period: do what has arrived, move, report.
+        """Run one control period: handle the arrived messages, move, report.
 
         Args:
-            late_s: How late it began [s].
+            late_s: Lateness of its beginning [s].
         """
         self.handle()
         self.move(late_s)
 
     @property
     def waiting(self) -> int:
-        """How many messages wait for the next control period."""
+        """Number of messages that wait for the next control period."""
         return len(self._first) + len(self._inbox) + len(self._models)
 
     def handle(self) -> None:
-        """Do what has arrived, as much as a control period has time for; the rest waits for the next one."""
+        """Handle arrived messages, as many as a control period has time for.
+
+        The rest waits for the next one.
+        """
         for handle in (
             *self._first.take_all(),
             *self._inbox.take_all(_MOST_PER_TICK),
@@ -135,7 +138,7 @@ class Robot:
             self.supervisor.failsafe.run(handle)
 
     def move(self, late_s: float = 0.0) -> None:
-        """Watch, move, report."""
+        """Guard, move, report."""
         control_hz = self.embodiment.hardware.control_hz
         self.supervisor.tick(1.0 / control_hz, late_s)
         if self._ticks % max(1, round(control_hz / self._config.telemetry_hz)) == 0:
@@ -143,8 +146,8 @@ class Robot:
         self._ticks += 1
 
     def take_path(self, request: PlanRequest, path: PlannedPath | None, note: Reason | None) -> None:
-        """A rollout is ready, or there is a reason why not (see `planner.answer`); from any thread."""
-        if path is not None:  # it would hold up the reports on a narrow link for seconds
+        """Take a rollout, or the reason why there is none (see `planner.answer`); from any thread."""
+        if path is not None:  # it would delay the reports on a narrow link for seconds
             path = thinned(path, part_bytes(self._config.link.rate_bps))
         self._first.put(partial(self.supervisor.on_path, request, path, note))
 
@@ -152,7 +155,7 @@ class Robot:
         self._announce(keys.TELEMETRY, self._reporter.report(self.overruns))
 
     def tell_dropped(self, words: str) -> None:
-        """The link dropped a listener; from any thread."""
+        """Tell that the link dropped a listener; from any thread."""
         _log.warning(words)
         why = because(Code.LISTENER_DROPPED, text=words)
         tell = self.supervisor.machine.tell
@@ -205,7 +208,7 @@ class Robot:
         try:
             message = decode(request.data, kind)
         except InvalidMessage as error:
-            # No answer: to the asker this is a request that was not delivered.
+            # No answer: the asker treats this as a request that was not delivered.
             _log.warning("not answered: %s", error)
             self._other_version(error)
         else:
@@ -227,12 +230,12 @@ class Robot:
             request.answer(encode(taken))
 
     def _take_outcome(self, trial: ModelTrial, request: Request, outcome: Outcome) -> None:
-        """A model was tried; from any thread."""
+        """Take the outcome of a model's trial; from any thread."""
         settle = partial(self.supervisor.reception.finish_trial, trial, outcome)
         self._first.put(lambda: request.answer(encode(settle())))
 
     def _on_move_target(self, message: MoveTarget) -> None:
-        """The simulated target is dragged by whoever holds the lease, within its bounds."""
+        """Move the simulated target for the holder of the lease, within its bounds."""
         contact = self.supervisor.contact
         if not contact.lease.lease_id or message.lease_id != contact.lease.lease_id:
             return

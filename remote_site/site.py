@@ -1,4 +1,4 @@
-"""The remote process: the robot with its transport, its files, its planner's thread and its control loop."""
+"""Remote process: the robot with its transport, its files, its planner's thread and its control loop."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ _log = loop_logger(__name__)
 
 
 class RemoteSite:
-    """One robot's process.
+    """Process of one robot.
 
     Args:
         config: Endpoints, rates, limits.
-        tasks: What the robot does.
-        data_dir: Where its events and the state of the simulated robot are kept.
+        tasks: Tasks of the robot.
+        data_dir: Folder of its events and of the simulated robot's state.
     """
 
     def __init__(self, config: RemoteConfig, tasks: TaskSet, data_dir: Path):
@@ -53,7 +53,7 @@ class RemoteSite:
         self._stop.set()
 
     def data_folder(self) -> DataFolder:
-        """Return the state of the folder in which the robot's events and state are kept; from any thread."""
+        """Return the state of the data folder; from any thread."""
         return DataFolder.of(self._data_dir, *(file.error for file in self._files))
 
     def facts(self) -> RobotFacts | None:
@@ -75,7 +75,7 @@ class RemoteSite:
         )  # fmt: skip
 
     def warm_up(self) -> None:
-        """Compile what a control period needs: about a minute at the first start on a machine."""
+        """Compile the kernels of a control period: about a minute at the first start on a machine."""
         warm_up(self._tasks.first.space)
 
     def run(self, ready: Callable[[], None]) -> None:
@@ -87,7 +87,7 @@ class RemoteSite:
         Raises:
             LinkError: When the endpoint cannot be opened.
         """
-        # The planner and the link's threads must not hold up a control tick.
+        # The planner and the link's threads must not delay a control tick.
         sys.setswitchinterval(5e-4)
         self.warm_up()
         claim = Claim(self._data_dir, "the state of its robot")
@@ -106,15 +106,15 @@ class RemoteSite:
     def _boot(
         self, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None], why: Reason | None
     ) -> Reason | None:
-        """One life of the robot, until it is stopped, or for a reason that is returned: nothing of it may go on."""
+        """Run one life of the robot, until it is stopped or must restart; return the reason of a restart."""
 
         def tell_dropped(text: str) -> None:
-            robot.tell_dropped(text)  # which needs the link first
+            robot.tell_dropped(text)  # needs the link first
 
         link = ZenohLink(self._config.link, tell_dropped)
 
         def take_path(request: PlanRequest, path: PlannedPath | None, note: Reason | None) -> None:
-            robot.take_path(request, path, note)  # which needs the planner first
+            robot.take_path(request, path, note)  # needs the planner first
 
         planner, trials = Planner(take_path), ModelTrials()
         remembered = memory.load(self._tasks.first.space.n_dims)

@@ -1,4 +1,4 @@
-"""The robot's report of itself, small enough for a narrow link."""
+"""Robot's report of itself, small enough for a narrow link."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from farhand.remote_site.supervision.supervisor import Supervisor
 
 
 def rotation_of(frame: TaskFrame) -> tuple[float, ...]:
-    """Orientation of a frame: nothing for none, one angle in the plane, a rotation vector in space [rad]."""
+    """Return a frame's orientation: empty for None, an angle in the plane, a rotation vector in space."""
     if np.array_equal(frame.A, np.eye(frame.n_dims)):
         return ()
     if frame.n_dims == 2:
@@ -25,16 +25,16 @@ def rotation_of(frame: TaskFrame) -> tuple[float, ...]:
 
 
 def _cut(text: str, n_bytes: int) -> str:
-    """The beginning of a text that fits into so many bytes."""
+    """Return the beginning of a text that fits into a number of bytes."""
     return text.encode()[:n_bytes].decode(errors="ignore")
 
 
 class Reporter:
-    """Makes the reports.
+    """Maker of the reports.
 
     Args:
-        supervisor: What to report.
-        clock: The robot's time.
+        supervisor: Source of the reported state.
+        clock: Clock of the robot.
     """
 
     def __init__(self, supervisor: Supervisor, clock: BootClock):
@@ -42,7 +42,7 @@ class Reporter:
         self._seq = 0
 
     def report(self, overruns: int = 0) -> Telemetry:
-        """The robot as it is now.
+        """Return the robot's present state.
 
         Args:
             overruns: Control periods that came too late in this boot.
@@ -61,7 +61,7 @@ class Reporter:
             position_m=tuple(sensed.effector.position_m.tolist()),
             frame_origin_m=tuple(sensed.frames[0].b.tolist()),
             frame_rotation_rad=rotation_of(sensed.frames[0]),
-            component=execution.component if execution else -1,  # while paused, too: it can go on
+            component=execution.component if execution else -1,  # also while paused: it can go on
             elapsed_s=execution.elapsed_s if execution else 0.0,
             path_id=s.path_id,
             model=newest.sha256[:8] if newest else "",

@@ -15,11 +15,11 @@ from farhand.remote_site.interface.sensing import Sensing
 Array = NDArray[np.float64]
 
 IN_BORE_M_S = 0.03
-"""How fast manoeuvres go where the plug touches, or may."""
+"""Speed of manoeuvres where the plug touches, or may touch [m/s]."""
 _LEAD_M = 0.020
-"""How far the hand may lead a plug in the bore [m]."""
+"""Largest lead of the hand over a plug in the bore [m]."""
 _BESIDE_M = 0.040
-"""Further from the axis than this no plug is in the bore, however wrong the sight [m]."""
+"""Distance from the axis beyond which no plug is in the bore, whatever the error of sight [m]."""
 
 
 class AlongAxis:

@@ -23,7 +23,7 @@ from farhand.remote_site.perception.target_filter import Estimate
 Array = NDArray[np.float64]
 
 BACK_M_S = 0.08
-"""How fast an execution goes back [m/s]."""
+"""Speed of a retreat [m/s]."""
 
 
 class InsertionArm(Plant, Protocol):
@@ -87,7 +87,7 @@ class ReceptacleEstimator:
         self._perception, self._look_s = perception, look_s
         self._tell_from_s: float | None = None
         self.jumps = 0
-        """How often the receptacle was found elsewhere."""
+        """Number of times that the receptacle was found elsewhere."""
         self.begin(recovery)
 
     def begin(self, recovery: Recovery) -> None:

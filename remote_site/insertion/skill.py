@@ -28,12 +28,15 @@ from farhand.remote_site.interface.sensing import Sensing
 Array = NDArray[np.float64]
 
 Examine = Callable[[EffectorState, Array], Check]
-"""Examines the straight way from a state of the arm into a receptacle at a pose."""
+"""Examines the straight path from a state of the arm into a receptacle at a pose."""
 
 _LOOK_S = 0.5
-"""Before an execution begins the receptacle is looked at, and the wrist's sensor tared, for so long [s]."""
+"""Time before an execution in which the receptacle is observed and the wrist's sensor tared [s]."""
 _DEPTH_M, _LATERAL_M = (0.075, 0.095), 0.010
-"""A plug is seated when it is believed to be so deep, and not further from the axis than sight is wrong."""
+"""Least depth and largest distance from the axis of a seated plug, as believed.
+
+The latter is the error of sight.
+"""
 
 
 class InsertionSkill:

@@ -1,4 +1,4 @@
-"""What is remembered of a simulated arm, so that its next boot finds it, and its surroundings, where they were."""
+"""Stored state of a simulated arm, so that its next boot finds it, and its surroundings, where they were."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ Pose = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
 
 
 class ArmMemory(Struct, frozen=True, forbid_unknown_fields=True):
-    """An arm before its receptacle.
+    """Arm in front of its receptacle.
 
     Args:
-        joints_rad: Its angles [rad].
-        receptacle: Where the receptacle rests.
-        time_s: How long it has been disturbed; the disturbances go on from there [s].
-        tare: What its wrist's sensor measures when nothing is touched [N, Nm]: in the bore it cannot be found out.
+        joints_rad: Joint angles [rad].
+        receptacle: Resting pose of the receptacle.
+        time_s: Time for which the disturbances have gone on; they continue from there [s].
+        tare: Zero of the wrist's sensor [N, Nm]; a plug in the bore prevents a new tare.
     """
 
     joints_rad: Joints

@@ -1,10 +1,10 @@
-"""Embodiment: all that differs between robots, in three parts that can be replaced one by one.
+"""Embodiment: everything that differs between robots, in three parts that can be replaced one by one.
 
-    hardware    what moves and what sees, at which rate, how fast
-    skill       what is done at the target beyond following a model: touch, retreats, manoeuvres
-    world       what only a simulation knows or can do
+    hardware    the machine and its sight, its rates and speeds
+    skill       actions at the target beyond following a model: touch, retreats, manoeuvres
+    world       knowledge and actions of a simulation
 
-Supervisor, modes, motion and telemetry name no robot; they take what they need from these.
+Supervisor, modes, motion and telemetry name no robot; they use these parts.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ Array = NDArray[np.float64]
 
 
 class Guidance(NamedTuple):
-    """What contact asks of the motion in one control period.
+    """Demands of the skill on the motion in one control period.
 
     Args:
-        waits: An execution must stand still.
-        back: The point to go back to before it goes on; None when it may go on. Shape (C,).
-        back_m_s: How fast [m/s].
-        given_up: Why it must end; None while it may go on.
-        receptacle: Where the arm is to believe its receptacle; None for nothing new.
-        presses: Whether the plug is to be pressed into it.
+        waits: True if an execution must stand still.
+        back: Point to retreat to before it goes on; None if it may go on. Shape (C,).
+        back_m_s: Speed of the retreat [m/s].
+        given_up: Reason why it must end; empty while it may go on.
+        receptacle: Where the arm shall believe its receptacle; None for no change.
+        presses: True if the plug is to be pressed into it.
     """
 
     waits: bool = False
@@ -54,11 +54,11 @@ class Guidance(NamedTuple):
 
 
 class Belief(NamedTuple):
-    """What the measurements of one control period mean.
+    """Interpretation of one control period's measurements.
 
     Args:
-        frames: Where the task frames are, by sight and touch together.
-        guidance: What contact asks of the motion.
+        frames: Task frames by sight and touch together.
+        guidance: Demands on the motion.
     """
 
     frames: list[TaskFrame]
@@ -66,11 +66,11 @@ class Belief(NamedTuple):
 
 
 class Check(NamedTuple):
-    """What was found out about a motion before it begins.
+    """Result of examining a motion before it begins.
 
     Args:
-        refusal: Why it should not begin; None when it may.
-        warning: What the operator should know before; None for nothing.
+        refusal: Reason why it should not begin; empty if it may.
+        warning: Warning for the operator; empty for none.
     """
 
     refusal: Reason | None = None
@@ -78,70 +78,73 @@ class Check(NamedTuple):
 
 
 class Record(Protocol):
-    """How an execution went, by what only a simulation, or a measuring machine, can know."""
+    """Record of an execution, from what only a simulation or a measuring machine can know."""
 
     def measure(self, effector: EffectorState, arrived: bool, now_s: float, dt_s: float) -> None:
-        """Take one control period into account."""
+        """Record one control period."""
         ...
 
     def fields(self) -> dict[str, Any]:
-        """Return those fields of an `ExecutionReport` that it knows."""
+        """Return the known fields of an `ExecutionReport`."""
         ...
 
 
 class Hardware(Protocol):
-    """The machine and its sight."""
+    """Machine and its sight."""
 
     control_hz: float
-    """Its control rate [Hz]."""
+    """Control rate [Hz]."""
     settings: ExecutorSettings
-    """How it executes."""
+    """Settings of executions."""
     max_speed_m_s: float
-    """Of its effector, in every mode [m/s]."""
+    """Speed limit of the effector, in every mode [m/s]."""
 
     @property
     def plant(self) -> Plant:
-        """What moves."""
+        """Machine that moves."""
         ...
 
     @property
     def perception(self) -> Perception:
-        """Its sight."""
+        """Sight of the machine."""
         ...
 
     def arm_state(self, effector: EffectorState, overruns: int) -> ArmState | UnsetType:
-        """Return what an arm reports beyond what a point does."""
+        """Return what an arm reports in addition to a point."""
         ...
 
     def scene(self) -> bytes:
-        """Return what it looks like, see `farhand.common.wire.scene_description`; takes long, and is empty for a point."""
+        """Return the drawing of the robot, see `farhand.common.wire.scene_description`.
+
+        It takes long, and is empty for a point.
+        """
         ...
 
 
 class Skill(Protocol):
-    """What a robot does at its target beyond following a learned model."""
+    """Actions of a robot at its target beyond following a learned model."""
 
     @property
     def task(self) -> AnyTask:
-        """The task it is at: the first of the robot's, until another one is executed."""
+        """Current task: the robot's first one, until another one is executed."""
         ...
 
     @property
     def must_seat(self) -> bool:
-        """Whether an execution of its task has arrived only once the tool is seated."""
+        """True if an execution of its task has arrived only once the tool is seated."""
         ...
 
     def begin(self, task: AnyTask, now_s: float) -> None:
-        """Begin an execution, which makes its task the present one.
+        """Begin an execution; its task becomes the current one.
 
         Args:
-            task: One of the robot's.
+            task: One of the robot's tasks.
             now_s: Now [s].
         """
         ...
 
     def believe(self, sensing: Sensing, executing: bool, now_s: float, dt_s: float) -> Belief:
-        """Return what was sensed just now means: what is felt may correct what is seen. In every mode.
+        """Interpret the newest measurements: touch may correct sight. Called in every mode.
 
         Args:
             sensing: The newest measurements.
@@ -152,30 +155,30 @@ class Skill(Protocol):
         ...
 
     def apply(self, guidance: Guidance) -> None:
-        """Tell the plant what it must know of the target before it moves in this control period."""
+        """Tell the plant about the target before it moves in this control period."""
         ...
 
     def confined(self, reference: Array, sensing: Sensing) -> Array:
-        """Return where the effector may go of where the hand leads it; the same array where it is free."""
-        ...
+        """Confine the hand's reference to where the effector may go.
 
-    def goal(self, phase: Phase, sensing: Sensing) -> ManoeuvreGoal | None:
-        """Return where the manoeuvre of a phase leads from here; None when there is none."""
-        ...
-
-    def refusal(self, action: Action, sensing: Sensing) -> Reason | None:
-        """Return why the robot cannot do what is asked from where it is; None when it can.
-
-        `farhand.common.wire.reasons.in_words` makes a reason of a sentence of your own.
+        Return the same array where it is free.
         """
         ...
 
+    def goal(self, phase: Phase, sensing: Sensing) -> ManoeuvreGoal | None:
+        """Return the goal of a phase's manoeuvre from here; None if there is none."""
+        ...
+
+    def refusal(self, action: Action, sensing: Sensing) -> Reason | None:
+        """Return why the robot cannot do the action from where it is; empty if it can."""
+        ...
+
     def end_phase(self, sensing: Sensing) -> Phase:
-        """Return SEATED or ARRIVED, at the end of a motion."""
+        """Return the phase at the end of a motion: SEATED or ARRIVED."""
         ...
 
     def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
-        """Return what examines the motion of a task from here, None for nothing.
+        """Return a function that examines the task's motion from here, None for none.
 
         It takes long and is called by another thread.
         """
@@ -183,29 +186,29 @@ class Skill(Protocol):
 
 
 class World(Protocol):
-    """What only a simulation knows or can do; a machine has none of it."""
+    """Knowledge and actions of a simulation; a machine has none of them."""
 
     def new_record(self, task: AnyTask) -> Record:
         """Return the record of an execution that has begun."""
         ...
 
     def move_target(self, position_m: Array) -> None:
-        """Let the simulated target go to another place, within its bounds. Shape (D,) [m]."""
+        """Move the simulated target, within its bounds. Shape (D,) [m]."""
         ...
 
     def memory(self, task: AnyTask) -> ArmMemory | None:
-        """Return what a next boot must know beyond where the effector is."""
+        """Return what the next boot must know, beyond the effector's position."""
         ...
 
 
 @dataclass(frozen=True)
 class Embodiment:
-    """One robot, as far as it is not like any other.
+    """Parts of one robot that differ from other robots.
 
     Args:
-        hardware: What moves and sees.
-        skill: What it does at its target.
-        world: What only a simulation knows.
+        hardware: The machine and its sight.
+        skill: Its actions at the target.
+        world: Knowledge and actions of a simulation.
     """
 
     hardware: Hardware

@@ -1,4 +1,4 @@
-"""Goals of manoeuvres: where a short straight motion leads, and how fast."""
+"""Goals of manoeuvres: the end of a short straight motion, and its speed."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from farhand.remote_site.interface.plant import EffectorState
 Array = NDArray[np.float64]
 
 SPEED = 0.5
-"""Of the task's limit."""
+"""Speed of manoeuvres as a share of the task's limit."""
 BACK_OFF_M, BACK_OFF_S = 0.020, 2.0
 _PATIENCE_S = 5.0
 
 
 class ManoeuvreGoal(Protocol):
-    """Where a manoeuvre leads, and how fast."""
+    """End and speed of a manoeuvre."""
 
     @property
     def time_limit_s(self) -> float:
-        """After which it ends where it is, at the full pace [s]."""
+        """Time after which it ends where it is, at the full pace [s]."""
         ...
 
     def goal(self) -> Array:
-        """Return where it ends, as known now. Shape (C,)."""
+        """Return its end, as known now. Shape (C,)."""
         ...
 
     def speed_m_s(self) -> float:
-        """Return how fast it may go now, at the full pace [m/s]."""
+        """Return its present speed limit, at the full pace [m/s]."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class FixedGoal:
-    """A place that stays where it is.
+    """Goal that does not move.
 
     Args:
-        place: Shape (C,).
-        speed: At the full pace [m/s].
+        place: Point of the goal. Shape (C,).
+        speed: Speed at the full pace [m/s].
         time_limit_s: See `ManoeuvreGoal`.
     """
 
@@ -51,7 +51,7 @@ class FixedGoal:
 
     @classmethod
     def to(cls, place: Array, start: Array, speed: float) -> FixedGoal:
-        """Return a goal with time enough to get there from a start. Shapes (C,) and (C,)."""
+        """Return a goal with enough time to get there from a start. Shapes (C,) and (C,)."""
         return cls(place, speed, patience_s(float(np.linalg.norm(place - start)), speed))
 
     def goal(self) -> Array:
@@ -64,7 +64,7 @@ class FixedGoal:
 
 
 def giving_way(effector: EffectorState, speed_m_s: float) -> FixedGoal | None:
-    """Return the place where the force on the tool pushes it; None where no force is measured."""
+    """Return the point to which the force on the tool pushes it; None if no force is measured."""
     if effector.force_n is None:
         return None
     place, away = effector.point.copy(), effector.force_n / max(float(np.linalg.norm(effector.force_n)), 1e-9)
@@ -73,5 +73,5 @@ def giving_way(effector: EffectorState, speed_m_s: float) -> FixedGoal | None:
 
 
 def patience_s(distance_m: float, speed_m_s: float) -> float:
-    """Return how long a way may take at most [s]."""
+    """Return the time limit of a path [s]."""
     return _PATIENCE_S + 2.0 * distance_m / speed_m_s

@@ -1,4 +1,4 @@
-"""Perception: how the robot's site sees its task frames."""
+"""Perception: interface to the robot's sight of its task frames."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from farhand.common.model.task_frame import TaskFrame
 
 
 class Perception(Protocol):
-    """What the remote site needs to know about its surroundings, local to it and without delay."""
+    """Sight of the surroundings, local to the remote site and without delay."""
 
     def observe(self, now_s: float) -> list[TaskFrame] | None:
         """Return the task frames as estimated now, in the order of the task's `frame_names`; None while unseen."""
         ...
 
     def true_origin_m(self, now_s: float) -> NDArray[np.float64] | None:
-        """Return where the first frame really is, None where nobody can know. Shape (D,) [m]."""
+        """Return the true origin of the first frame, None if nobody can know it. Shape (D,) [m]."""
         ...

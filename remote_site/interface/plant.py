@@ -1,4 +1,4 @@
-"""The machine that moves: a protocol of four methods, and the paper's point of unit mass."""
+"""Plant: interface of four methods to the machine that moves, and the paper's point of unit mass."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class EffectorState:
-    """Where the end effector is: a position in the plane or in space, or a pose (see `farhand.common.model.manifold`).
+    """State of the end effector: a position, or a pose (see `farhand.common.model.manifold`).
 
     Args:
         point: In the world. Shape (C,).
         velocity: A tangent at the point [m/s, rad/s]. Shape (T,).
-        load: Force, and with a pose torque about it, on the tool, mean over the last 10 ms [N, Nm]. Shape
-            (T,); None where it is not measured.
-        setpoint: Point and velocity that accelerations change, where the plant makes its effector follow a
-            virtual one; None where they change the effector itself.
-        carried: Velocity of what it moves with, while it touches something that moves; a tangent at the
-            setpoint [m/s, rad/s]. Shape (T,). None in free space.
-        joints_rad: Angles of an arm's joints [rad]; None where there are none.
+        load: Force, and with a pose the torque about it, on the tool, mean over the last 10 ms [N, Nm].
+            Shape (T,); None if it is not measured.
+        setpoint: Point and velocity of the virtual body that accelerations move and the effector follows;
+            None if accelerations move the effector itself.
+        carried: Velocity of a moving body that it touches; a tangent at the setpoint [m/s, rad/s]. Shape
+            (T,). None in free space.
+        joints_rad: Joint angles of an arm [rad]; None without joints.
     """
 
     point: Array
@@ -44,22 +44,22 @@ class EffectorState:
 
     @property
     def position_m(self) -> Array:
-        """Shape (D,) [m]."""
+        """Position. Shape (D,) [m]."""
         return self.point[: self.n_dims]
 
     @property
     def velocity_m_s(self) -> Array:
-        """Shape (D,) [m/s]."""
+        """Velocity. Shape (D,) [m/s]."""
         return self.velocity[: self.n_dims]
 
     @property
     def force_n(self) -> Array | None:
-        """Shape (D,) [N]; None where it is not measured."""
+        """Force on the tool. Shape (D,) [N]; None if it is not measured."""
         return None if self.load is None else self.load[: self.n_dims]
 
     @property
     def contact_n(self) -> float | None:
-        """Magnitude of the force on the tool [N]; None where it is not measured."""
+        """Magnitude of the force on the tool [N]; None if it is not measured."""
         force = self.force_n
         return None if force is None else math.sqrt(force @ force)
 
@@ -70,29 +70,29 @@ class EffectorState:
 
     @property
     def own_speed_m_s(self) -> float:
-        """Speed of what it does by itself, not of what carries it [m/s]."""
+        """Speed of its own motion, relative to the body that carries it [m/s]."""
         if self.carried is None:
             return float(np.linalg.norm(self.velocity_m_s))
         return float(np.linalg.norm((self.controlled[1] - self.carried)[: self.n_dims]))
 
     @property
     def is_finite(self) -> bool:
-        """Whether every number is one."""
+        """True if every number is finite."""
         measured = (self.point, self.velocity, self.load)
         return all(np.isfinite(vector).all() for vector in measured if vector is not None)
 
 
 class Plant(Protocol):
-    """A robot: one class with these four methods puts an engineer's own arm under Farhand.
+    """Interface of a robot: one class with these four methods puts an engineer's own machine under Farhand.
 
-    What moves is a position or a pose: the plant's points have C coordinates and its tangents T numbers.
+    A position or a pose moves: the plant's points have C coordinates and its tangents T numbers.
 
     A plant whose machine can stop without the control loop has one more method, `halt()`: it is called after
-    `brake`, in every period in which the loop fails with an error that nobody foresaw.
+    `brake`, in every period in which the loop fails with an unforeseen error.
     """
 
     def read(self) -> EffectorState:
-        """The effector's state as measured now."""
+        """Measure and return the effector's state."""
         ...
 
     def accelerate(self, acceleration: Array, dt_s: float) -> None:
@@ -100,7 +100,7 @@ class Plant(Protocol):
         ...
 
     def follow(self, point: Array, max_speed_m_s: float, dt_s: float) -> None:
-        """Move towards a point (C,) for one control period, never faster than said (DIRECT)."""
+        """Move towards a point (C,) for one control period, never faster than the limit (DIRECT)."""
         ...
 
     def brake(self, dt_s: float) -> None:
@@ -109,7 +109,7 @@ class Plant(Protocol):
 
 
 class PointPlant:
-    """A point of unit mass in a box, driven by force: the double integrator of Eq. 2, exact.
+    """Point of unit mass in a box, driven by force: the double integrator of Eq. 2, exact.
 
     Args:
         start_m: First position. Shape (D,) [m].
@@ -141,7 +141,7 @@ class PointPlant:
         """See `Plant.follow`."""
         error = np.asarray(point, dtype=float) - self._position
         distance = float(np.linalg.norm(error))
-        # Not faster than what still allows to stop at the goal.
+        # No faster than what still allows a stop at the goal.
         speed = min(self._FOLLOW_GAIN_1_S * distance, np.sqrt(1.6 * self._max_acceleration * distance))
         wanted = error / max(distance, 1e-12) * min(speed, max_speed_m_s, self._max_speed)
         self._approach_velocity(wanted, dt_s)
@@ -155,7 +155,7 @@ class PointPlant:
         self._move_with(self._velocity + change, dt_s)
 
     def _move_with(self, velocity: Array, dt_s: float) -> None:
-        """Go from the present velocity to another one at constant acceleration, inside the box."""
+        """Change from the present velocity to another one at constant acceleration, inside the box."""
         velocity = _clipped(velocity, self._max_speed)
         reached = self._position + 0.5 * (self._velocity + velocity) * dt_s
         self._position = np.clip(reached, 0.0, self._workspace)
@@ -163,6 +163,6 @@ class PointPlant:
 
 
 def _clipped(vector: Array, max_norm: float) -> Array:
-    """A vector shortened to a norm, direction kept."""
+    """Return a vector shortened to a norm, direction kept."""
     norm = float(np.linalg.norm(vector))
     return vector if norm <= max_norm else vector * (max_norm / norm)

@@ -17,7 +17,7 @@ from farhand.remote_site.interface.plant import Plant
 Array = NDArray[np.float64]
 
 PREDICTED_S = 0.3
-"""For so long a frame that is not seen is predicted to go on as it went."""
+"""Time for which an unseen frame is extrapolated [s]."""
 _MEAN_FRAME_S = 10.0
 _VELOCITY_S = 0.2
 
@@ -55,12 +55,15 @@ class Sensing:
         self._seen_s = -np.inf
         self.effector = plant.read()
         self.seen = [TaskFrame.identity(self.effector.position_m.size)] * n_frames
-        """The task frames as seen, or as predicted while they are not."""
+        """Task frames as seen, or as predicted while unseen."""
         self.frames = self.seen
-        """Where they are believed to be, as the supervisor says in each period; as seen until then."""
+        """Believed task frames, set by the supervisor in each period; as seen until then."""
         self.seen_again: SeenAgain | None = None
         self.unseen_s = np.inf
-        """For how long the frames have not been seen [s]; zero while they are, infinite before."""
+        """Time for which the frames have been unseen [s].
+
+        Zero while seen, infinite before the first sight.
+        """
         self.update(now_s)
 
     def update(self, now_s: float) -> None:

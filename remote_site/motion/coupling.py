@@ -1,7 +1,7 @@
 """Direct teleoperation: the robot follows the difference of the operator's hand from its anchor.
 
-Of a robot whose points are poses the hand's rotation counts too: by how far the hand was turned, about the axes
-of the world, by so much the robot's reference is turned about the same axes.
+If the robot's points are poses, the hand's rotation counts, too: the robot's reference is rotated about the
+same axes of the world, and by the same angle, as the hand.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 INPUT_SILENCE_S = 0.5
 """Without input for this long the robot stops where it is; the next input re-anchors."""
 INPUT_ABANDONED_S = 10.0
-"""Without input for this long the coupling ends; at first the operator must hear of it before."""
+"""Without input for this long the coupling ends; the first input may take a round trip longer."""
 _RAMP_S = 1.0
 _RAMP_SPEED = 0.2
 
@@ -28,10 +28,10 @@ class Coupling:
     """One coupling: made by Couple, ended with DIRECT, never used again.
 
     Args:
-        coupling_id: What each input must carry.
-        lease_id: Whose it is: it ends with that lease.
-        now_s: When it was made, on the robot's clock [s].
-        round_trip_s: How long it takes at least until the first input can be there [s].
+        coupling_id: Id that each input must carry.
+        lease_id: Lease of its operator: it ends with that lease.
+        now_s: Time of its making, on the robot's clock [s].
+        round_trip_s: Least time until the first input can arrive [s].
     """
 
     def __init__(self, coupling_id: int, lease_id: str, now_s: float, round_trip_s: float = 0.0):
@@ -39,18 +39,18 @@ class Coupling:
         self._last_input_s = now_s + round_trip_s
         self._driven_from_s: float | None = None
         self.newest_seq = -1
-        """Of the inputs that counted."""
+        """Newest sequence number of an accepted input."""
         self._hand: Array | None = None
-        self._anchor: tuple[Array, Array] | None = None  # of the hand, and of the reference
+        self._anchor: tuple[Array, Array] | None = None  # anchors of the hand and of the reference
         self._reference: Array | None = None
         self.released = False
 
     def feed(self, message: OperatorInput, robot: Array, now_s: float) -> None:
-        """Take one input of the operator; late, repeated and misshapen ones are ignored.
+        """Take one input of the operator; ignore late, repeated and malformed ones.
 
         Args:
             message: The input, already checked for age, lease and coupling.
-            robot: Where the robot, or its setpoint, is: the anchor of a new beginning. Shape (C,).
+            robot: Point of the robot, or of its setpoint: the anchor of a new beginning. Shape (C,).
             now_s: Now [s].
         """
         hand = _hand_of(message, robot.size)
@@ -58,7 +58,7 @@ class Coupling:
             return
         self.newest_seq = message.seq
         if self._anchor is None or self.waiting(now_s):
-            # Anchor: from here on the robot follows the hand's difference, so nothing jumps.
+            # Anchor: from here on the robot follows the hand's difference, so the reference does not jump.
             self._anchor = (hand, self._reference if self._reference is not None else robot.copy())
         if self._driven_from_s is None:
             self._driven_from_s = now_s
@@ -68,20 +68,26 @@ class Coupling:
         self.released = self.released or message.released
 
     def waiting(self, now_s: float) -> bool:
-        """Whether the robot waits where it is, for want of input."""
+        """Decide whether the robot waits where it is, for lack of input."""
         return self._anchor is None or now_s - self._last_input_s > INPUT_SILENCE_S
 
     def stop_here(self, robot: Array) -> None:
-        """While waiting: what the operator reaches next continues from here, without a jump. Shape (C,)."""
+        """Anchor the reference here while waiting.
+
+        The next input continues from here, without a jump. Shape (C,).
+        """
         self._reference = robot.copy()
 
     def confine(self, reference: Array) -> None:
-        """The robot could not be led further than here: the hand goes on from here, without a detour. Shape (C,)."""
+        """Anchor the reference here, where the robot was stopped from following.
+
+        The hand then continues from here, without a detour. Shape (C,).
+        """
         if self._hand is not None:
             self._anchor, self._reference = (self._hand, reference), reference
 
     def end_reason(self, now_s: float) -> Reason | None:
-        """Return why the coupling ends by what the hand did or did not do; None while it may go on."""
+        """Return why the input, or its absence, ends the coupling; empty while it may go on."""
         if self.released:
             return because(Code.DRAG_ENDED)
         if now_s - self._last_input_s > INPUT_ABANDONED_S:
@@ -89,17 +95,17 @@ class Coupling:
         return None
 
     def reference(self, now_s: float) -> Array | None:
-        """Where the robot should be. Shape (C,). None while it waits for input."""
+        """Return where the robot should be. Shape (C,). None while it waits for input."""
         return None if self.waiting(now_s) else self._reference
 
     def speed_scale(self, now_s: float) -> float:
-        """Part of the full speed that is allowed now: slow in the first second of driving."""
+        """Return the allowed share of the full speed now: low in the first second of driving."""
         driven_from_s = now_s if self._driven_from_s is None else self._driven_from_s
         return _RAMP_SPEED if now_s - driven_from_s < _RAMP_S else 1.0
 
 
 def _hand_of(message: OperatorInput, n_coordinates: int) -> Array | None:
-    """The hand's point, of the robot's kind; None when it is of another."""
+    """Return the hand's point, of the robot's kind; None if it is of another kind."""
     oriented = n_coordinates == POSE.n_coordinates
     position = np.array(message.position_m)
     if position.size != (POSE.n_dims if oriented else n_coordinates):
@@ -113,7 +119,7 @@ def _hand_of(message: OperatorInput, n_coordinates: int) -> Array | None:
 
 
 def _moved_alike(hand_before: Array, reference: Array, hand: Array) -> Array:
-    """The reference, moved and turned as the hand was. Shapes (C,)."""
+    """Return the reference, moved and rotated as the hand was. Shapes (C,)."""
     if hand.size != POSE.n_coordinates:
         return reference + (hand - hand_before)
     before, now = TaskFrame.at(hand_before), TaskFrame.at(hand)

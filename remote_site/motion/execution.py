@@ -1,4 +1,4 @@
-"""One execution of a learned model: from Execute to its end, with the record of how it went."""
+"""One execution of a learned model: from Execute to its end, with its record."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ def start_refusal(stored: StoredModel, effector: EffectorState, frames: list[Tas
 
 
 class Execution:
-    """Runs a model on the robot's own sensing.
+    """Execution of a model on the robot's own sensing.
 
     Args:
-        command: The Execute that began it.
-        stored: The model.
-        settings: Of the controller.
+        command: Execute command that began it.
+        stored: Stored model.
+        settings: Settings of the controller.
         embodiment: The robot.
-        sensing: Where it is, and the task frames now.
-        began: Now.
+        sensing: Newest measurements: the robot's state and the task frames.
+        began: Present stamp.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Execution:
         self.record = embodiment.world.new_record(stored.task)
 
     def step(self, dt_s: float) -> Array:
-        """One control period.
+        """Compute one control period.
 
         Returns:
             The acceleration to apply. Shape (T,) [m/s^2, rad/s^2].
@@ -77,32 +77,32 @@ class Execution:
 
     def _look_whether_it_has_arrived(self, at_end_of_model: bool) -> None:
         must_seat, phase = self._skill.must_seat, self._skill.end_phase(self._sensing)
-        seated = must_seat and phase is Phase.SEATED  # whatever the model has still to show
+        seated = must_seat and phase is Phase.SEATED  # regardless of the model's remaining motion
         at_end = at_end_of_model or seated or self.arrived_after_s is not None
         self.phase = phase if at_end else Phase.APPROACHING
         if self.arrived_after_s is None and (seated or (at_end and not must_seat)):
             self.arrived_after_s = self.elapsed_s
 
     def go_back(self, dt_s: float) -> None:
-        """The robot goes back a little instead, in this control period."""
+        """Retreat in this control period instead."""
         self.phase = Phase.RECOVERING
         self.elapsed_s += dt_s
 
     def go_on_with(self, settings: ExecutorSettings) -> None:
-        """Other settings from now on; the progress is kept."""
+        """Continue with other settings; the progress is kept."""
         self.settings = self.executor.settings = settings
 
     def resume(self) -> None:
-        """Go on after the robot stood still for a while; where it is in the motion is found anew."""
+        """Continue after a standstill; find the progress again from where the robot is."""
         if self._begun:
             self.executor.resume(self._sensing.frames)
 
     def measure(self, now_s: float, dt_s: float) -> None:
-        """Record how it goes."""
+        """Record one control period."""
         self.record.measure(self._sensing.effector, self.arrived_after_s is not None, now_s, dt_s)
 
     def report(self, now: Stamp, overruns: int) -> ExecutionReport:
-        """How it went so far."""
+        """Return the report of the execution so far."""
         return ExecutionReport(
             began=self.began,
             task=self.stored.task.name,

@@ -1,4 +1,4 @@
-"""A short straight motion that needs neither a model nor sensing: back off, retract, go to ready."""
+"""Short straight motion that needs neither a model nor sensing: back off, retract, go to ready."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _STANDING_M_S = 5e-3
 
 
 class Manoeuvre:
-    """Goes straight to a place, and gives up when it takes too long.
+    """Straight motion to a goal, given up when it takes too long.
 
     Args:
-        phase: What the robot is said to be doing.
-        goal: Where it leads.
-        command: Whose second answer its end is; None when the robot began it itself.
-        why: What made the robot begin it itself; None for a command.
-        pace: Share of its speed; changeable on the way.
+        phase: Phase that the robot reports meanwhile.
+        goal: Goal of the motion.
+        command: Command that its end completes; None if the robot began it on its own.
+        why: Reason why the robot began it on its own.
+        pace: Share of its speed; changeable during the motion.
     """
 
     def __init__(
@@ -40,7 +40,10 @@ class Manoeuvre:
         self.reached = False
 
     def step(self, plant: Plant, effector: EffectorState, dt_s: float) -> bool:
-        """Move for one control period [s]. True when the manoeuvre has ended, at its goal or in time."""
+        """Move for one control period [s].
+
+        Return True when it has ended, at its goal or by its time limit.
+        """
         goal = self._goal.goal()
         plant.follow(goal, self.pace * self._goal.speed_m_s(), dt_s)
         self._left_s -= self.pace * dt_s
@@ -50,11 +53,11 @@ class Manoeuvre:
 
 
 class Manoeuvres:
-    """Makes the manoeuvres of one robot.
+    """Factory of one robot's manoeuvres.
 
     Args:
-        embodiment: Knows their ways.
-        sensing: Where the robot is now.
+        embodiment: Knows the goals.
+        sensing: Newest measurements.
     """
 
     def __init__(self, embodiment: Embodiment, sensing: Sensing):
@@ -63,10 +66,10 @@ class Manoeuvres:
     def make(
         self, phase: Phase, command: Command | None = None, why: Reason | None = None, pace: float = 1.0
     ) -> Manoeuvre:
-        """The manoeuvre of a phase from here; see `Manoeuvre` for the arguments.
+        """Make the manoeuvre of a phase from here; see `Manoeuvre` for the arguments.
 
         Raises:
-            ValueError: When the phase is none of a manoeuvre, or it is not known where that leads.
+            ValueError: When the phase has no manoeuvre, or its goal is unknown.
         """
         goal = self._embodiment.skill.goal(phase, self._sensing)
         if goal is None:

@@ -1,4 +1,4 @@
-"""The models that the remote site has received: gathered from their parts, tried, confirmed by their hash."""
+"""Store of received models: assembled from their parts, tried, confirmed by their hash."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from farhand.common.wire.reasons import Reason
 from farhand.remote_site.motion.model_trial import ModelRefused, ModelTrial, Outcome, StoredModel
 
 _MOST_ARRIVING = 4
-"""So many models may arrive in parts at a time; the one that was heard of least recently begins anew."""
+"""Largest number of models that may arrive in parts at a time; the least recently heard of is dropped."""
 _MOST_KEPT = 32
-"""The newest models; an older one is sent again when it is wanted."""
+"""Number of the newest models kept; an older one is sent again when needed."""
 
 
 class ModelStore:
-    """Keeps what fits its task; what does not fit changes nothing.
+    """Store of models that fit their task; a model that does not fit changes nothing.
 
     Args:
-        tasks: What this robot does.
+        tasks: Tasks of this robot.
     """
 
     def __init__(self, tasks: TaskSet):
@@ -29,7 +29,7 @@ class ModelStore:
         self.newest: StoredModel | None = None
 
     def answer(self, transfer: ModelTransfer, now: Stamp) -> ModelReply:
-        """Receive a model or a part of one, try it when it is whole, and confirm it by its hash, or say why not."""
+        """Receive a model or a part of one; try a complete one; return its confirmation or refusal."""
         taken = self.take(transfer, now)
         return self.finish_trial(taken, taken.outcome(), now) if isinstance(taken, ModelTrial) else taken
 
@@ -39,7 +39,7 @@ class ModelStore:
         A part without content asks whether the model is here already.
 
         Returns:
-            The answer, or what must be tried before there is one (see `finish_trial`).
+            The answer, or the trial that must precede it (see `settle`).
         """
         task = self._tasks.get(transfer.task)
         if task is None:
@@ -70,7 +70,7 @@ class ModelStore:
             del self._models[next(iter(self._models))]
 
     def _so_far(self, transfer: ModelTransfer) -> bytearray:
-        """What has arrived of a model, this part included."""
+        """Return the arrived content of a model, this part included."""
         arrived = self._arriving.setdefault(transfer.sha256, bytearray())
         self._arriving.move_to_end(transfer.sha256)
         if len(self._arriving) > _MOST_ARRIVING:
@@ -80,11 +80,11 @@ class ModelStore:
         return arrived
 
     def all(self) -> list[StoredModel]:
-        """Every verified model."""
+        """Return every verified model."""
         return list(self._models.values())
 
     def get(self, sha256: str) -> StoredModel | None:
-        """The verified model with this hash, or None."""
+        """Return the verified model with this hash, or None."""
         return self._models.get(sha256)
 
 

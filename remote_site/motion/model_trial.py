@@ -1,7 +1,7 @@
-"""Tries a model that has arrived before it is confirmed: its numbers are of this world, and it can be executed.
+"""Trial of a received model before its confirmation: its numbers are plausible, and it can be executed.
 
-A model may have the right form and still be of no use: covariances that cannot be inverted, durations of
-centuries. It is found out here, away from the control loop, and not when the robot moves by it.
+A model may be well-formed and still be useless: covariances that cannot be inverted, durations of centuries.
+The trial finds this away from the control loop, and not when the robot moves by it.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _MOST_GAIN = 1e4
 _TRIED_STEPS, _TRIED_STARTS = 5, 4
 _MOST_WAITING = 4
 
-# The largest magnitude of what a field may hold.
+# Largest magnitude of a field's numbers.
 _LIMITS: dict[str, tuple[float, str]] = {
     "means": (MOST_M, "m"),
     "start_means": (MOST_M, "m"),
@@ -71,12 +71,12 @@ class ModelRefused(InvalidModel):
 
 @dataclass(frozen=True)
 class StoredModel:
-    """A verified model.
+    """Verified model.
 
     Args:
-        sha256: Of the bytes that arrived.
-        model: What they say.
-        task: What it was sent for.
+        sha256: SHA-256 of the bytes that arrived.
+        model: Decoded model.
+        task: Task that it was sent for.
     """
 
     sha256: str
@@ -85,18 +85,18 @@ class StoredModel:
 
     @property
     def label(self) -> str:
-        """In words: its task, and the first digits of its hash."""
+        """Label for people: its task, and the first digits of its hash."""
         return f"{self.task.name} {self.sha256[:8]}"
 
 
 @dataclass(frozen=True)
 class ModelTrial:
-    """A model that has arrived whole and must be tried; it takes long, and any thread may do it.
+    """Complete model that must be tried; the trial takes long, and any thread may run it.
 
     Args:
-        transfer: What was said of it.
-        content: Its bytes.
-        task: What it was sent for.
+        transfer: Transfer that announced it.
+        content: Bytes of the model.
+        task: Task that it was sent for.
     """
 
     transfer: ModelTransfer
@@ -121,21 +121,21 @@ class ModelTrial:
         return StoredModel(sha256, model, self.task)
 
     def outcome(self) -> Outcome:
-        """The model, or why it is refused. Never raises."""
+        """Return the model, or the reason of its refusal. Never raises."""
         try:
             return self.run()
         except ModelRefused as refused:
             return refused
         except InvalidModel as error:
             return _malformed(error.field, error.expected)
-        except Exception as error:  # whatever foreign numbers lead to, they lead to it here
+        except Exception as error:  # foreign numbers may raise anything, and do so here
             _log.exception("a model could not be tried")
             return _malformed("", f"a model that can be tried ({type(error).__name__}: {error})")
 
 
 Outcome = StoredModel | ModelRefused
 TryModel = Callable[[ModelTrial, Callable[[Outcome], None]], None]
-"""Has a model tried, and the outcome told."""
+"""Has a model tried, and reports the outcome."""
 
 
 def _malformed(field: str, text: str) -> ModelRefused:
@@ -148,13 +148,13 @@ def try_at_once(trial: ModelTrial, done: Callable[[Outcome], None]) -> None:
 
 
 class ModelTrials(Worker[tuple[ModelTrial, Callable[[Outcome], None]]]):
-    """The worker that tries models, one after the other; of those that wait the oldest give way, unanswered."""
+    """Worker that tries models in turn; when too many wait, the oldest is dropped, unanswered."""
 
     def __init__(self) -> None:
         super().__init__("model trials", lambda job: try_at_once(*job), Mailbox(_MOST_WAITING))
 
     def submit_trial(self, trial: ModelTrial, done: Callable[[Outcome], None]) -> None:
-        """Have a model tried; `done` gets the outcome from the worker's thread. Never blocks."""
+        """Have a model tried; `done` gets the outcome in the worker's thread. Never blocks."""
         self.submit((trial, done))
 
 
@@ -178,7 +178,7 @@ def _check_task(model: TPHSMM, task: AnyTask) -> None:
 
 
 def _check_numbers(model: TPHSMM) -> None:
-    """Refuse what nobody demonstrates.
+    """Refuse numbers that no demonstration gives.
 
     Raises:
         ModelRefused: Naming the field.
@@ -220,7 +220,7 @@ def _check_variances(name: str, covariances: Array) -> None:
 
 
 def _try_out(model: TPHSMM) -> None:
-    """Begin where demonstrations began, and in the middle of the motion, and execute a few periods from there.
+    """Execute a few periods from the start of the demonstrations, and from the middle of the motion.
 
     Raises:
         ModelRefused: When a number is not finite.
@@ -233,7 +233,7 @@ def _try_out(model: TPHSMM) -> None:
         try:
             executor.begin(point, still, frames)
         except InvalidInput:
-            continue  # nothing is executed from behind the end
+            continue  # no execution starts behind the end
         for _ in range(_TRIED_STEPS):
             control = executor.step(point, still, frames)
             if not (np.isfinite(control.acceleration).all() and np.isfinite(control.desired).all()):

@@ -1,4 +1,4 @@
-"""What moves the plant in one control period: the hand, a learned model, a manoeuvre, or nothing."""
+"""Motion of the plant in one control period: by the hand, a learned model, a manoeuvre, or nothing."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ Mover = Coupling | Execution | Manoeuvre
 
 
 class Outcome(Enum):
-    """What one control period came to."""
+    """Outcome of one control period."""
 
     MOVING = auto()
     STANDING = auto()
-    """Nothing moves the robot, and it stands still."""
+    """The robot stands still, and nothing moves it."""
     UNDER_WAY = auto()
     """A model is executed and has not arrived."""
     ARRIVED = auto()
     """It arrived in this very period."""
     ENDED = auto()
-    """A manoeuvre came to its end in this very period."""
+    """A manoeuvre ended in this very period."""
     FAILED = auto()
     """A measured or computed number is not finite, or the plant itself failed: see `Motion.failure`."""
 
 
 class Motion:
-    """Moves the plant by at most one cause at a time.
+    """Mover of the plant, by at most one cause at a time.
 
     Args:
         embodiment: The robot.
@@ -50,48 +50,48 @@ class Motion:
     def __init__(self, embodiment: Embodiment, sensing: Sensing):
         self.embodiment, self._plant, self._sensing = embodiment, embodiment.hardware.plant, sensing
         self.mover: Mover | None = None
-        """What moves the robot, or would if it were not paused."""
+        """The present cause of motion, also while paused."""
         self.paused = False
         self.failure: Reason | None = None
-        """Why the last period failed that did."""
+        """Reason of the last failed period's failure."""
         self._interrupted = False
 
     @property
     def coupling(self) -> Coupling | None:
-        """The operator's hand, if that moves the robot."""
+        """Operator's coupling, if it moves the robot."""
         return self.mover if isinstance(self.mover, Coupling) else None
 
     @property
     def execution(self) -> Execution | None:
-        """The execution of a model, also while it is paused."""
+        """Execution of a model, also while paused."""
         return self.mover if isinstance(self.mover, Execution) else None
 
     @property
     def executing(self) -> bool:
-        """Whether a model moves the robot now."""
+        """True while a model moves the robot."""
         return self.execution is not None and not self.paused
 
     @property
     def manoeuvre(self) -> Manoeuvre | None:
-        """The manoeuvre under way, also while it is paused."""
+        """Present manoeuvre, also while paused."""
         return self.mover if isinstance(self.mover, Manoeuvre) else None
 
     def begin(self, mover: Mover) -> None:
-        """Let this move the robot from now on, and nothing else."""
+        """Let this cause, and no other, move the robot from now on."""
         self.mover, self.paused, self._interrupted = mover, False, False
 
     def end(self) -> None:
-        """Let nothing move the robot any more; it brakes from the next period on."""
+        """End the present cause; the robot brakes from the next period on."""
         self.mover, self.paused = None, False
 
     def step(self, guidance: Guidance, now_s: float, dt_s: float, wait: bool = False) -> Outcome:
         """Move for one control period.
 
         Args:
-            guidance: What contact asks of an execution.
+            guidance: Demands of the skill on an execution.
             now_s: Now [s].
             dt_s: The period [s].
-            wait: An execution must not go on now, for want of sight.
+            wait: Whether an execution must wait, for lack of sight.
         """
         try:
             return self._step(guidance, now_s, dt_s, wait)
@@ -113,14 +113,14 @@ class Motion:
         return Outcome.MOVING if self._follow(mover, now_s, dt_s) else self.brake(dt_s)
 
     def brake(self, dt_s: float) -> Outcome:
-        """Come to rest, whatever moves the robot; an execution that goes on later is localised anew."""
+        """Brake; an execution that continues later finds its progress again."""
         self._interrupted = True
         self._plant.brake(dt_s)
         standing = self._plant.read().own_speed_m_s <= _STANDING_M_S
         return Outcome.STANDING if standing else Outcome.MOVING
 
     def halt(self, dt_s: float) -> None:
-        """Come to rest after an error that nobody foresaw: brake, and have the plant halt if it can. Never raises."""
+        """Brake after an unforeseen error, and have the plant halt if it can. Never raises."""
         self._interrupted = True
         for stop in (partial(self._plant.brake, dt_s), getattr(self._plant, "halt", None)):
             try:
@@ -134,7 +134,7 @@ class Motion:
         return Outcome.FAILED
 
     def _follow(self, coupling: Coupling, now_s: float, dt_s: float) -> bool:
-        """Follow the hand. False while there is no input to follow."""
+        """Follow the hand. Return False while there is no input to follow."""
         reference = coupling.reference(now_s)
         if reference is None:
             coupling.stop_here(self._sensing.effector.controlled[0])

@@ -26,18 +26,18 @@ MAX_POINTS = 200
 
 @dataclass(frozen=True)
 class PlanRequest:
-    """What to roll out, copied from the control loop at one instant.
+    """Request for a rollout, copied from the control loop at one instant.
 
     Args:
-        path_id: Name of the result.
-        plan_id: Set when an operator asked for it.
+        path_id: Id of the result.
+        plan_id: Id of the plan when an operator asked for it.
         stamp: The instant.
         stored: The model.
-        settings: Of the execution.
+        settings: Settings of the execution.
         state: Progress so far; None plans from the beginning.
-        effector: Where the robot is.
-        frames: The task frames at the instant.
-        check: Examines the motion too; None for nothing.
+        effector: State of the robot.
+        frames: Task frames at the instant.
+        check: Examines the motion, too; None for no examination.
     """
 
     path_id: int
@@ -78,16 +78,16 @@ def plan(request: PlanRequest) -> PlannedPath:
 
 
 def answer(request: PlanRequest) -> tuple[PlannedPath | None, Reason | None]:
-    """Return the path and what the operator should know of it, or None and why there is none."""
+    """Return the path with a warning for the operator, or None with the reason why there is none."""
     found = Check() if request.check is None else request.check()
     return (plan(request), found.warning) if found.refusal is None else (None, found.refusal)
 
 
 class Planner(Worker[PlanRequest]):
-    """The worker. Of several requests that wait only the newest preview and the newest commit are done.
+    """Worker; of several waiting requests it serves only the newest preview and the newest commit.
 
     Args:
-        deliver: Called from the worker with each request and what `answer` gives.
+        deliver: Called in the worker with each request and the result of `answer`.
     """
 
     def __init__(self, deliver: Callable[[PlanRequest, PlannedPath | None, Reason | None], None]):
@@ -95,7 +95,7 @@ class Planner(Worker[PlanRequest]):
         super().__init__("planner", self._answer, Mailbox(), Mailbox())
 
     def request(self, request: PlanRequest) -> None:
-        """Ask for a rollout. Never blocks."""
+        """Request a rollout. Never blocks."""
         self.submit(request, box=0 if request.plan_id else 1)
 
     def _answer(self, request: PlanRequest) -> None:

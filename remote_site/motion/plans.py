@@ -1,4 +1,4 @@
-"""Previews and committed paths: asking for them, and whether a preview still describes what would happen."""
+"""Previews and committed paths: their requests, and whether a preview still describes what would happen."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ _REPLAN_FRAME_M = 0.005
 
 @dataclass(frozen=True)
 class Situation:
-    """What a plan depends on.
+    """Conditions on which a plan depends.
 
     Args:
-        effector: Its frame.
+        effector: Frame of the effector.
         mean_frame: The first task frame, averaged over its movement.
-        model_sha256: The model.
-        time_s: When, on the robot's clock [s].
+        model_sha256: SHA-256 of the model.
+        time_s: Time on the robot's clock [s].
     """
 
     effector: TaskFrame
@@ -46,18 +46,18 @@ class Situation:
 
 
 class Plans:
-    """The last previews by their id, and the committed path of the execution.
+    """Last previews by their id, and the committed path of the execution.
 
     Args:
-        sensing: Where the robot and its frames are.
-        embodiment: How it executes, and what it examines before.
+        sensing: Newest measurements.
+        embodiment: Settings of executions, and their examination.
         submit: Hands a request to the worker; never blocks.
     """
 
     def __init__(self, sensing: Sensing, embodiment: Embodiment, submit: Callable[[PlanRequest], None]):
         self._sensing, self._skill, self._submit = sensing, embodiment.skill, submit
         self.settings = embodiment.hardware.settings
-        """Of the next execution, and of the previews of it."""
+        """Settings of the next execution, and of its previews."""
         self._previews: dict[int, Situation] = {}
         self._plan_count = 0
         self._path_count = 0
@@ -65,13 +65,13 @@ class Plans:
         self._committed_frame_m: Array | None = None
 
     def preview(self, stored: StoredModel, now: Stamp) -> int:
-        """Have the whole task rolled out from here. Returns the plan's id."""
+        """Request a rollout of the whole task from here. Return the plan's id."""
         self._plan_count += 1
         self._request(stored, None, self._plan_count, now)
         return self._plan_count
 
     def commit(self, execution: Execution, now: Stamp) -> None:
-        """Have the rest of an execution rolled out: once a second at most, and when the frame moved."""
+        """Request a rollout of the rest of an execution: at most once a second, and when the frame moved."""
         now_s, origin = now.t_ns * 1e-9, self._sensing.frames[0].b
         moved = self._committed_frame_m is None or (
             float(np.linalg.norm(origin - self._committed_frame_m)) > _REPLAN_FRAME_M
@@ -81,16 +81,16 @@ class Plans:
             self._request(execution.stored, execution, 0, now)
 
     def forget_commit(self) -> None:
-        """A new execution begins: its first path is due at once."""
+        """Make the first path of a new execution due at once."""
         self._committed_s, self._committed_frame_m = -np.inf, None
 
     def situation(self, model_sha256: str, now: Stamp) -> Situation:
-        """What a plan made now would depend on."""
+        """Return the conditions of a plan made now."""
         effector = TaskFrame.at(self._sensing.effector.point)
         return Situation(effector, self._sensing.mean_frame(), model_sha256, now.t_ns * 1e-9)
 
     def shown(self, request: PlanRequest) -> None:
-        """A preview is on its way to the operator: it can be executed from now on."""
+        """Register a preview that is being sent to the operator: it can be executed from now on."""
         effector = TaskFrame.at(request.effector.point)
         self._previews[request.plan_id] = Situation(
             effector, self._sensing.mean_frame(), request.stored.sha256, request.stamp.t_ns * 1e-9
@@ -99,7 +99,7 @@ class Plans:
             del self._previews[min(self._previews)]
 
     def refusal(self, plan_id: int, now: Situation, round_trip_s: float) -> Reason | None:
-        """Return why a plan no longer holds, with the measured difference; None when it does."""
+        """Return why a plan is no longer valid, with the measured difference; an empty reason while it is."""
         plan = self._previews.get(plan_id)
         if plan is None:
             return because(Code.NO_SUCH_PLAN, plan=str(plan_id))

@@ -1,4 +1,4 @@
-"""Previews under way: which command waits for which plan. A newer preview replaces an older one."""
+"""Pending previews: which command waits for which plan. A newer preview replaces an older one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from farhand.remote_site.motion.plans import Plans
 
 
 class Previews:
-    """At most one preview waits for its plan.
+    """Register of the one preview that may wait for its plan.
 
     Args:
         plans: Makes and keeps the plans.
@@ -21,13 +21,13 @@ class Previews:
         self._command: Command | None = None
 
     def begin(self, command: Command, stored: StoredModel, now: Stamp) -> Command | None:
-        """Have a plan made for a command. Returns the command that it replaces, if one still waited."""
+        """Request a plan for a command. Return the command that it replaces, if one was waiting."""
         replaced = self._command
         self._plan_id, self._command = self._plans.preview(stored, now), command
         return replaced
 
     def finish(self, request: PlanRequest, path: PlannedPath | None) -> Command | None:
-        """A plan was made, or could not be. Returns the command that waited for it, if it still does."""
+        """Finish a plan that was made, or failed. Return the command that waits for it, if any."""
         if self._command is None or request.plan_id != self._plan_id:
             return None
         command, self._command = self._command, None

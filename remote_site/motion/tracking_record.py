@@ -1,4 +1,4 @@
-"""The record of an execution that ends with following a target: how far from it, since the arrival."""
+"""Record of an execution that ends with tracking a target: the distance from it since the arrival."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import EffectorState
 
 _RECORD_S = 10.0
-"""Time after the arrival that the error is accumulated over [s]."""
+"""Time after the arrival over which the error is accumulated [s]."""
 
 
 class TrackingRecord:
     """Distance to the true target after the arrival.
 
     Args:
-        perception: Knows where the target really is, if anybody can.
+        perception: Knows the true target, if anybody can.
     """
 
     def __init__(self, perception: Perception):
@@ -35,7 +35,7 @@ class TrackingRecord:
             self.add(float(np.linalg.norm(effector.position_m - truth_m)), dt_s)
 
     def add(self, distance_m: float, dt_s: float) -> None:
-        """Take one control period into account."""
+        """Record one control period."""
         self.newest_m = distance_m
         if self.tracked_s < _RECORD_S:
             self._sum_squares += distance_m**2

@@ -79,7 +79,7 @@ class MarkerTracker:
         self._random = np.random.default_rng(seed)
         self._jitter = self._std(noise.jitter_m, noise.jitter_rad)
         self.bias = self._random.normal(size=space.n_tangent) * self._std(noise.bias_m, noise.bias_rad)
-        """The constant error [m, rad]. Shape (T,)."""
+        """Constant error [m, rad]. Shape (T,)."""
         self._due_s = -math.inf
         self._under_way: deque[Measurement] = deque()
 

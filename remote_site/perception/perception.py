@@ -71,9 +71,9 @@ class SimulatedPerception:
     ):
         self._truth, self._tracker, self._filter = truth, tracker, target_filter
         self.in_sight = True
-        """Whether the tracker sees the target at all."""
+        """True if the tracker sees the target at all."""
         self.newest: Estimate | None = None
-        """Where the target was at the last look, how it moved and how well that is known; None while unseen."""
+        """Estimate at the last look; None while the target is unseen."""
 
     @classmethod
     def of_oscillating(cls, target: OscillatingTarget, noise_std_m: float, seed: int) -> SimulatedPerception:

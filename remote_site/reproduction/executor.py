@@ -66,7 +66,7 @@ class Executor:
     def __init__(self, model: TPHSMM, settings: ExecutorSettings):
         self.model, self.settings = model, settings
         self.way = -1
-        """The number of the way that is taken, -1 for none."""
+        """Number of the way that is taken, -1 for none."""
         self._tracker = ProgressTracker(model)
         self._control_cost = _control_cost(model, settings.bandwidth_rad_s)
         self._state: ExecutorState | None = None

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 _PATIENCE = 3.0
 _PATIENCE_S, _MOST_PATIENCE_S = 5.0, 60.0
 LONGEST_S = 300.0
-"""No motion takes longer [s]."""
+"""Longest duration of a motion [s]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,9 +40,9 @@ class ArmPlant:
         joints = np.array(simulation.dimensions.home_rad) if joints_rad is None else joints_rad
         simulation.reset(joints, surroundings(0.0))
         self.simulation = simulation
-        """The truth."""
+        """Source of the true state."""
         self.servo = Servo(simulation.dimensions, settings or ServoSettings(), joints)
-        """With what it reports: `servo.solution` and `servo.governor`."""
+        """Servo; it reports `servo.solution` and `servo.governor`."""
         self._surroundings = surroundings
         self._ticks = 0
 

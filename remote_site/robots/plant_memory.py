@@ -29,9 +29,9 @@ _log = loop_logger(__name__)
 
 PERIOD_S = 0.05
 _FAR = 1e6
-"""Nothing is that far away, or takes that long [m, rad, s, N]."""
+"""Limit of plausible numbers [m, rad, s, N]."""
 _STILL = 2e-5
-"""What changes by less than this has not changed [m, rad, s, N]."""
+"""Changes below this are none [m, rad, s, N]."""
 
 
 class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
@@ -90,9 +90,9 @@ class PlantMemory:
     def __init__(self, path: Path):
         self._path = path
         self.error: OSError | None = None
-        """Why the newest state could not be written; None when it was."""
+        """Reason why the newest state could not be written; None if it was."""
         self.unknown_place: Reason | None = None
-        """Why `load` did not find where the robot was, though it was somewhere: for the operator; None when it did."""
+        """Reason why `load` found no state although one was stored, for the operator."""
         self._box: Mailbox[PlantState] = Mailbox()
         self._wanted = threading.Event()
         self._closed = False

@@ -11,7 +11,7 @@ from farhand.common.arm.simulation.simulation import Simulation
 from farhand.remote_site.interface.plant import EffectorState
 
 _HELD_S = 1.0
-"""The goal is reached when it was held for so long until now."""
+"""Time for which the goal must have been held to be reached [s]."""
 
 
 class PlugRecord:

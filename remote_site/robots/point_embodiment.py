@@ -28,7 +28,7 @@ from farhand.remote_site.robots.plant_memory import PlantState
 Array = NDArray[np.float64]
 
 CONTROL_HZ = 50.0
-"""Its control rate where the configuration says nothing [Hz]."""
+"""Default control rate [Hz]."""
 
 
 class PointHardware:

@@ -46,7 +46,7 @@ Array = NDArray[np.float64]
 _log = loop_logger(__name__)
 
 CONTROL_HZ = 1.0 / TICK_S
-"""The only rate of an arm's controller [Hz]."""
+"""Only control rate of an arm [Hz]."""
 _HORIZON_S = 0.6
 _COMPLIANCE = ComplianceSettings()
 

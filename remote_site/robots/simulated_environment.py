@@ -12,7 +12,7 @@ from farhand.common.arm.simulation.placement import Box
 Array = NDArray[np.float64]
 
 SLIDE_M_S = 0.03
-"""How fast a receptacle goes to its new place: a plug in its bore can follow [m/s]."""
+"""Speed of a receptacle on its way to a new place, which a plug in its bore can follow [m/s]."""
 
 
 class SimulatedEnvironment:
