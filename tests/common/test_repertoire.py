@@ -7,6 +7,7 @@ from farhand.common.errors import InvalidConfiguration
 from farhand.common.repertoire import TaskSet
 from farhand.common.task import ArmTask, Limits
 from farhand.common.wire.messages import MOST_TASKS
+from farhand.common.wire.words import sentence
 from farhand.deploy.places import find_task, find_tasks
 
 STAB, REMOVAL, PLANAR = find_task("hot-stab"), find_task("hot-stab-removal"), find_task("planar")
@@ -33,8 +34,10 @@ def test_there_must_be_a_task_and_each_only_once():
 
 def test_a_task_that_is_not_done_is_refused_in_words_that_name_those_that_are():
     tasks = TaskSet([STAB, REMOVAL])
-    assert tasks.refusal("hot-stab-removal") == ""
-    assert tasks.refusal("planar") == "this robot does 'hot-stab' and 'hot-stab-removal', not 'planar'"
+    assert tasks.refusal("hot-stab-removal") is None
+    assert (
+        sentence(tasks.refusal("planar")) == "this robot does 'hot-stab' and 'hot-stab-removal', not 'planar'"
+    )
 
 
 @pytest.mark.parametrize(
