@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 
 import viser
-from farhand.local_site.console.console_state import ConsoleState
 from msgspec import UNSET
 
 from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import Telemetry
 from farhand.common.wire.words import sentence
+from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.reports import PLAN_GOOD_S
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.html import Html, element, text
