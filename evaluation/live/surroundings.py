@@ -114,7 +114,7 @@ def _of_page(case: Case, folder: Path) -> ProcessOutcome:
         site = closing.enter_context(started(arguments, True, Surrounding(), folder))
         site.await_ready()
         if not site.is_ready:
-            return Outcome("fault", f"no page: {site.outcome(None).why}")
+            return ProcessOutcome("fault", f"no page: {site.outcome(None).why}")
         refusal = visit(site.facts["page"] if named else address, proxy_port)
         if named:
             return ProcessOutcome("fault", refusal) if refusal else site.outcome(None)
