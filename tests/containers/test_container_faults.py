@@ -100,7 +100,7 @@ def test_a_fault_is_shown_and_overcome(
     stalled = tab.tp("message").filter(has_text=STALLED)
     stalled_before = stalled.count()
     tab.page.evaluate(_WATCH)
-    # By a timer: while nothing is drawn, a browser that is asked at each drawn frame does not answer.
+    # Asked by a timer, not at each drawn frame: a browser that draws in software draws seldom.
     fault(
         place, service,
         lambda: tab.page.wait_for_function("() => window.fhTrouble", timeout=WAIT_MS, polling=200.0),
