@@ -26,13 +26,17 @@ _NETWORK = {"robot": ("subsea", "robot"), "link": ("shore", "link-shore"), "oper
 _WATCH = """() => {
   window.fhObserver?.disconnect();
   window.fhTrouble = false;
+  let heard = -1;
   window.fhObserver = new MutationObserver(() => {
-    window.fhTrouble ||= document.querySelector('[data-tp=link]')?.textContent === 'LOST'
+    const beat = Number(document.querySelector('[data-tp=beat]')?.textContent ?? heard);
+    window.fhTrouble ||= beat < heard || document.querySelector('[data-tp=link]')?.textContent === 'LOST'
       || (document.querySelector('[data-tp=stale]')?.textContent ?? '') !== '';
+    heard = beat;
   });
   window.fhObserver.observe(document.body, {subtree: true, childList: true, characterData: true});
 }"""
-"""Notes from now on whether the page says that something is wrong, until it is loaded again."""
+"""Notes from now on whether the page says that something is wrong, until it is loaded again; or hears a site that counts from
+the beginning: a browser that draws in software may notice silence later than the site is back."""
 _BACK_MS = 200_000.0
 """A connection whose other end is gone without a word is given up after two minutes [ms]."""
 
