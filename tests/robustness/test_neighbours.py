@@ -245,7 +245,7 @@ def test_idle_connections_straight_to_the_robots_port_keep_no_operator_out(
         heard = threading.Event()
         newcomer.subscribe(keys.TELEMETRY, lambda _: heard.set())
         assert heard.wait(30.0), "a new operator hears nothing of the robot"
-        stop = Stop(stop_id=f"beside the idle ones {word!r}", site_name="newcomer")
+        stop = Stop(stop_id=f"beside idle ones {word!r}", site_name="newcomer")
         for _ in range(300):  # as a site does: it is sent again until the robot stands
             newcomer.send(keys.STOP, encode(stop))
             if operator.report().mode is ControlMode.STOPPED:
