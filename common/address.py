@@ -1,4 +1,7 @@
-"""Network addresses: the only parser of what people write, and the only place that opens a port to listen at."""
+"""Network addresses as people write them: host:port, with an IPv6 host in brackets.
+
+The only parser of them.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ _KINDS = {
     "quic": socket.SOCK_DGRAM,
     "udp": socket.SOCK_DGRAM,
 }
-"""Schemes of the transport's endpoints, and the sockets that they need."""
+"""Schemes of the transport's endpoints, with the type of their sockets."""
 
 
 def parse_address(text: str, field: str, source: str = "command line") -> Address:
@@ -28,7 +31,7 @@ def parse_address(text: str, field: str, source: str = "command line") -> Addres
 
     Args:
         text: HOST:PORT; an IPv6 host is in brackets.
-        field: Name of the field that has it, for the error.
+        field: Name of the field, for the error.
         source: Origin of the field, for the error.
 
     Raises:
@@ -65,10 +68,10 @@ def show_address(address: Address) -> str:
 
 
 def endpoint_fault(endpoint: str) -> str:
-    """Return the reason why a text is no endpoint of the transport; an empty string when it is one.
+    """Return the reason why a text is not an endpoint of the transport; empty when it is one.
 
     Args:
-        endpoint: SCHEME/HOST:PORT, perhaps with the transport's own options after `?` or `#`.
+        endpoint: SCHEME/HOST:PORT, optionally with the transport's own options after `?` or `#`.
     """
     scheme, slash, rest = endpoint.partition("/")
     expected = f"{'/, '.join(_KINDS)}/ and HOST:PORT, such as tcp/127.0.0.1:7447 or tcp/[::1]:7447"
@@ -92,7 +95,7 @@ def bind(
     kind: int = socket.SOCK_STREAM,
     other_port: str = "choose another port",
 ) -> socket.socket:
-    """Return a non-blocking socket that is bound, and listens if it is one of a stream.
+    """Return a non-blocking socket that is bound, and listens if it is a stream socket.
 
     Args:
         address: Host and port; port 0 takes a free one. `::` takes every address, of IPv4 too where that can be.
@@ -101,8 +104,8 @@ def bind(
         other_port: How another port is chosen, for the error.
 
     Raises:
-        LinkError: When the port is in use, not allowed or out of range, or the address is not of this machine;
-            says which, and the remedy.
+        LinkError: When the port is in use, not allowed or out of range, or the address does not belong to
+            this machine; says which, and the remedy.
     """
     host, port = address
     if not 0 <= port <= 65535:
@@ -114,7 +117,7 @@ def bind(
             found, key=lambda each: each[0]
         )  # IPv4 first, where a name has both
         sock = socket.socket(family, kind)
-        if os.name == "posix" and kind == socket.SOCK_STREAM:  # else two processes could share the port
+        if os.name == "posix" and kind == socket.SOCK_STREAM:  # otherwise two processes could share the port
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         if family == socket.AF_INET6 and socket.has_dualstack_ipv6():
             sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, host != "::")
@@ -124,7 +127,7 @@ def bind(
         if kind == socket.SOCK_STREAM:
             sock.listen()
         sock.setblocking(False)
-    except (OSError, UnicodeError) as error:  # a host name of odd characters fails in its encoding
+    except (OSError, UnicodeError) as error:  # a host name with odd characters fails in its encoding
         if sock:
             sock.close()
         taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
@@ -143,7 +146,7 @@ def free_port(scheme: str = "tcp") -> int:
 
 
 def listening_fault(endpoint: str) -> str:
-    """Return the reason why an endpoint cannot be listened on now; an empty string when it can.
+    """Return the reason why an endpoint cannot be listened on now; empty when it can.
 
     Args:
         endpoint: Well-formed endpoint of the transport. Where QUIC listens, TLS does too, at the same port.

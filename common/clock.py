@@ -1,4 +1,4 @@
-"""Time: a clock that names its boot and runs on while the computer is suspended, and a fixed-rate loop.
+"""Time: a clock that names its boot and continues while the computer is suspended, and a fixed-rate loop.
 
 The two sites share no clock. A stamp is only ever compared with the clock that made it.
 """
@@ -14,14 +14,14 @@ from typing import Annotated
 from msgspec import Meta
 
 LONGEST_WAIT_S = 1e8
-"""Longest time that is waited for, three years [s]: the waits of the system end at 300."""
+"""Longest wait, three years [s]; the system's own waits end at 300 years."""
 
 Wait = Annotated[float, Meta(ge=1e-3, le=LONGEST_WAIT_S)]
-"""A time that a process can wait for [s]."""
+"""Time that a process can wait for [s]."""
 
 _BOOTTIME = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)  # only Linux has one that counts a suspend
 _LEAST_SUSPEND_S = 0.1
-"""Nothing shorter is a suspend: it is counted in the ages all the same [s]."""
+"""Least time that counts as a suspend; shorter ones are included in all ages anyway [s]."""
 
 
 def elapsed_ns() -> int:
@@ -30,16 +30,16 @@ def elapsed_ns() -> int:
 
 
 def elapsed_s() -> float:
-    """Return the same in seconds: what every age is measured with [s]."""
+    """Return the same time in seconds; every age is measured with it [s]."""
     return elapsed_ns() * 1e-9
 
 
 class SuspendWatch:
-    """Notices that the computer was suspended: one clock ran on meanwhile, the other stood still.
+    """Detector of suspends: one clock ran meanwhile, the other stood still.
 
     Args:
-        awake_ns: A clock that stands still in a suspend [ns].
-        elapsed_ns: One that runs on [ns].
+        awake_ns: Clock that stands still in a suspend [ns].
+        elapsed_ns: Clock that runs in a suspend [ns].
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class SuspendWatch:
         _, self._most_ns = self._apart_ns()
 
     def suspended_s(self) -> float:
-        """Return for how long it was suspended since the last call that noticed it [s]; 0.0 for not at all."""
+        """Return the duration of a suspend since the last call that reported one [s]; 0.0 for none."""
         least_ns, most_ns = self._apart_ns()
         suspended_s = (least_ns - self._most_ns) * 1e-9
         if suspended_s < _LEAST_SUSPEND_S:
@@ -59,18 +59,18 @@ class SuspendWatch:
         return suspended_s
 
     def _apart_ns(self) -> tuple[int, int]:
-        """What the clocks are apart, at least and at most: a process may be held up between two readings."""
+        """Return bounds of the clocks' difference: the process may be delayed between two readings."""
         before_ns = self._awake_ns()
         elapsed_ns = self._elapsed_ns()
         return elapsed_ns - self._awake_ns(), elapsed_ns - before_ns
 
 
 class BootClock:
-    """The clock of one process life. It counts a suspend of the computer, for ages to be true after it.
+    """Clock of one process life. It counts a suspend of the computer, so that ages stay true.
 
     Args:
-        boot: Name of this boot; a random one unless given (recordings, virtual time).
-        now_ns: The source of time [ns].
+        boot: Name of this boot; random when not given (recordings and virtual time give one).
+        now_ns: Source of time [ns].
     """
 
     def __init__(self, boot: str | None = None, now_ns: Callable[[], int] = elapsed_ns):
@@ -78,16 +78,16 @@ class BootClock:
         self.now_ns = now_ns
 
     def now_s(self) -> float:
-        """Seconds on this clock; the zero means nothing."""
+        """Return seconds on this clock; its zero is arbitrary."""
         return self.now_ns() * 1e-9
 
 
 class Rate:
-    """Paces a loop at a fixed rate without drift and counts what it missed.
+    """Pacer of a loop at a fixed rate without drift; it counts missed ticks.
 
     Args:
         period_s: Time from one tick to the next [s].
-        stop: Set by anybody to end the loop; the wait ends at once.
+        stop: Event that ends the loop, and the wait at once.
     """
 
     def __init__(self, period_s: float, stop: threading.Event):
@@ -96,14 +96,14 @@ class Rate:
         self._due_s = time.monotonic()
         self.overruns = 0
         self.late_s = 0.0
-        """How late the present tick began [s]."""
+        """Lateness of the present tick [s]."""
 
     def wait(self) -> bool:
-        """Wait for the next tick. False when the loop was asked to end."""
+        """Wait for the next tick. Return False when the loop shall end."""
         self._due_s += self._period_s
         late_s = time.monotonic() - self._due_s
         if late_s > self._period_s:
-            # A tick that was missed is not made up for: two in a row would be a jump in time.
+            # A missed tick is not made up for: two in a row would be a jump in time.
             self.overruns += 1
             self._due_s += late_s
         running = not self._stop.wait(max(0.0, self._due_s - time.monotonic()))

@@ -1,6 +1,6 @@
-"""The modes of the robot and the one table of what an operator's action does in each.
+"""Modes of the robot, and the one table of what an operator's action does in each.
 
-The remote site owns the mode; the local site shows the mode that the remote reported and nothing else.
+The remote site owns the mode; the local site shows the mode that the remote site reported and nothing else.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class ControlMode(StrEnum):
-    """The robot's mode: how it uses the operator's input and a learned model."""
+    """Mode of the robot: how it uses the operator's input and a learned model."""
 
     DISARMED = "disarmed"
     """Start-up and every restart: holds its position, accepts no motion."""
@@ -32,7 +32,7 @@ class ControlMode(StrEnum):
 
 
 class Phase(StrEnum):
-    """The phase of AUTONOMOUS; `NONE` in every other mode."""
+    """Phase of AUTONOMOUS; `NONE` in every other mode."""
 
     NONE = ""
     APPROACHING = "approaching"
@@ -41,9 +41,9 @@ class Phase(StrEnum):
     SEATED = "seated"
     """The same with the tool in contact, force-limited."""
     BACKING_OFF = "backing off"
-    """The force was too high: a little way back, then HOLD."""
+    """The force was too high: a short retreat, then HOLD."""
     RECOVERING = "recovering"
-    """The tool jammed: back a little, then on again by itself."""
+    """The tool jammed: a short retreat, then the execution continues on its own."""
     RETRACTING = "retracting"
     GOING_TO_READY = "going to ready"
 
@@ -54,7 +54,7 @@ class Phase(StrEnum):
 
 
 class Action(StrEnum):
-    """A request of the operator to the robot."""
+    """Request of the operator to the robot."""
 
     ARM = "arm"
     DISARM = "disarm"
@@ -76,10 +76,10 @@ class Action(StrEnum):
 
 
 class Guard(StrEnum):
-    """A cause by which the robot itself ends or changes a motion, whatever the operator asks."""
+    """Cause by which the robot itself ends or changes a motion, whatever the operator asks."""
 
     COUPLING_ENDED = "coupling ended"
-    """The drag ended, no input, the lease was lost, silence, the link's delay changed."""
+    """The drag ended, input stopped, the lease was lost, the link fell silent, or its delay changed."""
     MANOEUVRE_ENDED = "manoeuvre ended"
     FORCE = "force limit"
     JAMMED = "jammed too often"
@@ -87,16 +87,16 @@ class Guard(StrEnum):
     LINK_LOST_HOLD = "link lost: hold"
     LINK_LOST_RETRACT = "link lost: retract"
     FAULT = "fault"
-    """A number that is not finite, a deadline missed by too much."""
+    """A number is not finite, or a deadline was missed by too much."""
 
 
 class Row(NamedTuple):
-    """One row of the table.
+    """Row of the table.
 
     Args:
-        modes: Where the action is allowed, or the guard acts.
-        leads_to: The mode after it; None stays.
-        phase: The phase after it, if that is not decided elsewhere.
+        modes: Modes in which the action is allowed, or the guard acts.
+        leads_to: Mode afterwards; None for no change.
+        phase: Phase afterwards, unless decided elsewhere.
         at_end: Also allowed in AUTONOMOUS once its motion is at its end.
     """
 
@@ -140,16 +140,16 @@ TABLE: dict[Cause, Row] = {
     Guard.LINK_LOST_RETRACT: _row(_M.AUTONOMOUS, _M.PAUSED, to=_M.AUTONOMOUS, phase=Phase.RETRACTING),
     Guard.FAULT: Row(frozenset(_M), _M.STOPPED),
 }
-"""The one table: what is allowed where, and where it leads."""
+"""The one table: which action is allowed where, and where it leads."""
 
 
 def mode_after(mode: ControlMode, phase: Phase, cause: Cause) -> ControlMode | None:
-    """Return the mode that an action or a guard leads to, or None where the table has no such transition.
+    """Return the mode that an action or a guard leads to, or None if the table has no such transition.
 
     Args:
-        mode: The mode now.
-        phase: The phase now; it matters in AUTONOMOUS only.
-        cause: What the operator asks for, or what the robot itself noticed.
+        mode: Present mode.
+        phase: Present phase; it matters in AUTONOMOUS only.
+        cause: Action that the operator asks for, or guard that tripped.
     """
     row = TABLE[cause]
     at_end = row.at_end and mode is ControlMode.AUTONOMOUS and phase.at_end
@@ -159,7 +159,7 @@ def mode_after(mode: ControlMode, phase: Phase, cause: Cause) -> ControlMode | N
 
 
 def allowed_actions(mode: ControlMode, phase: Phase) -> frozenset[Action]:
-    """Every action that the table allows now."""
+    """Return every action that the table allows now."""
     return frozenset(action for action in Action if mode_after(mode, phase, action) is not None)
 
 

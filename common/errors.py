@@ -1,4 +1,4 @@
-"""The errors of Farhand.
+"""Errors of Farhand.
 
 Every error says which field or file is wrong, what was expected, and what to do about it; foreign
 exceptions (of the transport, the decoder, the file system) are converted where they enter.
@@ -24,9 +24,9 @@ NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*\Z"
 
 
 class FarhandError(Exception):
-    """Base of all errors that Farhand raises on purpose; its text is fit for the operator, and one line.
+    """Base of all errors that Farhand raises on purpose; its text is one line, fit for the operator.
 
-    Names of files and fields come from outside: what cannot be printed in them is shown as its code.
+    Names of files and fields come from outside: characters that cannot be printed are shown as their codes.
     """
 
     def __str__(self) -> str:
@@ -37,9 +37,9 @@ class InvalidInput(FarhandError):
     """Input that does not have the agreed form.
 
     Args:
-        source: What was read: a file name, ``configuration``, a message's name.
-        field: The field at fault, or an empty string for the whole.
-        expected: What should have been there, and the remedy.
+        source: Name of the input: a file name, ``configuration``, a message's name.
+        field: Faulty field, or an empty string for the whole.
+        expected: Expected content, and the remedy.
     """
 
     def __init__(self, source: str, field: str, expected: str):
@@ -52,35 +52,35 @@ class InvalidInput(FarhandError):
 
 
 class InvalidDemonstration(InvalidInput):
-    """A demonstration file or stream is malformed."""
+    """Malformed demonstration file or stream."""
 
 
 class InvalidModel(InvalidInput):
-    """A model file or its content breaks an invariant of the TP-HSMM."""
+    """Model file or content that breaks an invariant of the TP-HSMM."""
 
 
 class InvalidMessage(InvalidInput):
-    """A message from the wire was not understood; it was dropped."""
+    """Message from the wire that was not understood; it was dropped."""
 
 
 class InvalidConfiguration(InvalidInput):
-    """A configuration file or an override is wrong."""
+    """Wrong configuration file or override."""
 
 
 class LinkError(FarhandError):
-    """The transport to the other site could not be used."""
+    """Failure of the transport to the other site."""
 
 
 class PortTaken(LinkError):
-    """A port could not be had: another process listens there."""
+    """Port on which another process listens."""
 
 
 class ProcessFailed(FarhandError):
-    """A child process ended by itself."""
+    """Unexpected end of a child process."""
 
 
 def field_of(error: Exception) -> tuple[str, str]:
-    """Return the field at fault and the text of a validation error of msgspec."""
+    """Return the faulty field and the text of a validation error of msgspec."""
     text, _, path = str(error).partition(" - at ")
     text = text.replace(f"`str` matching regex {NAME_PATTERN!r}", NAME_RULE)
     return re.sub(r"^\$\.?", "", path.strip("`")), text

@@ -1,7 +1,7 @@
-"""A log of events on disk: one JSON object a line, written by a thread of its own.
+"""Log of events on disk: one JSON object per line, written by a thread of its own.
 
-A log that reaches its size is renamed to `.1` and begun anew, so that it never fills a disk. A disk that
-is full or gone stops the log, not the site.
+A log that reaches its maximal size is renamed to `.1`, and a new one is begun, so that it never fills a disk.
+A disk that is full or gone stops the log, not the site.
 """
 
 from __future__ import annotations
@@ -23,35 +23,35 @@ MAX_BYTES = 4_000_000
 
 
 class EventLog:
-    """Appends to one file.
+    """Writer that appends to one file.
 
     Args:
         path: The file; its folder is made.
-        max_bytes: Size at which it is begun anew [B].
+        max_bytes: Size at which a new file is begun [B].
     """
 
     def __init__(self, path: Path, max_bytes: int = MAX_BYTES):
         self.path, self._max_bytes = path, max_bytes
         self.error: OSError | None = None
-        """Why the newest event could not be written; None when it was."""
+        """Reason why the newest event could not be written; None if it was."""
         self._waiting: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="event log", daemon=True)
         self._thread.start()
 
     def append(self, **fields: Any) -> None:
-        """Write one event, with the wall time for the reader beside it. Never blocks."""
+        """Write one event, together with the wall time for the reader. Never blocks."""
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         self._waiting.put({"time": now, **fields})
 
     def close(self) -> None:
-        """Write what waits and end."""
+        """Write what waits, and end."""
         self._waiting.put(None)
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
         while (fields := self._waiting.get()) is not None:
             try:
-                # What JSON does not know is written as its text: one odd value must not end the log.
+                # Types unknown to JSON are written as text: one odd value must not end the log.
                 self._write(msgspec.json.encode(fields, enc_hook=str) + b"\n")
                 self.error = None
             except OSError as error:
@@ -69,6 +69,6 @@ class EventLog:
 
     @staticmethod
     def _cut_short(file: BinaryIO) -> bool:
-        """Decide whether the last line was cut short: the next line must not become part of it."""
+        """Decide whether the last line was cut short: the next line must not be appended to it."""
         file.seek(-1, os.SEEK_END)
         return file.read(1) != b"\n"

@@ -1,4 +1,4 @@
-"""One queue with one owner: jobs from any thread, done one after the other by one thread, or in virtual time."""
+"""Queue of jobs from any thread, run one after the other by one thread, or in virtual time."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ Job = Callable[[], None]
 
 
 class EventLoop:
-    """Does jobs, and one of its own at a fixed period.
+    """Runner of jobs, and of one periodic job of its own.
 
-    In real time `start` gives it a thread. In virtual time whoever moves the time calls `run_waiting` after
-    each event and `tick` each period.
+    In real time `start` gives it a thread. In virtual time whoever advances the time calls `run_waiting`
+    after each event and `tick` each period.
 
     Args:
-        name: Of the thread.
+        name: Name of the thread.
         period_s: Time from one tick to the next [s].
-        on_tick: Done each period.
-        afterwards: Done after the others, when something may have changed.
-        now_s: Its clock [s].
+        on_tick: Called each period.
+        afterwards: Called after the other jobs, when something may have changed.
+        now_s: Clock [s].
     """
 
     def __init__(
@@ -37,30 +37,30 @@ class EventLoop:
 
     @property
     def waiting(self) -> int:
-        """How many jobs wait."""
+        """Number of waiting jobs."""
         return self._queue.qsize()
 
     @property
     def tick_age_s(self) -> float:
-        """Time since it ticked last [s]."""
+        """Time since the last tick [s]."""
         return self._now_s() - self._ticked_s
 
     def put(self, job: Job) -> None:
-        """Have a job done; returns at once."""
+        """Have a job run; returns at once."""
         self._queue.put(job)
 
     def start(self) -> None:
-        """Begin, in a thread."""
+        """Start the thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """End the thread, if there is one; what waits is not done."""
+        """End the thread, if there is one; waiting jobs are dropped."""
         if self._thread.is_alive():
             self._queue.put(None)
             self._thread.join(timeout=5.0)
 
     def run_waiting(self) -> None:
-        """Do all that waits."""
+        """Run all waiting jobs."""
         if self._queue.empty():
             return
         while not self._queue.empty():
@@ -69,7 +69,7 @@ class EventLoop:
         self._do(self._afterwards)
 
     def tick(self) -> None:
-        """Do what is due each period."""
+        """Run the periodic job."""
         self._ticked_s = self._now_s()
         self._do(self._on_tick)
         self._do(self._afterwards)
@@ -94,5 +94,5 @@ class EventLoop:
         try:
             job()
         except Exception:
-            # One bad message or intent must not take the whole away.
+            # One bad message or intent must not end the loop.
             _log.exception("something could not be done")

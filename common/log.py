@@ -1,4 +1,4 @@
-"""Logging: one line a fact, pretty on a terminal, rate-limited inside loops."""
+"""Logging: one line per fact, pretty on a terminal, rate-limited inside loops."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
 
 
 class RateLimitFilter(logging.Filter):
-    """Lets one place of the code speak at most once per period, and says how often it was silent.
+    """Filter that lets each place of the code log once per period, and tells how much it dropped.
 
     Args:
         period_s: Shortest time between two records of the same file and line [s].
@@ -24,7 +24,7 @@ class RateLimitFilter(logging.Filter):
         self._silent: dict[tuple[str, int], int] = {}
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Decide whether a record is let through."""
+        """Decide whether a record is logged."""
         place, now_s = (record.pathname, record.lineno), time.monotonic()
         if now_s - self._last_s.get(place, -self._period_s) < self._period_s:
             self._silent[place] = self._silent.get(place, 0) + 1
@@ -53,7 +53,7 @@ def configure_logging(process: str, verbose: bool = False) -> None:
     """Send this process's log to standard error.
 
     Args:
-        process: Name of the process, in front of each line of a child process.
+        process: Name of the process, put in front of each line of a child process.
         verbose: Show debug records as well.
     """
     handler: logging.Handler
@@ -67,7 +67,7 @@ def configure_logging(process: str, verbose: bool = False) -> None:
         handler = logging.StreamHandler()
         handler.setFormatter(logging.Formatter(_FORMAT.replace("%(name)s", process)))
     logging.basicConfig(level=logging.DEBUG if verbose else logging.INFO, handlers=[handler], force=True)
-    # dm_control tells through it, at every start, which OpenGL it does not load: that reads like a failure.
+    # dm_control logs at every start which OpenGL it does not load, which reads like a failure.
     # What a library warns of is a line of the log, too.
     warnings.formatwarning = _one_line
     logging.captureWarnings(True)

@@ -1,4 +1,4 @@
-"""Hand-over of messages between threads: bounded, the oldest give way to the newest."""
+"""Bounded hand-over of messages between threads; the oldest are dropped for the newest."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ T = TypeVar("T")
 
 
 class Mailbox(Generic[T]):
-    """A bounded queue that never blocks its writer.
+    """Bounded queue that never blocks its writer.
 
     Args:
-        keep: How many items wait; with one, the reader sees the newest only.
+        keep: Largest number of waiting items; with one, the reader sees the newest only.
     """
 
     def __init__(self, keep: int = 1):
@@ -21,7 +21,7 @@ class Mailbox(Generic[T]):
         self._arrived = threading.Event()
 
     def put(self, item: T) -> None:
-        """Add an item; when the box is full the oldest one is dropped."""
+        """Add an item; drop the oldest one when the mailbox is full."""
         self._items.append(item)
         self._arrived.set()
 
@@ -29,7 +29,7 @@ class Mailbox(Generic[T]):
         return len(self._items)
 
     def take_all(self, most: int | None = None) -> list[T]:
-        """Everything that waits, or so many at most, oldest first. Never blocks."""
+        """Return everything that waits, or at most `most` items, oldest first. Never blocks."""
         self._arrived.clear()
         items: list[T] = []
         while self._items and (most is None or len(items) < most):
@@ -37,5 +37,5 @@ class Mailbox(Generic[T]):
         return items
 
     def wait(self, timeout_s: float) -> bool:
-        """Wait until something is there. False when nothing came in time."""
+        """Wait until an item is there. Return False on a time-out."""
         return self._arrived.wait(timeout_s)

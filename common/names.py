@@ -1,4 +1,4 @@
-"""Names that become parts of paths, of keys of the link or of pages: one pattern for them all."""
+"""Names that become parts of paths, of keys of the link or of pages: one pattern for all of them."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from farhand.common.errors import NAME_RULE as RULE
 from farhand.common.errors import InvalidConfiguration
 
 PRINTABLE = r"^[^\x00-\x1f\x7f\u2028\u2029]*\Z"
-"""For what is only shown or compared: no control characters, in particular no line feeds."""
+"""Pattern of text that is only shown or compared: no control characters, in particular no line feeds."""
 
 MOST_SITE_NAME = 16
-"""Length of a site's name: a report of the robot has room for that."""
+"""Largest length of a site's name, which a report of the robot has room for."""
 
 Name = Annotated[str, Meta(pattern=PATTERN, max_length=32)]
-"""Of a task, a vehicle, a frame, a part of a scene."""
+"""Name of a task, a vehicle, a frame, or a part of a scene."""
 SiteName = Annotated[str, Meta(pattern=PATTERN, max_length=MOST_SITE_NAME)]
-"""Of an operator's site."""
+"""Name of an operator's site."""
 FileName = Annotated[str, Meta(pattern=PATTERN, max_length=128)]
-"""Of a file in a known folder."""
+"""Name of a file in a known folder."""
 
 
 def check_name(name: str, field: str, source: str = "command line", most: int = 32) -> str:
-    """Return the name.
+    """Return the name if it is valid.
 
     Args:
-        name: To be checked.
-        field: Name of the field that has it, for the error.
+        name: Name to check.
+        field: Name of the field, for the error.
         source: Origin of the field, for the error.
         most: Largest length.
 
@@ -47,14 +47,14 @@ def check_name(name: str, field: str, source: str = "command line", most: int = 
 
 
 def default_site_name(data_folder: Path, usual_folder: Path) -> str:
-    """Return a site's name from the user, the host and the data folder.
+    """Return a site's name made from the user, the host and the data folder.
 
-    Two operators who leave the name alone differ in one of the three: two sites cannot share a data folder.
-    The same site has the same name after a restart, and so its own lease back.
+    Two operators who leave the name alone differ in one of the three, since two sites cannot share a data
+    folder. The same site has the same name after a restart, and so gets its own lease back.
 
     Args:
-        data_folder: Where the site keeps its data.
-        usual_folder: Where the user's site keeps its data when nobody says otherwise.
+        data_folder: Data folder of the site.
+        usual_folder: Default data folder of the user.
     """
     usual = data_folder.expanduser().resolve() == usual_folder.expanduser().resolve()
     place = "" if usual else str(data_folder.expanduser().resolve())
@@ -67,7 +67,7 @@ def default_site_name(data_folder: Path, usual_folder: Path) -> str:
 
 
 def _user() -> str:
-    """Return the user's name; of a user without one, the number."""
+    """Return the user's name, or the number of a user without a name."""
     import os
 
     try:
@@ -77,5 +77,5 @@ def _user() -> str:
 
 
 def _plain(text: str) -> str:
-    """Return the part of a text that may be in a name."""
+    """Return the characters of a text that a name may contain."""
     return re.sub(r"[^A-Za-z0-9._-]+", "-", text).strip(".-_")

@@ -1,4 +1,4 @@
-"""A process that ends when the one that started it dies, however that dies."""
+"""Coupling of a process to its parent: it ends when the process that started it dies, however that dies."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _PR_SET_PDEATHSIG = 1
 
 
 def end_with_parent(parent_pid: int) -> None:
-    """Be sent SIGTERM when the parent dies; at once, if it is dead already. Only Linux can do that.
+    """Have SIGTERM sent to this process when the parent dies, or at once if it is dead. Linux only.
 
     Args:
         parent_pid: The parent's process id, as the parent itself knew it.

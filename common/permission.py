@@ -1,8 +1,8 @@
-"""The one rule for what may be asked of the robot now: the page's buttons, the console and the robot all ask here.
+"""The one rule for what may be asked of the robot now, used by the page's buttons, the console and the robot.
 
-Each side fills in the situation as far as it knows it, and adds only what it alone knows: the console that a command is
-under way or a page was behind, the robot how old a command is, whether it sees its target, and how far a preview still
-describes what would happen.
+Each side fills in the situation as far as it knows it, and adds only what it alone knows: the console that a
+command is pending or a page was outdated; the robot how old a command is, whether it sees its target, and how
+far a preview still describes what would happen.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ class Situation:
     Args:
         mode: Mode of the robot.
         phase: Its phase.
-        why_not_in_control: Why whoever asks may not command the robot; None when they may.
-        why_no_model: Why the robot has no model to preview or to execute; None when it has.
+        why_not_in_control: Reason why the asking site may not command the robot; None if it may.
+        why_no_model: Reason why the robot has no model to preview or to execute; None if it has one.
         is_previewed: True if a preview is known that Execute can name.
-        needs_preview: True if the task executes only what was previewed.
-        can_retract: True if the task says where to retract to.
+        needs_preview: True if the task executes only after a preview.
+        can_retract: True if the task defines a retreat.
     """
 
     mode: ControlMode
@@ -37,11 +37,11 @@ class Situation:
 
 
 def refusal(action: Action, situation: Situation) -> Reason | None:
-    """Return why an action may not be asked of the robot now; None when it may.
+    """Return why an action may not be asked of the robot now; None if it may.
 
     Args:
-        action: What is asked. Stop is always allowed.
-        situation: State of the robot, as far as whoever judges knows it.
+        action: Action. Stop is always allowed.
+        situation: State of the robot, as far as the caller knows it.
     """
     mode = situation.mode
     if action is Action.STOP:

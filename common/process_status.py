@@ -1,4 +1,4 @@
-"""What each process tells of itself when `farhand status` asks: facts alone, judged in `deploy/diagnosis.py`."""
+"""Facts that each process answers to `farhand status`; `deploy/diagnosis.py` judges them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ Role = Literal["robot", "link", "operator"]
 
 
 class DataFolder(Struct, frozen=True, kw_only=True):
-    """The folder in which a process keeps what must outlive it.
+    """Folder for everything that must outlive the process.
 
     Args:
         path: The folder.
-        free_bytes: Space left on its disk [B].
-        write_error: Why the newest write to it failed; empty while writing works.
-        full: Whether that was for want of space.
+        free_bytes: Free space on its disk [B].
+        write_error: Reason why the newest write to it failed; empty while writing works.
+        full: True if the disk was full.
     """
 
     path: str
@@ -35,7 +35,7 @@ class DataFolder(Struct, frozen=True, kw_only=True):
 
         Args:
             path: The folder.
-            errors: Of those who write to it; None where the newest write succeeded.
+            errors: Errors of the writers; None for a successful newest write.
         """
         existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
         error = next((error for error in errors if error is not None), None)
@@ -48,20 +48,20 @@ class DataFolder(Struct, frozen=True, kw_only=True):
 
 
 class RobotFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="robot"):
-    """The state of the robot's process.
+    """State of the robot's process.
 
     Args:
-        mode: Of the robot.
-        phase: What AUTONOMOUS is at.
-        holder: Site that is in control, empty for nobody.
-        heard_s: Time since the operator was heard last [s]; None before.
+        mode: Mode of the robot.
+        phase: Phase of AUTONOMOUS.
+        holder: Site in control, empty for none.
+        heard_s: Time since the operator was last heard [s]; None before.
         tick_age_s: Time since the newest control period began [s].
         overruns: Control periods left out in this boot.
         control_hz: Control rate [Hz].
         model: First digits of the newest verified model's hash.
-        stopped_because: Why the robot is STOPPED, empty in other modes.
-        stopped_by_fault: Whether a guard stopped it, and no operator.
-        waiting: Messages that wait for the control loop.
+        stopped_because: Reason why the robot is STOPPED, empty in other modes.
+        stopped_by_fault: True if a guard stopped it rather than an operator.
+        waiting: Number of messages that wait for the control loop.
         not_understood: Why a site that is there is not understood; empty for none.
     """
 
@@ -80,16 +80,16 @@ class RobotFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="robot")
 
 
 class LinkFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="link"):
-    """The state of the simulated link.
+    """State of the simulated link.
 
     Args:
         target: The robot's address.
         profile: Name of the settings.
-        outage: Kind of the outage under way, `none` without one.
-        outage_left_s: How long it goes on [s].
-        connections: Connections that are carried now.
-        queued_bytes: What is on its way, both directions together [B].
-        target_error: Why the newest connection to the target failed; empty when it was made.
+        outage: Kind of the present outage, `none` without one.
+        outage_left_s: Remaining time of the outage [s].
+        connections: Number of present connections.
+        queued_bytes: Bytes in transit, both directions together [B].
+        target_error: Reason why the newest connection to the target failed; empty if it succeeded.
     """
 
     target: str
@@ -113,28 +113,28 @@ class LinkFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="link"):
 
 
 class OperatorFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="operator"):
-    """The state of the operator's site.
+    """State of the operator's site.
 
     Args:
         page: Address of the page, empty without one.
-        robot_mode: Mode that the robot reported last, empty before the first report.
-        robot_phase: Its phase.
-        robot_version: Version of the robot's Farhand, empty while it is not known.
-        robot_tasks: Tasks that the robot does, as far as is known.
-        robot_stopped_by_fault: Whether a guard of the robot stopped it.
-        holder: Site that is in control, as the robot reported.
-        in_control: Whether that is this site.
-        only_watches: Whether this site does not want the control.
-        why_not_in_control: The robot's words.
-        link: Whether reports arrive: never, ok, late, lost.
+        robot_mode: Mode that the robot last reported, empty before the first report.
+        robot_phase: Phase that the robot last reported.
+        robot_version: Version of the robot's Farhand, empty while unknown.
+        robot_tasks: Tasks that the robot does, as far as known.
+        robot_stopped_by_fault: True if a guard of the robot stopped it.
+        holder: Site in control, as the robot reported.
+        in_control: True if this site is in control.
+        only_watches: True if this site does not want the control.
+        why_not_in_control: The robot's reason.
+        link: State of the reports: never, ok, late, lost.
         silent_s: Time since the newest report arrived [s]; None before the first one.
-        age_s: Estimated age of the newest report [s]; None before it is known.
+        age_s: Estimated age of the newest report [s]; None while unknown.
         round_trip_s: Newest measured round trip [s].
-        not_understood: Why the newest message that was dropped was not understood; empty for none.
-        relay: The simulated link before the robot; None without one, or when it does not answer.
-        relay_error: Why the simulated link did not answer.
-        waiting: Jobs that wait for the console.
-        tick_age_s: Time since the console ticked last [s].
+        not_understood: Reason why the newest dropped message was not understood; empty for none.
+        relay: Simulated link before the robot; None without one, or when it does not answer.
+        relay_error: Reason why the simulated link did not answer.
+        waiting: Number of jobs that wait for the console.
+        tick_age_s: Time since the console's last tick [s].
     """
 
     page: str
@@ -162,18 +162,18 @@ Facts = RobotFacts | LinkFacts | OperatorFacts
 
 
 class ProcessStatus(Struct, frozen=True, kw_only=True):
-    """What one process answers.
+    """Answer of one process.
 
     Args:
-        role: What it is.
-        name: Of the vehicle, of the operator's site, or the link's address.
+        role: Role of the process.
+        name: Name of the vehicle or of the operator's site, or the link's address.
         pid: Its process id.
-        uptime_s: Time since it started [s].
-        version: Of its Farhand.
-        schema: Of its messages.
-        endpoint: Where it listens or connects.
-        tasks: That it does or teaches.
-        data: Its folder; None for the link, which keeps nothing.
+        uptime_s: Time since its start [s].
+        version: Version of its Farhand.
+        schema: Schema of its messages.
+        endpoint: Endpoint on which it listens or to which it connects.
+        tasks: Tasks that it does or teaches.
+        data: Its data folder; None for the link, which keeps nothing.
         facts: Its state; None while it starts.
     """
 

@@ -1,4 +1,4 @@
-"""The tasks of one robot, and that it can be one robot that does them all."""
+"""Tasks of one robot, checked to be tasks that one robot can do."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ from farhand.common.wire.reasons import Code, Reason, because
 _OF_THE_ROBOT = (
     "frame_names", "limits", "n_dims", "workspace_m", "start_m", "target", "tracker", "disturbances",
 )  # fmt: skip
-"""What tasks say about the robot and its surroundings, not about a motion."""
+"""Fields of tasks about the robot and its surroundings rather than about a motion."""
 
 
 class TaskSet:
-    """Tasks by their names. A robot begins with the first: an arm is then where that one starts.
+    """Tasks by their names. A robot begins with the first task: an arm starts where that task starts.
 
     Args:
         tasks: 1 to `MOST_TASKS`.
 
     Raises:
-        InvalidConfiguration: When there is none or too many, two have one name, or they are not for the same robot.
+        InvalidConfiguration: When there is none or too many, two have one name, or they are for different
+            robots.
     """
 
     def __init__(self, tasks: Sequence[AnyTask]):
@@ -39,7 +40,7 @@ class TaskSet:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """In their order."""
+        """Names in order."""
         return tuple(self._by_name)
 
     def get(self, name: str) -> AnyTask | None:
@@ -47,7 +48,7 @@ class TaskSet:
         return self._by_name.get(name)
 
     def refusal(self, name: str) -> Reason | None:
-        """Return the reason why a task with this name is not done; None when it is."""
+        """Return the reason why the robot does not do a task with this name; None if it does."""
         return None if name in self._by_name else because(Code.OTHER_TASK, does=self.names, task=name)
 
     def __iter__(self) -> Iterator[AnyTask]:

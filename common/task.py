@@ -1,4 +1,4 @@
-"""A task is a file: what both sites must agree on about a named skill."""
+"""Task: a named skill in a file, which both sites must agree on."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Limits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     speed_m_s: Positive = 0.6
     acceleration_m_s2: Positive = 4.0
     force_n: Positive = 250.0
-    """Force on the tool that is tolerated for 50 ms [N]."""
+    """Largest force on the tool for up to 50 ms [N]."""
     force_peak_n: Positive = 400.0
-    """Force on the tool that is not tolerated at all [N]."""
+    """Largest force on the tool at any time [N]."""
     contact_n: Positive = 5.0
-    """Force on the tool from which on it is in contact [N]."""
+    """Least force on the tool in contact [N]."""
 
 
 class Learning(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -46,17 +46,17 @@ class Learning(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Target(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The simulated target and its motion: a plain oscillation about its mean."""
+    """Simulated target and its motion: a plain oscillation about its mean."""
 
     origin_m: Vector
     amplitude_m: Vector
     period_s: Positive = 5.0
     noise_std_m: NonNegative = 0.0
-    """Noise of the robot's measurement of it, per axis [m]."""
+    """Standard deviation of the robot's measurement of it, per axis [m]."""
 
 
 class Sample(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A demonstration that comes with the task: a smooth stroke through some points."""
+    """Demonstration that comes with the task: a smooth stroke through some points."""
 
     waypoints_m: Annotated[tuple[Vector, ...], Meta(min_length=2)]
     duration_s: Annotated[float, Meta(gt=0, le=300)] = 3.0
@@ -68,18 +68,21 @@ class Sample(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="robot"):
-    """The fields common to all tasks; `PointTask` and `ArmTask` add theirs."""
+    """Fields common to all tasks; `PointTask` and `ArmTask` add theirs."""
 
     name: Name
     frame_names: Annotated[tuple[Name, ...], Meta(min_length=1, max_length=8)]
     require_preview: bool = False
-    """Refuse an execution that was not previewed."""
+    """Refuse an execution without a preview."""
     lost_link: Literal["continue", "hold", "retract"] = "continue"
-    """What an execution does when the link is lost: go on, pause, or retract."""
+    """Policy of an execution when the link is lost: continue, pause, or retract."""
     blind_retract: bool = False
     """Retract after a minute without sight of the target and without a link."""
     retract_m: Vector | None = None
-    """Where Retract goes, from where the tool is, in the axes of the first task frame [m]; none: nowhere."""
+    """Displacement of Retract from the tool's place, in the axes of the first task frame [m].
+
+    None: no Retract.
+    """
     learning: Learning = Learning()
     limits: Limits = Limits()
 
@@ -96,18 +99,18 @@ class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_fi
 
 
 class PointTask(Task, frozen=True, kw_only=True, tag="point"):
-    """A task of the paper's point of unit mass, in the plane or in space."""
+    """Task of the paper's point of unit mass, in the plane or in space."""
 
     n_dims: Annotated[int, Meta(ge=2, le=3)]
     workspace_m: Vector
     """Edges of the workspace, which begins at the origin [m]."""
     start_m: Vector
-    """Where the robot is when it starts for the first time [m]."""
+    """First place of the robot [m]."""
     target: Target
     ready_m: Vector | None = None
-    """Where Go to ready goes [m]; none: to `start_m`."""
+    """Goal of Go to ready [m]; none: `start_m`."""
     success_rms_m: Positive = 0.01
-    """The task has succeeded when the distance to the target, RMS over 10 s after arrival, is below [m]."""
+    """Largest RMS distance to the target over 10 s after arrival for which the task succeeded [m]."""
     samples: tuple[Sample, ...] = ()
     """Demonstrations for a newcomer and for the scripted operator."""
 
@@ -128,14 +131,17 @@ class PointTask(Task, frozen=True, kw_only=True, tag="point"):
 
 
 class ArmTask(Task, frozen=True, kw_only=True, tag="arm"):
-    """A task of the simulated arm with its plug, before a receptacle. Its demonstrations are poses of the tip."""
+    """Task of the simulated arm with its plug, in front of a receptacle.
+
+    Its demonstrations are poses of the tip.
+    """
 
     skill: Literal["insert", "extract"]
-    """Whether the plug goes into the receptacle, or comes out of it."""
+    """Whether the plug is inserted or extracted."""
     tracker: Literal["clean", "typical"] = "typical"
-    """How well the robot sees its receptacle."""
+    """Quality of the robot's sight of its receptacle."""
     disturbances: Literal["calm", "typical", "rough"] = "calm"
-    """What moves the receptacle, the vehicle and the water at the robot; the operator's own are calm."""
+    """Disturbances of the receptacle, the vehicle and the water at the robot; the operator's site is calm."""
 
     @property
     def space(self) -> Manifold:
@@ -161,7 +167,7 @@ def load_toml(path: Path, kind: type[S]) -> S:
 
 
 def check_values(plain: Any, source: str) -> None:
-    """See that all numbers of a configuration are finite and all its texts can be shown in a line.
+    """Check that all numbers of a configuration are finite and all its texts are printable in a line.
 
     Raises:
         InvalidConfiguration: Naming the field.

@@ -1,7 +1,7 @@
-"""Files as they come and go: read within bounds, written whole or not at all, by one process, faults under their names.
+"""Files read within bounds, written whole or not at all, by one process, with faults that name the file.
 
-Whatever reads a file does it under `fault_of`, so that no fault of a file, foreseen or not, is more than
-that file's: a library of numpy's or zipfile's exceptions that somebody has met so far would never be complete.
+Every reader of a file works under `fault_of`, so that every fault of a file, foreseen or not, becomes that
+file's error: a list of numpy's or zipfile's exceptions would never be complete.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ _log = loop_logger(__name__)
 
 _LOCK = "in-use"
 MAX_BYTES, _MAX_TOML_BYTES = 64_000_000, 1_000_000
-"""Nothing larger is read unless its reader says otherwise."""
+"""Largest sizes that are read unless the reader says otherwise [B]."""
 _PATIENCE_MS = 5000
-"""A pipe that brings nothing for longer is given up."""
+"""Time without data after which a pipe is given up [ms]."""
 _CANNOT_REPLACE = (errno.EACCES, errno.EPERM, errno.EBUSY, errno.EROFS)
-"""Said of the folder of a file that may itself be written, such as one that is mounted into a container."""
+"""Remark about the folder of a file that may itself be written, such as one mounted into a container."""
 
 
 @contextlib.contextmanager
 def fault_of(source: Path | str, invalid: type[InvalidInput], expected: str) -> Iterator[None]:
-    """Turn whatever fails while a file is read and understood into one error that names the file.
+    """Turn every failure to read and decode a file into one error that names the file.
 
     Args:
         source: The file.
-        invalid: The error to raise.
-        expected: What should have been there, for a fault that does not say it itself.
+        invalid: Error class to raise.
+        expected: Expected content, for a fault that does not name it.
     """
     try:
         yield
@@ -56,12 +56,12 @@ def fault_of(source: Path | str, invalid: type[InvalidInput], expected: str) -> 
 
 
 def read_whole(path: Path | str, most_bytes: int = MAX_BYTES) -> bytes:
-    """Return the content of a file, or of a pipe that is written meanwhile.
+    """Return the content of a file, or of a pipe that is being written.
 
     Raises:
-        OSError: When it cannot be read, is larger than that, or nothing comes for some seconds.
+        OSError: When it cannot be read, is larger than that, or sends nothing for some seconds.
     """
-    # A pipe that nobody writes would otherwise hold up the opening for good.
+    # Opening a pipe that nobody writes would otherwise block forever.
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     parts, size = list[bytes](), 0
     with os.fdopen(descriptor, "rb", buffering=0) as file:
@@ -79,18 +79,19 @@ def read_whole(path: Path | str, most_bytes: int = MAX_BYTES) -> bytes:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Return the tables of a TOML file, which may begin with a byte-order mark; whatever fails is raised as it is."""
+    """Return the tables of a TOML file, which may begin with a byte-order mark; errors pass unchanged."""
     return msgspec.toml.decode(read_whole(path, _MAX_TOML_BYTES).decode("utf-8-sig"))
 
 
 def write_whole(path: Path | str, data: bytes, new_mode: int = 0o666) -> None:
-    """Put these bytes in the place of the file, also when the process is killed or the power fails meanwhile.
+    """Replace the file's content, safely even when the process is killed or the power fails meanwhile.
 
-    A link stays a link: what it leads to is replaced. Into what is no regular file (a device, a pipe) the
-    bytes are written straight. A new file has the mode that the umask leaves of `new_mode`, an old one keeps its own.
+    A link stays a link: its target is replaced. Into anything but a regular file (a device, a pipe) the bytes
+    are written directly. A new file has the mode that the umask leaves of `new_mode`, an old one keeps its
+    own.
 
     Raises:
-        OSError: When it cannot be written, naming the file as it was given; it is as it was.
+        OSError: When it cannot be written, naming the file as it was given; its content is unchanged.
     """
     try:
         target = Path(os.path.realpath(path))
@@ -116,7 +117,7 @@ def _replace(target: Path, data: bytes, old: os.stat_result | None, new_mode: in
         with os.fdopen(descriptor, "wb") as file:
             if old is not None:
                 os.fchmod(descriptor, stat.S_IMODE(old.st_mode))
-                with contextlib.suppress(PermissionError):  # root keeps the owner, others are the owner
+                with contextlib.suppress(PermissionError):  # root keeps the owner; other users are the owner
                     os.fchown(descriptor, old.st_uid, old.st_gid)
             file.write(data)
             file.flush()
@@ -128,7 +129,7 @@ def _replace(target: Path, data: bytes, old: os.stat_result | None, new_mode: in
 
 
 def _write_into(target: Path, data: bytes) -> None:
-    """Write into what is there; a pipe that nobody reads is an error, not a wait."""
+    """Write into an existing file; a pipe that nobody reads is an error, not a wait."""
     descriptor = os.open(target, os.O_WRONLY | os.O_TRUNC | os.O_NONBLOCK | os.O_CLOEXEC)
     os.set_blocking(descriptor, True)
     with os.fdopen(descriptor, "wb") as file:
@@ -136,17 +137,18 @@ def _write_into(target: Path, data: bytes) -> None:
 
 
 class FolderInUse(FarhandError):
-    """Another process keeps its files in the folder."""
+    """Folder in which another process keeps its files."""
 
 
 class Claim:
-    """The right to a folder's files, for as long as this lives: of two processes each would write over the other's.
+    """Exclusive right to a folder's files as long as this object lives.
 
-    It ends with the process, however that ends. A folder that cannot be written needs no claim.
+    Two processes would overwrite each other's files. The claim ends with the process, however that ends. A
+    folder that cannot be written needs no claim.
 
     Args:
-        folder: Made when it is not there.
-        what: What is kept in it, for the one who is refused.
+        folder: Folder; made when missing.
+        what: Name of its content, for the message of a refusal.
 
     Raises:
         FolderInUse: When another process has it.
@@ -176,7 +178,7 @@ class Claim:
                 os.pwrite(self._descriptor, f"{os.getpid()}\n".encode(), 0)
 
     def release(self) -> None:
-        """Let others have the folder."""
+        """Release the folder."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1

@@ -1,4 +1,4 @@
-"""One thread that does long jobs for a loop that must not wait for them."""
+"""Thread that does long jobs for a loop that must not wait for them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ T = TypeVar("T")
 
 
 class Worker(Generic[T]):
-    """Does what it is given, one after the other; the boxes bound what waits.
+    """Thread that does its jobs one after the other; the mailboxes bound how many wait.
 
     Args:
-        name: Of the thread.
+        name: Name of the thread.
         do: Does one job; an error in it is logged, and the next one is done.
-        boxes: What waits, the first box before the second.
+        boxes: Waiting jobs; those of the first mailbox come before those of the second.
     """
 
     def __init__(self, name: str, do: Callable[[T], None], *boxes: Mailbox[T]):
@@ -50,4 +50,4 @@ class Worker(Generic[T]):
                     self._do(job)
                 except Exception:
                     _log.exception("a job could not be done")
-                job = None  # what it holds on to ends now, not with the next one
+                job = None  # its references end now, not with the next job

@@ -1,8 +1,8 @@
-"""What each flow may take of a narrow link, so that commands and stops never wait behind a report.
+"""Budget of each flow on a narrow link, so that commands and stops never wait behind a report.
 
-Streams of which only the newest counts get a share of the rate and skip what does not fit. Bulk travels
-in parts, each asked for when the one before was confirmed. What is left is for commands, stops and their
-acknowledgements, which nothing holds back.
+Streams of which only the newest message counts get a share of the rate and skip what does not fit. Bulk is
+sent in parts, each requested when the previous one was confirmed. The rest of the rate is for commands, stops
+and their acknowledgements, which are never delayed.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ _PART_S = 0.4
 
 
 def budget_bytes_s(channel: Channel, rate_bps: float) -> float:
-    """What a channel may take of a link [B/s]; 0: as much as it needs.
+    """Return the budget of a channel [B/s]; 0: as much as it needs.
 
     Args:
-        channel: Which.
-        rate_bps: What the link carries each way [bit/s]; 0: more than enough.
+        channel: Channel.
+        rate_bps: Capacity of the link in each direction [bit/s]; 0: more than enough.
     """
     return _SHARES.get(channel, 0.0) * rate_bps / 8
 
@@ -38,10 +38,10 @@ def limit_flows(link: Link, rate_bps: float) -> None:
 
 
 def part_bytes(rate_bps: float) -> int:
-    """How large the parts are in which bulk travels [B]: at most so much holds up a stop.
+    """Return the size of the parts in which bulk is sent [B]; a stop waits for at most one of them.
 
     Args:
-        rate_bps: What the link carries each way [bit/s]; 0: more than enough.
+        rate_bps: Capacity of the link in each direction [bit/s]; 0: more than enough.
     """
     if not rate_bps:
         return _WHOLE_BYTES
@@ -49,13 +49,13 @@ def part_bytes(rate_bps: float) -> int:
 
 
 def period_s(channel: Channel, wanted_hz: float, n_bytes: int, rate_bps: float) -> float:
-    """Time between two messages of a stream, as wanted or as its budget allows [s].
+    """Return the time between two messages of a stream, as wanted or as its budget allows [s].
 
     Args:
-        channel: Which.
-        wanted_hz: How often it is sent [Hz].
+        channel: Channel.
+        wanted_hz: Wanted rate [Hz].
         n_bytes: Size of a message [B].
-        rate_bps: What the link carries [bit/s]; 0: more than enough.
+        rate_bps: Capacity of the link [bit/s]; 0: more than enough.
     """
     budget = budget_bytes_s(channel, rate_bps)
     return max(1.0 / wanted_hz, (n_bytes + OVERHEAD_BYTES) / budget if budget else 0.0)

@@ -1,4 +1,4 @@
-"""The three files by which a site proves who it is, the times between which they are accepted, and the list of rights."""
+"""Certificate of a site: its three files, its validity, and the list of rights."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from farhand.common.whole_file import fault_of, read_whole
 CA_FILE, CERTIFICATE_FILE, KEY_FILE = "ca.pem", "certificate.pem", "key.pem"
 RIGHTS_FILE = "sites.json"
 WARNING_DAYS = 14
-"""So long before its end a certificate is warned of."""
+"""Days before its end from which a certificate causes a warning."""
 
 Role = Literal["robot", "operator", "observer"]
 
 
 class Right(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The role of a name.
+    """Role of a name.
 
     Args:
         role: Robots are dialled; operators command; observers watch and may stop.
-        revoked: Since when the name is refused; None while it is not.
+        revoked: Time since which the name is refused; None while it is accepted.
     """
 
     role: Role
@@ -38,11 +38,11 @@ class Right(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 @dataclass(frozen=True)
 class SiteCertificate:
-    """The folder of a site's certificate, with the certificate in it.
+    """Folder of a site's certificate, with the certificate.
 
     Args:
         folder: Holds `ca.pem`, `certificate.pem` and `key.pem`.
-        certificate: The site's own one.
+        certificate: Certificate of the site.
     """
 
     folder: Path
@@ -53,8 +53,8 @@ class SiteCertificate:
         """Read the folder and check that its files belong together.
 
         Raises:
-            InvalidConfiguration: When a file is missing or malformed, the key is not that of the certificate, or
-                another authority has issued it; names the file and the remedy.
+            InvalidConfiguration: When a file is missing or malformed, the key does not belong to the
+                certificate, or another authority has issued it; names the file and the remedy.
         """
         certificate = read_certificate(folder / CERTIFICATE_FILE)
         authority = read_certificate(folder / CA_FILE)
@@ -84,7 +84,7 @@ class SiteCertificate:
         return validity_fault(self.certificate, now)
 
     def warning(self, now: datetime | None = None) -> str:
-        """Return what must be said of the certificate's end; an empty string while that is far away.
+        """Return a warning of the certificate's end; empty while that is far away.
 
         Args:
             now: The time; the present when not given.
@@ -99,18 +99,20 @@ def read_certificate(file: Path) -> x509.Certificate:
     """Return the certificate of a PEM file.
 
     Raises:
-        InvalidConfiguration: When it cannot be read or is none; names the file.
+        InvalidConfiguration: When it cannot be read or is not a certificate; names the file.
     """
     with fault_of(file, InvalidConfiguration, "a certificate in PEM"):
         return x509.load_pem_x509_certificate(read_whole(file))
 
 
 def check_site_certificate(folder: Path, warn: Callable[[str], None]) -> None:
-    """See that the other site can accept this one's certificate: the transport would try for ever, and say nothing.
+    """Check that the other site can accept this one's certificate.
+
+    Otherwise the transport would retry forever without a message.
 
     Args:
         folder: Folder of the certificate.
-        warn: Called with what must be said of its end.
+        warn: Called with a warning of its end.
 
     Raises:
         InvalidConfiguration: When the folder is incomplete or malformed; names the file.
@@ -127,7 +129,7 @@ def read_rights(file: Path) -> dict[str, Right]:
     """Return the rights of every name that an authority has issued.
 
     Raises:
-        InvalidConfiguration: When the file cannot be read or is no such list; names file and field.
+        InvalidConfiguration: When the file cannot be read or is not such a list; names file and field.
     """
     with fault_of(file, InvalidConfiguration, "a list of sites in JSON"):
         return msgspec.json.decode(read_whole(file), type=dict[str, Right])
@@ -143,7 +145,7 @@ def validity_fault(certificate: x509.Certificate, now: datetime | None = None) -
     """Return the reason why a certificate is not valid at a time; an empty string when it is.
 
     Args:
-        certificate: Any.
+        certificate: Any certificate.
         now: The time; the present when not given.
     """
     now = now or datetime.now(UTC)
@@ -157,12 +159,12 @@ def validity_fault(certificate: x509.Certificate, now: datetime | None = None) -
 
 
 def shown(time: datetime) -> str:
-    """Return a time as a person reads it, in UTC."""
+    """Format a time for people, in UTC."""
     return f"{time:%Y-%m-%d %H:%M} UTC"
 
 
 def days(left: timedelta) -> str:
-    """Return a duration in whole days, the last one in hours."""
+    """Format a duration in whole days, the last day in hours."""
     if left < timedelta(days=1):
         return f"{left // timedelta(hours=1)} hours"
     return f"{left.days} day{'s' if left.days > 1 else ''}"

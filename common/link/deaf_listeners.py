@@ -1,4 +1,4 @@
-"""Finds connections that the transport has given up because their other end reads nothing, and ends them.
+"""Detection and end of connections that the transport has given up because their other end reads nothing.
 
 The transport closes its side of such a connection only when the last write succeeds, which it never does:
 until then a descriptor and megabytes of the kernel's buffers stay with it. Linux lists what waits where;
@@ -25,11 +25,11 @@ _PAUSES_S = (0.0, 0.5, 1.0, 2.0)
 
 @dataclass(frozen=True)
 class Waiting:
-    """A connection with bytes that its other end has not taken.
+    """Connection with bytes that its other end has not taken.
 
     Args:
         remote: Address of the other end.
-        n_bytes: Bytes that wait [B].
+        n_bytes: Waiting bytes [B].
         inode: Number of the socket, by which its descriptor is found.
     """
 
@@ -39,11 +39,11 @@ class Waiting:
 
 
 class DeafListeners:
-    """Looks for such connections whenever a message was held up, in a thread of its own.
+    """Searcher for such connections whenever a message was delayed, in a thread of its own.
 
     Args:
         others: Returns the locators of the other ends that the transport still has.
-        endpoint: Where this site listens.
+        endpoint: Endpoint on which this site listens.
         dropped: Called with a description of each that was ended.
     """
 
@@ -54,7 +54,7 @@ class DeafListeners:
         self._thread.start()
 
     def look(self) -> None:
-        """Have a look soon; never blocks."""
+        """Start a search; never blocks."""
         self._held_up.set()
 
     def close(self) -> None:
@@ -66,7 +66,7 @@ class DeafListeners:
     def _run(self) -> None:
         while self._held_up.wait() and not self._closed.is_set():
             self._held_up.clear()
-            for pause_s in _PAUSES_S:  # the transport takes its time to give one up
+            for pause_s in _PAUSES_S:  # the transport gives a connection up after some time
                 if self._closed.wait(pause_s):
                     return
                 for words in end_deaf(self._port, addresses_of(self._others())):
@@ -74,7 +74,7 @@ class DeafListeners:
 
 
 def end_deaf(port: int, live: set[str]) -> list[str]:
-    """End the connections to a port that hold unread bytes and that the transport does not count any more.
+    """End the connections to a port that hold unread bytes and that the transport no longer counts.
 
     Args:
         port: The local port.
@@ -111,7 +111,7 @@ def _address(text: str) -> Address:
 
 
 def _shut(inode: str) -> bool:
-    """Shut a socket of this process by its inode: to its owner that is a connection that was reset."""
+    """Shut a socket of this process by its inode; its owner sees a reset connection."""
     for entry in Path("/proc/self/fd").iterdir():
         with contextlib.suppress(OSError):
             if entry.readlink() == Path(f"socket:[{inode}]"):

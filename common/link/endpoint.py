@@ -1,4 +1,4 @@
-"""Where a site listens and connects, and how the transport is set up: for a slow link, and for bad neighbours."""
+"""Endpoints of a site, and the transport's set-up for a slow link and hostile neighbours."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import MAX_BYTES
 
 LEAST_BPS = 80.0
-"""The slowest modems carry so much [bit/s]."""
+"""Rate of the slowest modems [bit/s]."""
 
 
 SECURE = ("quic", "tls")
-"""Schemes that encrypt, and ask both ends for a certificate."""
+"""Schemes that encrypt, and request a certificate of both ends."""
 _QUIC_OPTIONS = "?mixed_rel=1;multistream=1"
 """One connection with datagrams beside its streams, and a stream for each priority."""
 _MOST_SESSIONS = 32
-"""Sites that may be connected to a robot at a time."""
+"""Largest number of sites connected to a robot at a time."""
 _PATIENCE_US = 100_000
 """How long a robot waits for a listener whose queue is full, once, before it drops the listener [us]."""
 _ENVELOPE_BYTES = 1024
@@ -31,7 +31,7 @@ _ENVELOPE_BYTES = 1024
 
 
 class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the transport listens and connects. The remote site listens, the local site connects."""
+    """Endpoints of the transport. The remote site listens, the local site connects."""
 
     vehicle: Name = "rov1"
     """Name of the vehicle: the namespace of all keys, and the folder of its files."""
@@ -45,14 +45,17 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """For a robot with a certificate: the authority's sites.json, which says whom it obeys, read when the robot starts. Without
     it every site obeys whose certificate the authority has issued."""
     rate_bps: Annotated[float, msgspec.Meta(ge=0)] = 0.0
-    """What the link carries each way [bit/s]; 0: more than enough. On a narrow one each flow has its share."""
+    """Capacity of the link in each direction [bit/s]; 0: more than enough.
+
+    On a narrow link each flow has its share.
+    """
     lease_s: Wait = 120.0
     """Silence after which the transport itself gives up [s]; the application notices much earlier."""
     handshake_timeout_s: Wait = 60.0
     """Longest time for a connection to open [s]; a handshake takes four one-way delays."""
 
     def __post_init__(self) -> None:
-        """Refuse a rate at which no message would ever be whole, and what is no endpoint."""
+        """Refuse a rate at which no message would ever be complete, and malformed endpoints."""
         if 0.0 < self.rate_bps < LEAST_BPS:
             raise ValueError(
                 f"expected rate_bps of 0 (no limit) or at least {LEAST_BPS:g} bit/s, got {self.rate_bps:g}"
@@ -84,9 +87,9 @@ def scheme_of(endpoint: str) -> str:
 
 
 def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
-    """Return the transport's configuration: one explicit connection and nothing found by itself.
+    """Return the transport's configuration: one explicit connection, and no discovery.
 
-    Who listens also guards: see `_guarded`.
+    A listening site is guarded, too: see `_guarded`.
     """
     handshake_ms = round(settings.handshake_timeout_s * 1000)
     configuration = {
@@ -107,13 +110,13 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
             "unicast": {
                 "open_timeout": handshake_ms,
                 "accept_timeout": handshake_ms,
-                # Of the idle connections that a stranger opens; each costs a descriptor.
+                # Limits the idle connections that a stranger opens; each costs a descriptor.
                 "accept_pending": 1000,
                 "max_sessions": _MOST_SESSIONS,
             },
             "shared_memory": {"enabled": False},
             "link": {
-                # A mistyped endpoint must not carry in the clear what is meant to be secret.
+                # A mistyped endpoint must not send secrets in the clear.
                 "protocols": sorted(
                     {
                         scheme_of(end)
@@ -122,13 +125,13 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
                     }
                 ),
                 "tls": _tls(settings.certificate_folder) if settings.certificates else {},
-                # By default a stranger's gigabyte would be put together in memory before anybody looks at it.
+                # By default a stranger's gigabyte would be assembled in memory before anybody looks at it.
                 "rx": {"max_message_size": MAX_BYTES + _ENVELOPE_BYTES},
                 "tx": {
                     "lease": round(settings.lease_s * 1000),
                     "keep_alive": 4,
                     "queue": {
-                        # The largest message needs five batches; none may wait for room on a live link.
+                        # The largest message needs five batches; on a live link none may wait for room.
                         "size": dict.fromkeys(
                             ("real_time", "interactive_high", "data_high", "data", "data_low"), 16
                         ),
@@ -158,7 +161,7 @@ def _beside(listen: str) -> list[str]:
 
 
 def _tls(folder: Path) -> dict[str, Any]:
-    """Return the transport's settings of TLS for a site: each end asks the other one for its certificate."""
+    """Return the transport's TLS settings for a site: each end requests the other one's certificate."""
     certificate, key = str(folder / CERTIFICATE_FILE), str(folder / KEY_FILE)
     return {
         "root_ca_certificate": str(folder / CA_FILE),
@@ -173,12 +176,13 @@ def _tls(folder: Path) -> dict[str, Any]:
 
 
 def _guarded(configuration: dict[str, Any], settings: EndpointSettings) -> dict[str, Any]:
-    """Return the configuration of a robot, which grants each site what its role allows, and strangers nothing.
+    """Return the configuration of a robot, to which anybody may connect.
 
-    Who connects may send on `op/*` and hear `rov/*`, nothing else: no stranger reads what operators send, takes
-    their questions, or speaks for the robot. Who reads nothing holds up nobody else for longer than `_PATIENCE_US`
-    in all: whatever must arrive waits that long for room in the listener's own queue, and then the listener is
-    dropped. A live site's queue has room: what it has not taken yet waits in the sockets' buffers first.
+    A connected site may send on `op/*` and hear `rov/*`, nothing else: no stranger reads what operators send,
+    takes their questions, or speaks for the robot. A site that reads nothing delays others by no more than
+    `_PATIENCE_US` in all: a message that must arrive waits that long for room in the listener's own queue,
+    and then the listener is dropped. A live site's queue has room: what it has not taken yet waits in the
+    sockets' buffers first.
     """
     queue = configuration["transport"]["link"]["tx"]["queue"]
     queue["congestion_control"] = {

@@ -1,8 +1,8 @@
-"""The connection between the two sites. The only file that speaks Zenoh.
+"""Link: connection between the two sites. The only file that speaks Zenoh.
 
-A lost put raises nothing and a slow callback would freeze the whole session, so: every channel has its
-own bounded boxes, sending is done by one thread per urgency, receiving by one thread per channel, and
-nothing is trusted to have arrived until the other site's application says so.
+A lost put raises nothing and a slow callback would freeze the whole session. Therefore every channel has its
+own bounded mailboxes, one thread per urgency sends, one thread per channel receives, and nothing counts as
+arrived until the other site's application says so.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from farhand.common.wire.keys import Channel, Urgency
 _log = loop_logger(__name__)
 
 OVERHEAD_BYTES = 70
-"""What Zenoh (about 30), TCP and IP (40) add to a message, for its budget [B]."""
+"""Bytes that Zenoh (about 30), TCP and IP (40) add to a message, for its budget [B]."""
 
 Deliver = Callable[[bytes], None]
 Answered = Callable[[bytes | None], None]
 
 
 class Request(Protocol):
-    """A question of the other site that waits for its answer."""
+    """Question of the other site that waits for its answer."""
 
     @property
     def data(self) -> bytes:
-        """What was asked."""
+        """The question."""
         ...
 
     def answer(self, data: bytes) -> None:
@@ -48,10 +48,10 @@ class Request(Protocol):
 
 
 class Link(Protocol):
-    """What a site needs of a connection."""
+    """Interface of a site's connection."""
 
     def send(self, channel: Channel, data: bytes) -> None:
-        """Hand a message over for sending; never blocks, says nothing about its arrival."""
+        """Hand a message over for sending; never blocks, and gives no information about its arrival."""
         ...
 
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
@@ -63,18 +63,19 @@ class Link(Protocol):
         ...
 
     def limit(self, channel: Channel, bytes_per_s: float) -> None:
-        """Give a newest-only channel a byte budget [B/s]: what does not fit is skipped, not queued."""
+        """Give a newest-only channel a byte budget [B/s]; messages beyond it are skipped, not queued."""
         ...
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
         """Ask the other site; never blocks.
 
         Args:
-            channel: Where it is served.
+            channel: Channel on which it is served.
             data: The question.
-            timeout_s: Patience [s].
-            answered: Called at most once, from a thread of the link's own, and must not block. None: no answer
-                came, the question was perhaps not delivered. A link that is closed before may not call it.
+            timeout_s: Time-out [s].
+            answered: Called at most once, from a thread of the link's own, and must not block. None: no
+                answer came, and perhaps the question was not delivered. A link that is closed before may
+                not call it.
         """
         ...
 
@@ -97,7 +98,7 @@ class _ZenohRequest:
 
 
 class _Question:
-    """Gives the first reply on, or None at the end of all replies."""
+    """Receiver that passes on the first reply, or None at the end of all replies."""
 
     def __init__(self, answered: Answered):
         self._answered: Answered | None = answered
@@ -116,7 +117,7 @@ class _Question:
 
 
 class ZenohLink:
-    """A `Link` over one Zenoh session.
+    """`Link` over one Zenoh session.
 
     Args:
         settings: The endpoints.
@@ -176,7 +177,7 @@ class ZenohLink:
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
         """See `Link.ask`."""
         question = _Question(answered)
-        # In the network's own thread: a thread for each question would cost more than the question.
+        # In the network's own thread: a thread per question would cost more than the question.
         handler = zenoh.handlers.Callback(question.on_reply, question.on_end, indirect=False)
 
         def get() -> None:
@@ -215,7 +216,10 @@ class ZenohLink:
         return [link.dst for link in self._session.info.links()]
 
     def _publisher(self, channel: Channel) -> zenoh.Publisher:
-        """Called by the thread of the channel's urgency alone: to declare one may wait for the network."""
+        """Return the publisher of a channel.
+
+        Called by the thread of its urgency alone, as it may wait for the network.
+        """
         if channel not in self._publishers:
             control, reliability = zenoh.CongestionControl, zenoh.Reliability
             self._publishers[channel] = self._session.declare_publisher(
@@ -223,7 +227,7 @@ class ZenohLink:
                 priority=getattr(zenoh.Priority, channel.urgency.value),
                 congestion_control=control.BLOCK if channel.must_arrive else control.DROP,
                 express=channel.urgency is not Urgency.BULK,
-                # Over TCP nothing is lost, and this means nothing.
+                # Over TCP nothing is lost, and this has no effect.
                 reliability=reliability.RELIABLE if channel.sent_again else reliability.BEST_EFFORT,
             )
         return self._publishers[channel]
@@ -243,7 +247,7 @@ class ZenohLink:
                     hand_over(item)
                 except Exception:
                     _log.exception("a message on %s could not be handled", channel.key)
-                item = None  # a question that was dropped ends now, not with the next one
+                item = None  # a dropped question ends now, not with the next one
 
         thread = threading.Thread(target=run, name=f"receive {channel.key}", daemon=True)
         thread.start()

@@ -1,4 +1,4 @@
-"""How the link is doing, as one site sees it: round trip, age of the data, what went missing."""
+"""State of the link as one site sees it: round trip, age of the data, missing reports."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _LOST_S = 2.0
 _OLD_S, _TOO_OLD_S = 1.0, 5.0
 """How much older than the quickest of the last reports the newest one may be: late from here, lost from there [s]."""
 _AGED_S, _TOO_AGED_S = 5.0, 15.0
-"""However old reports usually are, from here they count as late, and from there as lost: the robot refuses them [s]."""
+"""Ages from which reports count as late, and as lost, in any case: the robot refuses answers to them [s]."""
 _HEARTBEATS_KEPT = 2048
 _HISTORY = 600
 
 
 class LinkHealth(StrEnum):
-    """Whether reports arrive."""
+    """Arrival of reports."""
 
     NEVER = "never"
     OK = "ok"
@@ -31,15 +31,15 @@ class LinkHealth(StrEnum):
 
 @dataclass(frozen=True)
 class LinkView:
-    """The link at one moment.
+    """State of the link at one moment.
 
     Args:
-        health: Whether reports arrive, and are not much older than they usually are.
+        health: Whether reports arrive, and are not much older than usual.
         silent_s: Time since the newest report arrived [s].
         round_trip_s: Newest measured round trip [s], None before the first.
         age_s: Estimated age of the newest report: its silence plus half the round trip [s].
         n_received: Reports received.
-        n_missed: Reports that were sent and skipped or lost on the way.
+        n_missed: Reports that were sent but skipped or lost.
     """
 
     health: LinkHealth
@@ -51,7 +51,7 @@ class LinkView:
 
 
 class LinkMonitor:
-    """Follows the reports and the heartbeats that they echo. Times are the caller's own clock [s]."""
+    """Observer of the reports and of the heartbeats that they echo. Times are the caller's own clock [s]."""
 
     def __init__(self) -> None:
         self._sent_s: OrderedDict[int, float] = OrderedDict()
@@ -61,16 +61,16 @@ class LinkMonitor:
         self._n_received = self._n_missed = 0
         self._round_trips: deque[float] = deque(maxlen=_HISTORY)
         self._ways_s: deque[float] = deque(maxlen=_HISTORY)
-        """Of the last reports: arrival here less stamp there, so with the unknown difference of the two clocks."""
+        """Arrival minus stamp of the last reports; includes the unknown difference of the two clocks."""
 
     def heartbeat_sent(self, seq: int, now_s: float) -> None:
-        """A heartbeat left."""
+        """Note a sent heartbeat."""
         self._sent_s[seq] = now_s
         if len(self._sent_s) > _HEARTBEATS_KEPT:
             self._sent_s.popitem(last=False)
 
     def received(self, report: Telemetry, now_s: float) -> bool:
-        """A report arrived.
+        """Note a received report.
 
         Returns:
             Whether it is newer than all before; an older one must not be shown.
@@ -91,7 +91,7 @@ class LinkMonitor:
         return True
 
     def view(self, now_s: float) -> LinkView:
-        """The link now."""
+        """Return the present state of the link."""
         newest = self._round_trips[-1] if self._round_trips else None
         if self._arrived_s is None:
             return LinkView(LinkHealth.NEVER, float("inf"), newest, None, 0, 0)
@@ -111,20 +111,20 @@ class LinkMonitor:
         return LinkView(health, silent_s, newest, age_s, self._n_received, self._n_missed)
 
     def is_silent(self, now_s: float) -> bool:
-        """Decide whether nothing has arrived for so long that something may have been missed."""
+        """Decide whether the silence is so long that messages may have been missed."""
         return self._arrived_s is None or now_s - self._arrived_s >= _LOST_S
 
     def late_s(self, stamp: Stamp, now_s: float) -> float:
-        """How much longer than the quickest of the last reports something that arrives now was on its way [s].
+        """Return how much longer than the quickest recent report something arriving now was in transit [s].
 
         Args:
-            stamp: When it left, by the robot's clock.
-            now_s: Now.
+            stamp: Time of sending on the robot's clock.
+            now_s: Present time [s].
         """
         if stamp.boot != self._boot or not self._ways_s:
             return 0.0
         return max(0.0, now_s - stamp.t_ns * 1e-9 - min(self._ways_s))
 
     def median_round_trip_s(self) -> float | None:
-        """Median of the last measured round trips [s]."""
+        """Return the median of the last measured round trips [s]."""
         return float(np.median(self._round_trips)) if self._round_trips else None

@@ -1,4 +1,4 @@
-"""One thread that sends, so that the control loop never waits for the transport."""
+"""Sending thread, so that the control loop never waits for the transport."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from farhand.common.link.send_queue import SendQueue
 Send = Callable[[], None]
 
 HELD_UP_S = 0.08
-"""A send that takes longer has waited for somebody [s]."""
+"""Duration from which a send was delayed by somebody [s]."""
 
 
 class Outbox:
-    """Sends what it is given from its own thread, in the order and within the budgets of `SendQueue`.
+    """Sender with a thread of its own, in the order and within the budgets of `SendQueue`.
 
     Args:
-        name: For the thread's name.
-        log: Where a failed send is reported.
+        name: Part of the thread's name.
+        log: Logger of failed sends.
         held_up: Called after a send that took long.
     """
 
@@ -47,7 +47,7 @@ class Outbox:
             self._changed.notify()
 
     def close(self) -> None:
-        """End the thread; what still waits is not sent."""
+        """End the thread; waiting messages are dropped."""
         with self._changed:
             self._closed = True
             self._changed.notify()
@@ -64,7 +64,7 @@ class Outbox:
                 self._log.warning("a message was not sent: %s", error)
 
     def _next(self) -> Send | None:
-        """The next message that may go, or None when the outbox was closed."""
+        """Return the next message that may go, or None when the outbox was closed."""
         with self._changed:
             while not self._closed:
                 now_s = time.monotonic()

@@ -1,4 +1,4 @@
-"""What waits to be sent: in order, the newest only where that is enough, within byte budgets. Without a clock."""
+"""Queue of messages to send: in order, newest-only if that suffices, within byte budgets. It has no clock."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ _MOST_WAITING = 1024
 
 
 class SendQueue(Generic[T]):
-    """A queue of messages for one sender.
+    """Queue of messages for one sender.
 
-    Of a message with a `newest_only` name only the newest waits; one with a byte budget is sent no faster
-    than that budget allows, and what comes in between is replaced, never queued. Times are on any clock that
-    does not go back [s].
+    Of messages with the same `newest_only` name only the newest waits; a message with a byte budget is sent
+    no faster than that budget allows, and later ones replace it, so none are queued. Times are on any clock
+    that does not go back [s].
     """
 
     def __init__(self) -> None:
@@ -25,7 +25,7 @@ class SendQueue(Generic[T]):
         self._not_before_s: dict[str, float] = {}
 
     def put(self, item: T, newest_only: str | None = None, n_bytes: int = 0) -> bool:
-        """Have an item wait.
+        """Add an item.
 
         Args:
             item: The message.
@@ -48,11 +48,11 @@ class SendQueue(Generic[T]):
         self._not_before_s.pop(newest_only, None)
 
     def clear(self) -> None:
-        """Forget what waits; budgets stay."""
+        """Drop what waits; budgets stay."""
         self._waiting.clear()
 
     def take(self, now_s: float) -> T | None:
-        """The oldest item that may go now, or None."""
+        """Return the oldest item that may go now, or None."""
         for key, (item, name, n_bytes) in self._waiting.items():
             if self._remaining_s(name, now_s) <= 0.0:
                 del self._waiting[key]
@@ -62,7 +62,7 @@ class SendQueue(Generic[T]):
         return None
 
     def ready_in_s(self, now_s: float) -> float | None:
-        """How long until something may go [s]; None when nothing waits."""
+        """Return the time until an item may go [s]; None when nothing waits."""
         waits_s = (self._remaining_s(name, now_s) for _, name, _ in self._waiting.values())
         return min(waits_s, default=None)
 

@@ -1,4 +1,4 @@
-"""Decides how much a site sends while it hears nothing: so little that the link is found open as soon as it is."""
+"""Reduction of sending while nothing is heard, so that the link is found open as soon as it is."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ _NARROW_BPS = 100_000.0
 
 
 class SilenceGate:
-    """Lets all messages out while the other site is heard, and a few small ones while it is not.
+    """Gate that passes all messages while the other site is heard, and few small ones while it is not.
 
-    Over QUIC what is sent into an outage stays unacknowledged and fills the congestion window. Then nothing leaves
-    but the transport's own probes, which doubles its pause each time: the link would be found open after a time
-    as long as the outage was.
+    Over QUIC, data sent into an outage stays unacknowledged and fills the congestion window. Then only the
+    transport's own probes leave, at intervals that double each time: the link would be found open after a
+    time as long as the outage was.
 
     Args:
-        rate_bps: What the link carries [bit/s]; 0: more than enough. On a narrow one messages are rarer, and silence is longer.
+        rate_bps: Capacity of the link [bit/s]; 0: more than enough. On a narrow link messages are rarer,
+            and silence is longer.
         clock: Returns the time, on a clock that does not go back [s].
     """
 
@@ -32,7 +33,7 @@ class SilenceGate:
         self._probed_s = {True: -_LARGE_PAUSE_S, False: -_LARGE_PAUSE_S}
 
     def heard(self) -> None:
-        """Take note that something arrived."""
+        """Note that something arrived."""
         self._heard_s = self._clock()
 
     def lets_out(self, n_bytes: int) -> bool:

@@ -1,4 +1,4 @@
-"""Messages to bytes and back. What arrives is checked whole before anybody sees it."""
+"""Conversion of messages to bytes and back. An arriving message is checked whole before anybody sees it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOST_SINGLE = (2.0 - 2.0**-23) * 2.0**127
 
 
 def encode(message: Message) -> bytes:
-    """Encode a message as MessagePack bytes. Telemetry travels in single precision, for its budget."""
+    """Encode a message as MessagePack bytes. Telemetry is sent in single precision, to fit its budget."""
     plain = msgspec.to_builtins(message, builtin_types=(bytes,))
     packer = msgpack.Packer(use_single_float=isinstance(message, Telemetry))
     return packer.pack(plain)
@@ -29,8 +29,8 @@ def decode(data: bytes, kind: type[M]) -> M:
     """Decode a message from bytes.
 
     Args:
-        data: What arrived.
-        kind: The type that travels on the key on which it arrived.
+        data: Bytes that arrived.
+        kind: Message type of the key on which it arrived.
 
     Raises:
         InvalidMessage: When the bytes are too many, are not MessagePack, have another schema, an
@@ -59,7 +59,7 @@ def decode(data: bytes, kind: type[M]) -> M:
 
 
 def _check_schema(plain: Any, kind: type[Message]) -> None:
-    """Say plainly that the other site speaks another version, before any field is looked at."""
+    """Report clearly that the other site speaks another version, before any field is checked."""
     if not isinstance(plain, dict):
         raise InvalidMessage(kind.__name__, "", f"a map of fields, got {type(plain).__name__}")
     theirs = plain.get(_schema_key(kind))
@@ -71,7 +71,7 @@ def _check_schema(plain: Any, kind: type[Message]) -> None:
 
 @cache
 def _schema_key(kind: type[Message]) -> str:
-    """Return the schema's name on the wire; looking it up takes longer than all the rest of decoding."""
+    """Return the schema's name on the wire; looking it up takes longer than the rest of decoding."""
     return next(field.encode_name for field in msgspec.structs.fields(kind) if field.name == "schema")
 
 
@@ -81,7 +81,7 @@ def numbers(plain: Any) -> Iterator[tuple[str, float]]:
 
 
 def leaves(plain: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Iterate over everything in plain Python that holds nothing else, and the path to it."""
+    """Iterate over all values in plain Python that contain no others, and the path to each."""
     if isinstance(plain, dict):
         for key, value in plain.items():
             yield from leaves(value, f"{path}.{key}".lstrip("."))

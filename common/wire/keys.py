@@ -1,4 +1,4 @@
-"""The table of Zenoh key expressions and their quality of service. A fixed set; ids travel in payloads.
+"""Table of Zenoh key expressions and their quality of service. A fixed set; ids are sent in payloads.
 
 All keys are below the vehicle's name, which is the session's namespace.
 """
@@ -22,13 +22,13 @@ class Urgency(Enum):
 
 @dataclass(frozen=True)
 class Channel:
-    """One flow between the sites.
+    """Flow between the sites.
 
     Args:
         key: Key expression below the vehicle's name.
-        urgency: Its place in the queue.
+        urgency: Urgency of its messages.
         must_arrive: Wait for room in a full queue (True), or drop the newest (False).
-        keep: How many messages wait for a slow receiver; the oldest are dropped.
+        keep: Number of messages that wait for a slow receiver; the oldest are dropped.
     """
 
     key: str
@@ -38,10 +38,11 @@ class Channel:
 
     @property
     def sent_again(self) -> bool:
-        """Whether the transport sends a lost message again.
+        """True if the transport resends a lost message.
 
-        Not what the newest message replaces, and not a stop: its sender repeats it until it is acknowledged, and a
-        copy that the transport delivers late would stop a robot that was reset meanwhile.
+        Messages that a newer one replaces are not resent, and neither is a stop: its sender repeats it until
+        it is acknowledged, and a copy that the transport delivers late would stop a robot that was reset
+        meanwhile.
         """
         return self.must_arrive and self.urgency is not Urgency.STOP
 

@@ -1,7 +1,7 @@
-"""Every message on the wire. `keys.py` says where each travels, `codec.py` how it becomes bytes.
+"""Every message on the wire. `keys.py` has the key of each, `codec.py` its bytes.
 
-Times are seconds or nanoseconds of the sender's own monotonic clock. A stamp of the robot that comes
-back as an `echo` lets the robot compute an age on its own clock alone.
+Times are seconds or nanoseconds of the sender's own monotonic clock. A stamp of the robot that comes back as
+an `echo` lets the robot compute an age on its own clock alone.
 """
 
 from __future__ import annotations
@@ -18,52 +18,55 @@ from farhand.common.wire.reasons import Reason
 SCHEMA = 2
 """Version of all messages together; a site refuses another one by name."""
 MAX_TELEMETRY_BYTES = 264
-"""No report is longer [B]."""
+"""Largest size of a report [B]."""
 MAX_MODEL_BYTES = 2_000_000
-"""No model is longer [B]: twice as much as the most components make with every transition and four frames."""
+"""Largest size of a model [B]: twice that of the most components with every transition and four frames."""
 
 MOST_CONTENT_BYTES = 65_536
-"""Bulk travels in parts of at most this size [B]."""
+"""Largest size of a part of bulk content [B]."""
 MAX_BYTES = 4 * MOST_CONTENT_BYTES
-"""No message is longer [B]; of events the robot gives as many at a time as fit. The transport takes little more, the decoder no more."""
+"""Largest size of a message [B]; the robot sends as many events at a time as fit.
+
+The transport accepts little more, the decoder no more.
+"""
 MOST_TASKS = 8
-"""No robot says that it does more."""
+"""Largest number of tasks of a robot."""
 
 Id = Annotated[str, Meta(pattern=PRINTABLE, max_length=64)]
 Count = Annotated[int, Meta(ge=0)]
 Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
-"""Bounded, so that sums and differences of what arrived stay finite [m]."""
+"""Coordinate, bounded so that sums and differences of received values stay finite [m]."""
 Vector = Annotated[tuple[Coordinate, ...], Meta(min_length=2, max_length=3)]
 Rotation = Annotated[tuple[Annotated[float, Meta(ge=-10.0, le=10.0)], ...], Meta(max_length=3)]
-"""Nothing for none, one angle in the plane, a rotation vector in space [rad]."""
+"""Rotation: empty for none, one angle in the plane, a rotation vector in space [rad]."""
 Sha256 = Annotated[str, Meta(pattern=r"^([0-9a-f]{64})?\Z")]
 SLOWEST_PACE = 0.1
 Pace = Annotated[float, Meta(ge=SLOWEST_PACE, le=1.0)]
-"""How fast an execution goes, as a share of how it was demonstrated."""
+"""Speed of an execution as a share of its demonstrated speed."""
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The base of all messages."""
+    """Base of all messages."""
 
     schema: int = SCHEMA
 
 
 class Stamp(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
-    """An instant of one boot of the robot: boot id and monotonic time [ns]."""
+    """Instant of one boot of the robot: boot id and monotonic time [ns]."""
 
     boot: Id
     t_ns: Count
 
 
 class ArmState(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
-    """An arm's report beyond that of a point."""
+    """Report of an arm beyond that of a point."""
 
     rotation_rad: tuple[float, float, float]
     """Orientation of its tool: a rotation vector [rad]."""
     joints_rad: Annotated[tuple[float, ...], Meta(max_length=8)]
-    """Its angles [rad]."""
+    """Joint angles [rad]."""
     force_n: float
-    """On its tool [N]."""
+    """Force on its tool [N]."""
     overruns: Count
     """Control periods that came too late in this boot, and were left out."""
 
@@ -80,9 +83,12 @@ class Telemetry(
         "arm": "a", "recorded_s": "u",
     },
 ):  # fmt: skip
-    """The robot's report of itself, newest only. A point's has at most 200 B, an arm's 264 B: short names, single precision."""
+    """Robot's report of itself, newest only.
 
-    schema: int = SCHEMA  # said again, for its short name to count
+    A point's has at most 200 B, an arm's 264 B: short names, single precision.
+    """
+
+    schema: int = SCHEMA  # repeated, so that its short name applies
     seq: Count
     stamp: Stamp
     mode: ControlMode
@@ -93,36 +99,36 @@ class Telemetry(
     frame_rotation_rad: Rotation = ()
     """Rotation of the task frame: one angle in the plane, a rotation vector in space [rad]."""
     component: int = -1
-    """The component that is being executed; -1 without an execution, and on a way."""
+    """Component in execution; -1 without an execution, and on a way."""
     elapsed_s: float = 0.0
     """Time since the execution began [s]."""
     path_id: Count = 0
-    """The committed path that is being executed."""
+    """Committed path in execution."""
     model: Annotated[str, Meta(max_length=8)] = ""
     """First digits of the newest verified model's hash."""
     coupling_id: Count = 0
     holder: Annotated[str, Meta(max_length=MOST_SITE_NAME)] = ""
-    """Who holds the lease, cut to 16 bytes."""
+    """Holder of the lease, cut to 16 bytes."""
     lease: Annotated[str, Meta(max_length=4)] = ""
-    """First digits of the lease, so that its holder knows whether it still counts."""
+    """First digits of the lease, so that its holder knows whether it is still valid."""
     heartbeat_echo: Count = 0
     """Sequence number of the newest heartbeat of the lease's holder."""
     heartbeat_held_ms: float = 0.0
-    """How long the robot had it when this was sent [ms]."""
+    """Time from its arrival to the sending of this report [ms]."""
     waiting: bool = False
-    """DIRECT, but no input for half a second: the robot waits where it is."""
+    """DIRECT without input for half a second: the robot waits where it is."""
     stale_refused: Count = 0
-    """How many operator's messages were refused for their age or their lease in this boot."""
+    """Number of operators' messages refused for their age or their lease in this boot."""
     pace: float = 1.0
     """How fast executions and manoeuvres go, as a share of how they were meant."""
     arm: ArmState | UnsetType = UNSET
-    """Of an arm only."""
+    """State of an arm; None for a point."""
     recorded_s: float | UnsetType = UNSET
-    """While a motion in DIRECT is recorded: for how long by now [s]."""
+    """Duration so far of the motion that is recorded in DIRECT."""
 
 
 class Heartbeat(Message, frozen=True, kw_only=True):
-    """The operator's site is there and this is the newest report that it has shown."""
+    """Sign of life of the operator's site, with the newest report that it has shown."""
 
     session: Id
     seq: Count
@@ -130,7 +136,7 @@ class Heartbeat(Message, frozen=True, kw_only=True):
 
 
 class OperatorInput(Message, frozen=True, kw_only=True):
-    """The pose of the operator's hand. Accepted only with the present coupling and lease."""
+    """Pose of the operator's hand. Accepted only with the present coupling and lease."""
 
     seq: Count
     echo: Stamp
@@ -140,11 +146,14 @@ class OperatorInput(Message, frozen=True, kw_only=True):
     rotation_rad: Rotation = ()
     """Of a hand that guides a pose: a rotation vector [rad]."""
     released: bool = False
-    """The drag ended: the dead-man was let go."""
+    """The drag ended: the operator let go."""
 
 
 class MoveTarget(Message, frozen=True, kw_only=True):
-    """Moves the mean of a simulated target, for whoever holds the lease. A real robot does not serve it."""
+    """Request of the lease's holder to move the mean of a simulated target.
+
+    A real robot does not serve it.
+    """
 
     echo: Stamp
     lease_id: Id
@@ -152,20 +161,20 @@ class MoveTarget(Message, frozen=True, kw_only=True):
 
 
 class Wish(StrEnum):
-    """A local site's request about the control of the robot."""
+    """Local site's request about the control of the robot."""
 
     CONTROL = "control"
     """Have it when it is free, keep it while it has it."""
     WATCH = "watch"
-    """Never have it; give it up if it has it."""
+    """Never take the control; give it up."""
     ASK = "ask"
-    """Have it; its holder is told so."""
+    """Ask the holder for the control."""
     GIVE = "give"
-    """Hand it over to who asked."""
+    """Hand the control over to the site that asked."""
 
 
 class LeaseRequest(Message, frozen=True, kw_only=True):
-    """Asks for, renews or hands over the control of the robot. Moves nothing."""
+    """Request for the control of the robot, its renewal or its hand-over. Moves nothing."""
 
     session: Id
     site_name: SiteName
@@ -174,25 +183,25 @@ class LeaseRequest(Message, frozen=True, kw_only=True):
 
 
 class LeaseReply(Message, frozen=True, kw_only=True):
-    """The answer to a lease request, with the robot's kind."""
+    """Answer to a lease request, with the robot's kind."""
 
     granted: bool
     lease_id: Id
-    """The asker's lease, empty for none: a renewal that came too late does not end it, silence does."""
+    """The asker's lease, empty for none: a late renewal does not end it, silence does."""
     holder: Id
     reason: Reason | None = None
     asked_by: Id = ""
     """To the holder: who asks for the control."""
     stamp: Stamp
     tasks: Annotated[tuple[Id, ...], Meta(min_length=1, max_length=MOST_TASKS)]
-    """What the robot does, by name; it begins with the first."""
+    """Names of the robot's tasks; it begins with the first."""
     n_dims: Annotated[int, Meta(ge=2, le=3)]
     newest_age_s: float | None = None
     """Age of the echo in the request, as the robot measured it [s]."""
 
 
 class Command(Message, frozen=True, kw_only=True):
-    """One action asked of the robot; runs at most once in a boot, whatever arrives how often."""
+    """Action asked of the robot; runs at most once in a boot, however often it arrives."""
 
     command_id: Id
     session: Id
@@ -207,7 +216,7 @@ class Command(Message, frozen=True, kw_only=True):
 
 
 class CommandReply(Message, frozen=True, kw_only=True):
-    """The first answer to a command: received, or refused with the reason and what was measured."""
+    """First answer to a command: received, or refused with the reason and what was measured."""
 
     command_id: Id
     accepted: bool
@@ -225,9 +234,9 @@ class EventKind(StrEnum):
     """Kinds of events; a newer robot may have others."""
 
     COMPLETED = "completed"
-    """A command came to its good end."""
+    """A command succeeded."""
     FAILED = "failed"
-    """A command was begun and did not."""
+    """A command was begun and failed."""
     EXECUTING = "executing"
     CONTROL = "control"
     """The control of the robot changed hands."""
@@ -240,7 +249,7 @@ class EventKind(StrEnum):
     PAUSED = "paused"
     RETRACTING = "retracting"
     HOLDING = "holding"
-    """A manoeuvre that the robot began itself has ended."""
+    """A manoeuvre that the robot began on its own has ended."""
     INTERRUPTED = "interrupted"
     """The robot's process ended during an execution."""
     RESTARTED = "restarted"
@@ -249,25 +258,25 @@ class EventKind(StrEnum):
 
 
 class Event(Message, frozen=True, kw_only=True):
-    """Something that happened at the robot; for a command its second answer: completed or failed."""
+    """Event at the robot; for a command its second answer: completed or failed."""
 
     seq: Count
     stamp: Stamp
     kind: Id
     """One of the kinds of events, or a newer one."""
     reason: Reason
-    """What came of it, or why it happened."""
+    """Outcome, or cause."""
     cause: Reason | None = None
-    """The reason behind the reason, if there is one."""
+    """Reason behind the reason, if there is one."""
     command_id: Id = ""
     action: Id = ""
-    """What the command asked for."""
+    """Action of the command."""
     succeeded: bool = True
     mode: ControlMode
     coupling_id: Count = 0
     plan_id: Count = 0
     who: Id = ""
-    """The site that caused it, empty for the robot itself."""
+    """Site that caused it, empty for the robot itself."""
 
     @property
     def measured(self) -> float | None:
@@ -276,13 +285,13 @@ class Event(Message, frozen=True, kw_only=True):
 
 
 class EventsRequest(Message, frozen=True, kw_only=True):
-    """Asks for the events after a number: what an outage has swallowed."""
+    """Request for the events after a number, which an outage has swallowed."""
 
     after_seq: Count = 0
 
 
 class EventsReply(Message, frozen=True, kw_only=True):
-    """The robot's events of this boot, oldest first; only the newest are kept."""
+    """Robot's events of this boot, oldest first; only the newest are kept."""
 
     events: Annotated[tuple[Event, ...], Meta(max_length=64)]
     newest_seq: Count
@@ -290,7 +299,7 @@ class EventsReply(Message, frozen=True, kw_only=True):
 
 
 class ModelTransfer(Message, frozen=True, kw_only=True):
-    """A learned model on its way to the robot, whole or in parts; a part without content asks whether it is there."""
+    """Learned model, whole or in parts; a part without content asks whether the robot has the model."""
 
     session: Id = ""
     """Of the sender: while another site is in control of the robot, that one alone sends models."""
@@ -299,7 +308,7 @@ class ModelTransfer(Message, frozen=True, kw_only=True):
     version: Count = 0
     """Counts the models of one local site."""
     parent_sha256: Sha256 = ""
-    """The model that this one was refined from."""
+    """SHA-256 of the model that this one was refined from."""
     size: Annotated[int, Meta(ge=0, le=MAX_MODEL_BYTES)] = 0
     """Of the whole model [B]; 0: this is all of it."""
     offset: Count = 0
@@ -308,61 +317,61 @@ class ModelTransfer(Message, frozen=True, kw_only=True):
 
 
 class ModelReply(Message, frozen=True, kw_only=True):
-    """The robot's confirmation: the hash that it computed over what it decoded and stored.
+    """Robot's confirmation: the hash computed over what it decoded and stored.
 
-    Of a part: how much of the model it has; the model counts when that is all of it.
+    For a part: how much of the model has arrived; the model counts when all of it has.
     """
 
     accepted: bool
     sha256: Sha256
     complete: bool = True
     received: Count = 0
-    """How many bytes from the beginning the robot has; the next part begins there."""
+    """Bytes that have arrived from the beginning; the next part begins there."""
     reason: Reason | None = None
     stamp: Stamp
 
 
 class CatalogueRequest(Message, frozen=True, kw_only=True):
-    """Asks what the robot has to fetch."""
+    """Request for the list of what the robot offers."""
 
 
 class RecordingOffer(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
-    """A motion that the robot recorded while it was driven."""
+    """Motion that the robot recorded while it was driven."""
 
     sha256: Sha256
     """Of its content, see `farhand.common.wire.recorded_motion`."""
     site_name: Id
-    """Who drove."""
+    """Site that drove."""
     whole: bool
-    """Whether whoever drove ended it, and nothing else did."""
+    """True if the driving operator ended it, and nothing else did."""
     duration_s: float
 
 
 class CatalogueReply(Message, frozen=True, kw_only=True):
-    """The contents that the robot offers, each by its hash."""
+    """Contents that the robot offers, each by its hash."""
 
     scene_sha256: Sha256 = ""
-    """What the robot looks like, see `farhand.common.wire.scene_description`; empty for a point."""
+    """SHA-256 of the robot's drawing, see `farhand.common.wire.scene_description`; empty for a point."""
     recordings: Annotated[tuple[RecordingOffer, ...], Meta(max_length=8)] = ()
-    """Of this boot, the newest last."""
+    """Recordings of this boot, the newest last."""
     version: Id = ""
     """Of the robot's Farhand."""
     stamp: Stamp
 
 
 class BlobRequest(Message, frozen=True, kw_only=True):
-    """Asks for a part of what the catalogue names."""
+    """Request for a part of a content that the catalogue names."""
 
     sha256: Sha256
     """Of the whole content."""
     offset: Count = 0
     """Where the part begins [B]."""
     n_bytes: Annotated[int, Meta(ge=1, le=MOST_CONTENT_BYTES)]
-    """How long it may be [B]."""
+    """Largest size of the part [B]."""
 
 
 class BlobReply(Message, frozen=True, kw_only=True):
-    """A part of some content; who has all of it compares its hash."""
+    """Part of a content; the receiver of all parts compares the hash."""
 
     sha256: Sha256
     """Of the whole content."""
@@ -371,21 +380,21 @@ class BlobReply(Message, frozen=True, kw_only=True):
     offset: Count = 0
     """Where the part begins [B]."""
     content: Annotated[bytes, Meta(max_length=MOST_CONTENT_BYTES)] = b""
-    """The part."""
+    """Bytes of the part."""
     stamp: Stamp
 
 
 class PlannedPath(Message, frozen=True, kw_only=True):
-    """A rollout of the whole remaining task, in task-frame coordinates."""
+    """Rollout of the whole remaining task, in task-frame coordinates."""
 
     path_id: Count
     plan_id: Count = 0
-    """Set when an operator asked for it by Preview."""
+    """Id of the plan if an operator asked for it by Preview."""
     stamp: Stamp
-    """When the rollout began: the time of its first point."""
+    """Beginning of the rollout: the time of its first point."""
     model_sha256: Sha256
     n_coordinates: Annotated[int, Meta(ge=2, le=7)]
-    """Numbers of a point: two or three of a position [m], seven of a pose (`farhand.common.model.manifold`)."""
+    """Coordinates per point: two or three of a position [m], seven of a pose."""
     step_s: Annotated[float, Meta(gt=0, le=10)]
     points: Annotated[bytes, Meta(max_length=200 * 7 * 2)]
     """Shape (N, n_coordinates); see `farhand.common.wire.path_points`."""
@@ -397,14 +406,17 @@ class PlannedPath(Message, frozen=True, kw_only=True):
 
 
 class Stop(Message, frozen=True, kw_only=True):
-    """Stop the robot: anybody may, whatever their lease; resent until both acknowledgements came."""
+    """Stop of the robot: anybody may send it, whatever their lease.
+
+    Resent until both acknowledgements came.
+    """
 
     stop_id: Id
     site_name: SiteName
 
 
 class StopAck(Message, frozen=True, kw_only=True):
-    """The two acknowledgements of a stop."""
+    """Acknowledgement of a stop; each stop gets two."""
 
     stop_id: Id
     standing: bool
@@ -417,11 +429,11 @@ ANY_VERSION: tuple[type[Message], ...] = (Stop, StopAck)
 
 
 class ReportRequest(Message, frozen=True, kw_only=True):
-    """Asks for the record of the newest execution."""
+    """Request for the record of the newest execution."""
 
 
 class ExecutionReport(Message, frozen=True, kw_only=True):
-    """The outcome of the newest execution, measured at the robot."""
+    """Outcome of the newest execution, measured at the robot."""
 
     began: Stamp | None = None
     task: Id = ""
@@ -434,14 +446,14 @@ class ExecutionReport(Message, frozen=True, kw_only=True):
     end_error_m: float | None = None
     """The same distance as last measured [m]."""
     depth_m: float | None = None
-    """Of a plug, behind the mouth of the receptacle [m]."""
+    """Depth of a plug behind the mouth of the receptacle [m]."""
     lateral_m: float | None = None
-    """Of a plug, from the axis of the receptacle [m]."""
+    """Distance of a plug from the axis of the receptacle [m]."""
     peak_force_n: float | None = None
     """Largest force on the tool so far [N]."""
     holding_force_n: float | None = None
     """Mean force on the tool since the arrival [N]."""
     succeeded: bool | None = None
-    """Whether the task is done by its own rule; None where the robot cannot know."""
+    """True if the task succeeded by its own rule; None if the robot cannot know."""
     overruns: Count = 0
     stamp: Stamp

@@ -1,7 +1,7 @@
-"""The points of a planned path as bytes: positions in single precision, poses in half precision.
+"""Points of a planned path as bytes: positions in single precision, poses in half precision.
 
-A pose has seven numbers, and a narrow link carries a few hundred bytes a second; half precision is good for
-1 mm and 0.1 degrees within 2 m of the task frame, which is what a drawing and a look at it need.
+A pose has seven numbers, and a narrow link carries a few hundred bytes a second. Half precision gives 1 mm
+and 0.1 degrees within 2 m of the task frame, which suffices for drawing and viewing.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 def packed(points: ArrayLike) -> bytes:
-    """Points of shape (N, C) as bytes."""
+    """Encode points of shape (N, C) as bytes."""
     points = np.asarray(points, dtype=float)
     return points.astype(_dtype(points.shape[1])).tobytes()
 
@@ -27,7 +27,7 @@ def points_of(path: PlannedPath) -> Array:
     """Return the points of a path in the task frame; quaternions of unit length. Shape (N, C).
 
     Raises:
-        InvalidMessage: When it is no whole number of points.
+        InvalidMessage: When the bytes are not a whole number of points.
     """
     dtype = _dtype(path.n_coordinates)
     if len(path.points) % (dtype.itemsize * path.n_coordinates):
@@ -41,11 +41,11 @@ def points_of(path: PlannedPath) -> Array:
 def thinned(path: PlannedPath, max_bytes: int) -> PlannedPath:
     """Lengthen the steps of a path until its points fit into a number of bytes.
 
-    Its last point stays the last, at the end of a whole step: up to a step later than it was.
+    The last point stays the last, at the end of a whole step: up to a step later than before.
 
     Args:
-        path: In steps that are short enough to draw.
-        max_bytes: Of two points or more.
+        path: Path in steps that are short enough to draw.
+        max_bytes: Size for two points or more.
     """
     size = path.n_coordinates * _dtype(path.n_coordinates).itemsize
     n = len(path.points) // size
@@ -58,7 +58,7 @@ def thinned(path: PlannedPath, max_bytes: int) -> PlannedPath:
 
 
 def duration_s(path: PlannedPath) -> float:
-    """From its first point to its last [s]."""
+    """Return the time from the first point to the last [s]."""
     n = len(path.points) // (_dtype(path.n_coordinates).itemsize * path.n_coordinates)
     return max(n - 1, 0) * path.step_s
 

@@ -1,6 +1,7 @@
-"""Reasons on the wire: an enumerated code with its numbers and names. `words.py` puts them into words, for people.
+"""Reasons on the wire: an enumerated code with its numbers and names. `words.py` makes sentences of them.
 
-A site that does not know a code, because the other one is newer, still decodes it and shows the code with its values.
+A site that does not know a code, because the other one is newer, still decodes it and shows the code with its
+values.
 """
 
 from __future__ import annotations
@@ -16,16 +17,16 @@ from farhand.common.names import PRINTABLE
 MOST_TEXT = 240
 _MOST_NUMBER = 1e30
 N_MORE = "n_more"
-"""Value of any reason: how many like it were only counted."""
+"""Value of any reason: number of similar events that were only counted."""
 
 
 class Code(StrEnum):
-    """Reasons of refusals, failures and events. `words.WORDS` names the values that go with each."""
+    """Reasons of refusals, failures and events. `words.WORDS` names the values that belong to each."""
 
     OTHER = "other"
-    """In the words of whoever made the robot, or of an error: one value, `text`."""
+    """Free text of a robot of your own, or of an error: one value, `text`."""
 
-    # The session: who is in control, and how old messages are
+    # The session: control, and age of messages
     NO_ECHO = "no echo"
     OTHER_BOOT = "other boot"
     NEVER_SENT = "never sent"
@@ -91,7 +92,7 @@ class Code(StrEnum):
     CONDITION = "condition"
     NOT_A_MOTION = "not a motion"
 
-    # The end of a command, and what else happens
+    # Ends of commands, and other events
     DONE = "done"
     RESUMED = "resumed"
     COUPLED = "coupled"
@@ -146,25 +147,25 @@ class Code(StrEnum):
 
 
 class Value(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
-    """One value of a reason."""
+    """Value of a reason."""
 
     name: Annotated[str, Meta(pattern=PRINTABLE, max_length=32)]
-    """Its unit is the end of its name, as in `age_s`; a list says one name several times."""
+    """Name, which ends with the unit, as in `age_s`; a list repeats one name."""
     value: (
         Annotated[float, Meta(ge=-_MOST_NUMBER, le=_MOST_NUMBER)] | Annotated[str, Meta(max_length=MOST_TEXT)]
     )
 
 
 class Reason(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
-    """Why something was refused or happened, or what came of it."""
+    """Reason of a refusal or an event, or an outcome."""
 
     code: Annotated[str, Meta(pattern=PRINTABLE, max_length=32)]
-    """One of the codes below, or a newer one."""
+    """Code, one of the known ones or a newer one."""
     values: Annotated[tuple[Value, ...], Meta(max_length=16)] = ()
 
     @property
     def measured(self) -> float | None:
-        """The first of its numbers, which is what was measured; None without one."""
+        """First of its numbers, which is the measured value; None without one."""
         numbers = (each.value for each in self.values if each.name != N_MORE)
         return next((number for number in numbers if not isinstance(number, str)), None)
 
@@ -177,8 +178,8 @@ def because(code: Code, **values: float | str | tuple[str, ...]) -> Reason:
     """Return a reason.
 
     Args:
-        code: Its code.
-        values: Its numbers and names, in the order in which they travel: what was measured first.
+        code: Code of the reason.
+        values: Its numbers and names, in the order on the wire, the measured value first.
     """
     return Reason(
         code.value,
@@ -191,7 +192,7 @@ def because(code: Code, **values: float | str | tuple[str, ...]) -> Reason:
 
 
 def in_words(text: object) -> Reason:
-    """Return a reason for which the table has no code: what a robot of your own, or an error, says."""
+    """Return a reason without a code of its own, such as the text of an error or of a robot of your own."""
     return because(Code.OTHER, text=str(text))
 
 

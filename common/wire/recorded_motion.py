@@ -1,4 +1,4 @@
-"""A motion that the robot recorded while it was driven: samples in single precision, told from others by a hash.
+"""Motion that the robot recorded while it was driven: samples in single precision, identified by a hash.
 
 Row for row: time since the first sample [s], the point (C,), and for each task frame its origin (D,) with its
 orientation: one angle in the plane, a unit quaternion in space.
@@ -25,19 +25,19 @@ from farhand.common.wire.messages import Id, Stamp
 Array = NDArray[np.float64]
 
 MAX_DURATION_S = 120.0
-"""No motion is recorded for longer [s]."""
+"""Longest recording [s]."""
 MAX_GAP_S = 0.1
-"""Between two samples; a motion with a longer gap is none [s]."""
+"""Longest gap between two samples; a motion with a longer one is refused [s]."""
 
 
 class Samples(NamedTuple):
-    """The recorded samples, T of them.
+    """Recorded samples, T of them.
 
     Args:
-        time_s: Since the first one [s]. Shape (T,).
+        time_s: Times since the first sample [s]. Shape (T,).
         points: Positions [m] or poses. Shape (T, C).
-        frame_origin_m: As the robot perceived them [m]. Shape (T, P, D).
-        frame_rotation: Their orientations. Shape (T, P, D, D).
+        frame_origin_m: Origins of the task frames as perceived by the robot [m]. Shape (T, P, D).
+        frame_rotation: Orientations of the task frames. Shape (T, P, D, D).
     """
 
     time_s: Array
@@ -47,14 +47,14 @@ class Samples(NamedTuple):
 
 
 class RecordedMotion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """One motion in world coordinates of the robot, as it travels."""
+    """One motion in world coordinates of the robot, as sent."""
 
     task: Id
     frame_names: Annotated[tuple[Id, ...], Meta(min_length=1, max_length=8)]
     n_dims: Annotated[int, Meta(ge=2, le=3)]
     oriented: bool
     began: Stamp
-    """When the first sample was taken, on the robot's clock."""
+    """Time of the first sample on the robot's clock."""
     rows: bytes
     """Little-endian single precision, shape (T, n)."""
 
@@ -72,7 +72,7 @@ class RecordedMotion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
     @property
     def content(self) -> bytes:
-        """It as bytes."""
+        """Bytes of the motion."""
         return msgpack.Packer().pack(msgspec.to_builtins(self, builtin_types=(bytes,)))
 
     @property
@@ -81,7 +81,7 @@ class RecordedMotion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
         return Manifold(self.n_dims, oriented=self.oriented)
 
     def samples(self) -> Samples:
-        """All samples.
+        """Return all samples.
 
         Raises:
             InvalidMessage: When a row is not whole, a number not finite, or there is a gap.
@@ -109,9 +109,9 @@ def packed_row(time_s: float, point: Array, frames: Sequence[TaskFrame]) -> byte
     """Pack one sample as a row of `RecordedMotion.rows`.
 
     Args:
-        time_s: Since the first one [s].
-        point: A position or a pose. Shape (C,).
-        frames: The task frames as perceived then. Length P.
+        time_s: Time since the first sample [s].
+        point: Position or pose. Shape (C,).
+        frames: Task frames as perceived then. Length P.
     """
     numbers = [np.array([time_s]), point]
     for frame in frames:
@@ -125,7 +125,7 @@ def _frame_width(n_dims: int) -> int:
 
 
 def _unit(quaternions: Array) -> Array:
-    """Shape (..., 4), or (..., 0) where there are none."""
+    """Normalise quaternions of shape (..., 4), or (..., 0) without any."""
     lengths = np.linalg.norm(quaternions, axis=-1, keepdims=True)
     if quaternions.shape[-1] and not (np.abs(lengths - 1.0) < 1e-3).all():
         raise _invalid("unit quaternions")
@@ -133,7 +133,7 @@ def _unit(quaternions: Array) -> Array:
 
 
 def _rotations(turns: Array) -> Array:
-    """Orthonormal matrices (..., D, D) of angles (..., 1) or of quaternions (..., 4)."""
+    """Return the rotation matrices (..., D, D) of angles (..., 1) or of quaternions (..., 4)."""
     if turns.shape[-1] == 1:
         c, s = np.cos(turns[..., 0]), np.sin(turns[..., 0])
         return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)

@@ -1,7 +1,7 @@
-"""A description of an arm and its surroundings for drawing: links, joints and shapes.
+"""Description of an arm and its surroundings for drawing: links, joints and shapes.
 
-Made from the compiled model where that is (`farhand.common.arm.simulation.description`), so that who draws needs no physics,
-and draws the robot that is there. It is one value, told from others by its hash.
+The robot's site makes it from the compiled model (`farhand.common.arm.simulation.description`), so that the
+operator's site needs no physics and draws the actual robot. It is one value, identified by its hash.
 """
 
 from __future__ import annotations
@@ -42,38 +42,38 @@ class Mesh(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
         """Make a mesh from triangles.
 
         Args:
-            colour: Of all of it.
-            vertices_m: At most 65536. Shape (V, 3) [m].
+            colour: Colour of the mesh.
+            vertices_m: Vertices, at most 65536. Shape (V, 3) [m].
             faces: Indices of vertices, counter-clockwise from outside. Shape (F, 3).
         """
         return cls(colour, np.asarray(vertices_m, "<f2").tobytes(), np.asarray(faces, "<u2").tobytes())
 
     @property
     def vertices_m(self) -> NDArray[np.float32]:
-        """Shape (V, 3) [m]."""
+        """Vertices. Shape (V, 3) [m]."""
         return np.frombuffer(self.vertices, "<f2").reshape(-1, 3).astype(np.float32)
 
     @property
     def triangles(self) -> NDArray[np.uint32]:
-        """Shape (F, 3)."""
+        """Indices of vertices. Shape (F, 3)."""
         return np.frombuffer(self.faces, "<u2").reshape(-1, 3).astype(np.uint32)
 
 
 class ArmLink(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
-    """One rigid part of the arm."""
+    """Rigid part of the arm."""
 
     name: Name
     parent: int
     """Index of the link that carries it; -1 for the base, which stands at the origin."""
     pose: Pose
-    """In its parent while its joint is at zero."""
+    """Pose in its parent's axes while its joint is at zero."""
     axis: Triple
-    """Of its joint, through its origin, in its own axes; zero for the base."""
+    """Axis of its joint, through its origin, in its own axes; zero for the base."""
     meshes: tuple[Mesh, ...]
 
 
 class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, dict=True):
-    """An arm from its base to its tool, its receptacle and what it stands on.
+    """Arm from its base to its tool, with its receptacle and its platform.
 
     Poses are points of `farhand.common.model.manifold.POSE`.
     """
@@ -81,15 +81,15 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     links: Annotated[tuple[ArmLink, ...], Meta(min_length=2, max_length=16)]
     """The base first, each after its parent; every link but the base has one joint, in this order."""
     tip: Pose
-    """Of the tool, in the last link."""
+    """Pose of the tool's tip in the last link."""
     held: tuple[Mesh, ...]
     """What the tool holds, in the last link."""
     home_rad: tuple[float, ...]
-    """The arm at rest [rad]."""
+    """Joint angles at rest [rad]."""
     receptacle: tuple[Mesh, ...]
-    """In the axes of the task frame."""
+    """Receptacle, in the axes of the task frame."""
     platform: tuple[Mesh, ...]
-    """What stands still about the arm's base."""
+    """Stationary surroundings of the arm's base."""
 
     @classmethod
     def from_bytes(cls, data: bytes) -> SceneDescription:
@@ -105,7 +105,7 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     @cached_property
     def content(self) -> bytes:
-        """It as bytes."""
+        """Return the bytes of the description."""
         return msgpack.Packer().pack(msgspec.to_builtins(self, builtin_types=(bytes,)))
 
     @cached_property
@@ -115,14 +115,14 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     @property
     def tool(self) -> ArmLink:
-        """The last link, which carries the tip."""
+        """Last link, which carries the tip."""
         return self.links[-1]
 
     def link_poses(self, joints_rad: ArrayLike) -> Array:
         """Compute the poses of the links from the base by forward kinematics. Shape (links, 7).
 
         Args:
-            joints_rad: One angle for each link but the base [rad].
+            joints_rad: One joint angle for each link but the base [rad].
         """
         angles = np.concatenate([[0.0], np.asarray(joints_rad, dtype=float)])
         out = np.empty((len(self.links), 7))

@@ -1,6 +1,6 @@
-"""Words for reasons: the one place where what crosses the wire as a code becomes a sentence.
+"""Sentences for reasons: the one place where codes on the wire become text.
 
-The values that a code carries are the names in its sentence. `{x:mm}` and `{x:deg}` convert a length and an angle,
+The values of a code are the names in its sentence. `{x:mm}` and `{x:deg}` convert a length and an angle,
 `{x:quoted}` lists names, `{x:upper}` is for modes; `{cause}` is the reason behind the reason.
 """
 
@@ -78,7 +78,7 @@ WORDS: dict[Code, str] = {
     Code.VARIANCE: "model: {field}: variances from {least_allowed:g} to {most_allowed:g}, got {least:.3g} to {most:.3g}",
     Code.CONDITION: "model: {field}: a condition of {limit:g} at most, got {condition:.3g}",
     Code.NOT_A_MOTION: "the model leads nowhere: its motion is not finite",
-    # The end of a command, and what else happens
+    # Ends of commands, and other events
     Code.DONE: "done",
     Code.RESUMED: "resumed",
     Code.COUPLED: "coupled",
@@ -129,18 +129,18 @@ WORDS: dict[Code, str] = {
     Code.MEASUREMENT_WRONG: "a measurement is wrong: {text}",
     Code.CANNOT_MOVE: "the robot cannot be moved: {text}",
 }
-"""The sentence for each code."""
+"""Sentence for each code."""
 
 PRESS_AGAIN = frozenset({Code.TOO_OLD, Code.NO_ECHO, Code.OTHER_BOOT, Code.NEVER_SENT, Code.NOT_DELIVERED})
-"""Refusals of a moment: whoever presses again is likely to succeed."""
+"""Momentary refusals: a second press is likely to succeed."""
 
 
 def sentence(reason: Reason | None, cause: Reason | None = None) -> str:
     """Return a reason in words; empty for none.
 
     Args:
-        reason: The reason. One whose code or values are not known here is shown as it came.
-        cause: The reason behind it, where its sentence has room for one.
+        reason: Reason. One whose code or values are unknown here is shown as received.
+        cause: Reason behind it, if its sentence has room for one.
     """
     if reason is None:
         return ""
@@ -154,7 +154,7 @@ def sentence(reason: Reason | None, cause: Reason | None = None) -> str:
 
 
 class _Number(float):
-    """A number that knows the formats of the sentences."""
+    """Number with the formats of the sentences."""
 
     def __format__(self, spec: str) -> str:
         match spec:
@@ -168,7 +168,7 @@ class _Number(float):
 
 
 class _Names(tuple[str, ...]):
-    """One name or several that know the formats of the sentences."""
+    """One or several names with the formats of the sentences."""
 
     def __format__(self, spec: str) -> str:
         match spec:
@@ -193,7 +193,7 @@ def _values(reason: Reason) -> dict[str, _Number | _Names]:
 
 
 def _as_it_came(reason: Reason, cause: Reason | None) -> str:
-    """Return what can be said of a reason of another version: its code, its values, its cause."""
+    """Describe a reason of another version: its code, its values, its cause."""
     values = [
         f"{each.name} {each.value if isinstance(each.value, str) else format(each.value, 'g')}"
         for each in reason.values

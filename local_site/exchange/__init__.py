@@ -1,5 +1,5 @@
-"""What crosses the link, seen from the operator's site: requests until answered, reports, events, models, stops.
+"""Exchange with the robot over the link: requests until answered, reports, events, models, stops.
 
-In: what to send, and the robot's messages. Out: answers and the newest state of the robot.
-Next: `farhand.local_site.console.console` acts on them.
+In: what to send, and the robot's messages. Out: answers and the newest state of the robot. Next:
+`farhand.local_site.console.console` acts on them.
 """

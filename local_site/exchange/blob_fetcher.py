@@ -1,4 +1,4 @@
-"""Contents that the robot has, by their hash: fetched in parts, each asked for when the one before has come."""
+"""Fetcher of contents from the robot by their hash: in parts, each requested when the previous one came."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _ATTEMPTS = 3
 
 @dataclass
 class _Fetch:
-    """One content on its way.
+    """Content being fetched.
 
     Args:
-        sha256: Of it.
-        done: Gets it, or None.
-        size: Of all of it [B]; 0 before the first part.
-        arrived: What is here, from the beginning on.
-        attempts: How often it has been begun.
+        sha256: SHA-256 of the content.
+        done: Gets the content, or None.
+        size: Size of the whole content [B]; 0 before the first part.
+        arrived: Bytes that arrived, from the beginning on.
+        attempts: Number of attempts.
     """
 
     sha256: str
@@ -38,13 +38,13 @@ class _Fetch:
 
 
 class BlobFetcher:
-    """One part is on its way at a time, of what was asked for last. Used by the console's thread alone.
+    """Fetcher of one part at a time, of the content requested last. Used by the console's thread alone.
 
-    A part that an outage has swallowed is asked for again: what is here already is not.
+    A part lost in an outage is requested again; parts that arrived are kept.
 
     Args:
         inquiries: Asks the robot.
-        rate_bps: What the link carries [bit/s], 0 for more than enough: how large the parts are.
+        rate_bps: Capacity of the link [bit/s], 0 for more than enough; it sets the size of the parts.
     """
 
     def __init__(self, inquiries: Requests, rate_bps: float = 0.0):
@@ -56,14 +56,14 @@ class BlobFetcher:
         """Fetch a content in the background; returns at once.
 
         Args:
-            sha256: Of it.
-            done: Called once with the content, whose hash was verified, or with None when it is not to be had.
+            sha256: SHA-256 of the content.
+            done: Called once with the content, whose hash was verified, or with None when it cannot be had.
         """
         self._open.append(_Fetch(sha256, done))
         self._ask()
 
     def share(self, sha256: str) -> float | None:
-        """The part of a content that is here, from 0 to 1; None when it is not on its way."""
+        """Return the share of a content that has arrived, from 0 to 1; None when it is not being fetched."""
         for fetch in self._open:
             if fetch.sha256 == sha256:
                 return len(fetch.arrived) / fetch.size if fetch.size else 0.0

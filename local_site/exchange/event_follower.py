@@ -1,4 +1,4 @@
-"""The robot's events, each once: what an outage has swallowed is asked for and told later."""
+"""Follower of the robot's events: tells each once, and requests those that an outage has swallowed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _GIVE_UP_S = 60.0
 
 
 class EventFollower:
-    """Follows the numbers of the events. Used by the console's thread alone.
+    """Follower of the events' numbers. Used by the console's thread alone.
 
     Args:
         inquiries: Asks the robot.
@@ -29,7 +29,7 @@ class EventFollower:
         self._asking = False
 
     def received(self, event: Event) -> None:
-        """An event came by itself."""
+        """Process an event that the robot announced."""
         if event.stamp.boot != self._boot:
             self._begin(event.stamp.boot)
         if event.seq <= self._complete_to or event.seq in self._ahead:
@@ -43,10 +43,10 @@ class EventFollower:
             self.catch_up(self._boot)
 
     def catch_up(self, boot: str) -> None:
-        """Ask for what may have been missed: when a number is left out, and after every outage.
+        """Request events that may have been missed: after a gap in the numbers, and after every outage.
 
         Args:
-            boot: The robot's present one.
+            boot: Present boot of the robot.
         """
         if boot != self._boot:
             self._begin(boot)
@@ -61,9 +61,9 @@ class EventFollower:
         self._ahead.clear()
 
     def _on_reply(self, asked_boot: str, reply: EventsReply | None, _took_s: float) -> None:
-        more = asked_boot != self._boot  # restarted meanwhile: what was asked does not fit its numbers
+        more = asked_boot != self._boot  # the robot restarted meanwhile: its numbers began again
         if reply is not None and reply.stamp.boot == asked_boot == self._boot and reply.events:
-            # Older ones than these are not kept any more.
+            # The robot keeps no older ones.
             self._complete_to = max(self._complete_to, reply.events[0].seq - 1)
             self._ahead = {seq for seq in self._ahead if seq > self._complete_to}
             for event in reply.events:

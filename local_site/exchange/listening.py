@@ -1,4 +1,4 @@
-"""Hearing the robot: each message on its way to the one thread that may handle it."""
+"""Reception of the robot's messages, each on its way to the one thread that may handle it."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ def listen(
     kind: type[M],
     handle: Callable[[M], None],
 ) -> None:
-    """Have messages handled as they come; one that is malformed is dropped and logged.
+    """Have messages handled as they come; drop and log malformed ones.
 
     Args:
         link: To the robot.
-        put: Has something done in the right thread.
-        dropped: Takes why a message was not understood.
-        channel: Where they come.
-        kind: What they are.
-        handle: What to do with each.
+        put: Has a function called in the right thread.
+        dropped: Takes the reason why a message was not understood.
+        channel: Channel of the messages.
+        kind: Type of the messages.
+        handle: Handles each message.
     """
 
     def deliver(data: bytes) -> None:

@@ -1,4 +1,4 @@
-"""Learned models on their way to the robot: one counts only when the robot has confirmed its hash."""
+"""Sender of learned models: a model counts as sent only when the robot has confirmed its hash."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ Settled = Callable[[str, bool], None]
 
 @dataclass
 class _Transfer:
-    """A model on its way, or waiting for its turn."""
+    """Model being sent, or waiting for its turn."""
 
     task: str
     learned: LearnedModel
     ask_first: bool
     settled: list[Settled]
     began_s: float = 0.0
-    moved: bool = False  # something of its content was sent
+    moved: bool = False  # part of its content was sent
 
     def notify(self, text: str, good: bool) -> None:
         for settled in self.settled:
@@ -36,48 +36,50 @@ class _Transfer:
 
 
 class ModelSender:
-    """Sends the newest model of each task until it is confirmed, one at a time. Used by the console's thread alone.
+    """Sender of each task's newest model until it is confirmed, one at a time.
+
+    Used by the console's thread alone.
 
     Args:
         inquiries: Asks the robot.
         now_s: The console's clock.
-        session: Of this site.
-        rate_bps: What the link carries [bit/s], 0 for more than enough: how large the parts are.
+        session: Session of this site.
+        rate_bps: Capacity of the link [bit/s], 0 for more than enough; it sets the size of the parts.
     """
 
     def __init__(self, inquiries: Requests, now_s: Callable[[], float], session: str, rate_bps: float = 0.0):
         self._inquiries, self._now_s, self._part_bytes = inquiries, now_s, part_bytes(rate_bps)
         self._session = session
-        self._queue: list[_Transfer] = []  # the first one is on its way
+        self._queue: list[_Transfer] = []  # the first one is being sent
         self._newest: dict[str, str] = {}
         self._confirmed: dict[str, str] = {}
-        self._had: set[str] = set()  # what the robot had once; a restarted one may have it no more
+        self._had: set[str] = set()  # confirmed earlier; a restarted robot may have lost it
 
     def sending(self, task: str) -> bool:
-        """Whether a model of a task is on its way, or waits for another one's end."""
+        """Return whether a task's model is being sent, or waits for another one's end."""
         return any(transfer.task == task for transfer in self._queue)
 
     def newest_sha256(self, task: str) -> str:
-        """The model of a task that was sent last, confirmed or not; empty before the first."""
+        """Return the hash of the task's model sent last, confirmed or not; empty before the first."""
         return self._newest.get(task, "")
 
     def confirmed_sha256(self, task: str) -> str:
-        """The model of a task that the robot has confirmed last; empty without one."""
+        """Return the hash of the task's model that the robot confirmed last; empty without one."""
         return self._confirmed.get(task, "")
 
     def forget_confirmed(self) -> None:
-        """The robot was started again, and may have nothing any more."""
+        """Forget all confirmations: the robot restarted and may have lost its models."""
         self._confirmed.clear()
 
     def send(self, task: str, learned: LearnedModel, settled: Settled, ask_first: bool = False) -> None:
-        """Send a model in the background, also through outages; it takes the place of an older one of its task.
+        """Send a model in the background, also through outages; it replaces an older one of its task.
 
-        The robot is asked first whether it has it already, when that may be, or spares much.
+        The robot is asked first whether it has the model already, if that is possible or would save much.
 
         Args:
             task: Name of the task that it is for.
             learned: The model.
-            settled: Called once, with what became of it.
+            settled: Called once, with the outcome.
             ask_first: Whether to ask in any case.
         """
         ask_first = ask_first or learned.sha256 in self._had or len(learned.content) > self._part_bytes
@@ -120,10 +122,10 @@ class ModelSender:
 
     def _on_reply(self, transfer: _Transfer, reply: ModelReply | None, _took_s: float) -> None:
         if not self._on_its_way(transfer):
-            return  # a newer one is on its way, or there already
+            return  # a newer one is being sent, or has arrived
         sha256 = transfer.learned.sha256
         if reply is not None and reply.accepted and not reply.complete and reply.sha256 == sha256:
-            # Also after a robot's restart, which begins anew.
+            # Also after a restart of the robot, from the beginning.
             self._send_part(transfer, reply.received, self._part_bytes)
             return
         self._queue.pop(0)

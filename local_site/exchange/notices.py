@@ -1,4 +1,4 @@
-"""What the operator should read: kept in memory for the page, and in a file for good."""
+"""Messages for the operator: the newest in memory for the page, all of them in a file."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ _KEPT = 200
 
 @dataclass(frozen=True)
 class Notice:
-    """Something that the operator should read.
+    """Message for the operator.
 
     Args:
-        time_s: On the console's clock [s].
-        what: The action or the kind of event.
-        text: What happened, and why.
+        time_s: Time on the console's clock [s].
+        what: Action or kind of event.
+        text: Event and reason.
         good: False for a refusal or a failure.
-        measured: A measured value that goes with it, if any.
-        who: The site that caused it; empty for the robot itself, and for this site.
-        robot_s: When it happened at the robot, on the robot's own clock [s]; None for what happened here.
-        late_s: How much longer than usual it was on its way: an outage held it up [s].
+        measured: Measured value that belongs to it, if any.
+        who: Site that caused it; empty for the robot itself, and for this site.
+        robot_s: Time of the event on the robot's clock [s]; None for an event at this site.
+        late_s: Time beyond the usual delay that an outage held it up [s].
         code: Of the reason, where it has one: behaviour depends on it and never on the text.
     """
 
@@ -39,18 +39,18 @@ class Notice:
 
 
 class Tell(Protocol):
-    """Tells the operator something."""
+    """Callback that tells the operator something."""
 
     def __call__(self, what: str, text: str, good: bool = True) -> None:
-        """What it is about, the words, and whether they are good ones."""
+        """Tell the operator."""
         ...
 
 
 class Notices:
-    """The newest ones. Used by the console's thread alone.
+    """Newest messages. Used by the console's thread alone.
 
     Args:
-        log: Keeps every one; None keeps the newest alone.
+        log: Keeps every message; None keeps the newest alone.
     """
 
     def __init__(self, log: EventLog | None):
@@ -58,7 +58,7 @@ class Notices:
         self._newest: deque[Notice] = deque(maxlen=_KEPT)
 
     def add(self, notice: Notice) -> None:
-        """Take one."""
+        """Add a message."""
         self._newest.append(notice)
         if self._log is not None:
             self._log.append(
@@ -67,5 +67,5 @@ class Notices:
             )  # fmt: skip
 
     def newest(self) -> tuple[Notice, ...]:
-        """The newest last."""
+        """Return the newest messages, the newest last."""
         return tuple(self._newest)

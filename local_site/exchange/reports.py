@@ -1,4 +1,4 @@
-"""What the robot has reported: the newest state, the newest path, every event once."""
+"""Newest reports of the robot: its state, its path, every event once."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ PLAN_GOOD_S = 60.0
 
 
 class Reports:
-    """The robot as it was last seen. Used by the console's thread alone.
+    """Robot as last reported. Used by the console's thread alone.
 
     Args:
-        monitor: Learns from the reports how the link is doing.
-        events: Is told to ask for what was missed.
-        restarted: Called when the robot was started again: whatever was known of it counts no more.
+        monitor: Learns the state of the link from the reports.
+        events: Requests missed events.
+        restarted: Called when the robot was restarted, which invalidates whatever was known of it.
     """
 
     def __init__(self, monitor: LinkMonitor, events: EventFollower, restarted: Callable[[], None]):
@@ -36,7 +36,7 @@ class Reports:
         """Why the newest message was not understood, when the robot speaks another version."""
 
     def on_telemetry(self, report: Telemetry, now_s: float) -> bool:
-        """Take a report. False for one that is older than what is known."""
+        """Process a report; return False for one that is older than the newest known."""
         self.other_schema = ""
         was_lost = self._monitor.is_silent(now_s)
         if not self._monitor.received(report, now_s):
@@ -46,18 +46,18 @@ class Reports:
             self.forget_plan()
             self._restarted()
         elif _moves(report) and report.stamp.t_ns > self._plan_stamp_ns:
-            self.plan_id = 0  # it began where the robot is no more: it would be refused
+            self.plan_id = 0  # the robot has moved away from where the plan began: the robot would refuse it
         if was_lost or before is None or report.stamp.boot != before.stamp.boot:
             self._events.catch_up(report.stamp.boot)
         return True
 
     def on_dropped(self, error: InvalidMessage) -> None:
-        """A message was not understood."""
+        """Note that a message was not understood."""
         if error.field == "schema":
             self.other_schema = str(error)
 
     def forget_plan(self) -> None:
-        """Whatever was previewed counts no more."""
+        """Forget the preview."""
         self.path, self.plan_id = None, 0
 
     def expire_plan(self, now_s: float, sha256: str) -> None:
@@ -65,14 +65,14 @@ class Reports:
 
         Args:
             now_s: Now [s].
-            sha256: Of the model that the robot has confirmed; empty when that is not known.
+            sha256: SHA-256 of the model that the robot has confirmed; empty when unknown.
         """
         too_old = now_s - self.plan_received_s > PLAN_GOOD_S
         if self.plan_id and (too_old or sha256 not in ("", self._plan_sha256)):
             self.forget_plan()
 
     def on_path(self, path: PlannedPath, now_s: float) -> None:
-        """Take a path: what the robot is about to do, or the preview that was asked for."""
+        """Process a path: the robot's committed path, or the requested preview."""
         self.path, self.path_received_s = path, now_s
         if path.plan_id:
             self.plan_id, self.plan_received_s = path.plan_id, now_s
@@ -80,7 +80,7 @@ class Reports:
 
 
 def _moves(robot: Telemetry) -> bool:
-    """Whether it is driven, or goes by itself to where it was not."""
+    """Decide whether the robot is driven, or moves on its own to another place."""
     return robot.mode is ControlMode.DIRECT or (
         robot.mode is ControlMode.AUTONOMOUS and not robot.phase.at_end
     )

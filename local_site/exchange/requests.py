@@ -1,4 +1,4 @@
-"""Questions to the robot, asked again with the same content until an answer comes or it is given up."""
+"""Requests to the robot, retried with the same content until an answer comes or the time is over."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ _OVERDUE_S = 1.0
 
 @dataclass
 class _Inquiry:
-    """One question under way.
+    """Request in progress.
 
     Args:
-        channel: Where it is served.
-        data: The question.
+        channel: Channel on which it is served.
+        data: Encoded question.
         kind: Type of the answer.
-        give_up_s: When to stop asking, on the owner's clock [s].
-        answered: Gets the answer, or None, and the time that the asking took [s].
-        wanted: Whether the answer still matters.
-        asked_s: When it was asked last [s].
-        waiting: Whether that asking may still be answered.
+        give_up_s: Time of the last retry, on the owner's clock [s].
+        answered: Gets the answer, or None, and the duration of the answered attempt [s].
+        wanted: Returns whether the answer still matters.
+        asked_s: Time of the newest attempt [s].
+        waiting: True while the newest attempt may still be answered.
     """
 
     channel: Channel
@@ -50,13 +50,13 @@ class _Inquiry:
 
 
 class Requests:
-    """Asks the robot. Used by its owner's thread alone, which calls `tick` often.
+    """Requests to the robot. Used by its owner's thread alone, which calls `tick` often.
 
     Args:
         link: To the robot.
         do: Runs something on the owner's thread.
         now_s: The owner's clock [s].
-        ask_timeout_s: Patience for one asking [s]; must exceed the round trip.
+        ask_timeout_s: Time-out of one attempt [s]; must exceed the round trip.
     """
 
     def __init__(self, link: Link, do: Do, now_s: Callable[[], float], ask_timeout_s: float = 15.0):
@@ -73,16 +73,16 @@ class Requests:
         answered: Callable[[M | None, float], None],
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
-        """Put a question; returns at once.
+        """Ask a question; returns at once.
 
         Args:
-            channel: Where it is served.
-            question: What to ask. The robot must tolerate hearing it twice.
+            channel: Channel on which it is served.
+            question: Question. The robot must tolerate hearing it twice.
             kind: Type of the answer.
-            give_up_s: How long to try [s]; zero asks once.
-            answered: Called on the owner's thread with the answer, or None, and the time that the asking
-                which was answered took [s].
-            wanted: Whether the answer still matters; it is not asked again when not.
+            give_up_s: Time to retry [s]; zero asks once.
+            answered: Called on the owner's thread with the answer, or None, and the duration of the
+                answered attempt [s].
+            wanted: Returns whether the answer still matters; without that it is not asked again.
         """
         give_up_s += self.now_s()
         inquiry = _Inquiry(channel, encode(question), kind, give_up_s, answered, wanted)
@@ -90,7 +90,7 @@ class Requests:
         self._put(inquiry)
 
     def tick(self, now_s: float) -> None:
-        """Ask again what is due again."""
+        """Retry the questions that are due."""
         for inquiry in list(self._open):
             since_s = now_s - inquiry.asked_s
             if (inquiry.waiting and since_s > self._ask_timeout_s + _OVERDUE_S) or (
@@ -101,7 +101,7 @@ class Requests:
                 self._put(inquiry)
 
     def close(self) -> None:
-        """End all asking; nobody is answered any more."""
+        """End all requests without an answer."""
         self._open.clear()
 
     def _put(self, inquiry: _Inquiry) -> None:
@@ -113,7 +113,7 @@ class Requests:
 
     def _on_reply(self, inquiry: _Inquiry, asked_s: float, data: bytes | None) -> None:
         if inquiry not in self._open:
-            return  # another asking was answered
+            return  # another attempt was answered
         answer = self._decoded(data, inquiry.kind)
         if answer is not None:
             self._open.remove(inquiry)

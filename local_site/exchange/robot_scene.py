@@ -1,4 +1,4 @@
-"""What the robot looks like: known already, kept on disk, or fetched from the robot, by its hash."""
+"""Drawing of the robot: known already, kept on disk, or fetched from the robot, by its hash."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ _ATTEMPTS = 5
 
 
 class KnownScenes:
-    """Descriptions by their hash, those of earlier robots among them.
+    """Descriptions by their hash, including those of earlier robots.
 
     Args:
-        folder: Where they are kept; made when one is.
-        own: Those that are known without.
+        folder: Folder of the descriptions; made when one is kept.
+        own: Built-in descriptions.
     """
 
     def __init__(self, folder: Path, own: Sequence[SceneDescription] = ()):
         self._folder, self._known = folder, {scene.sha256: scene for scene in own}
 
     def get(self, sha256: str) -> SceneDescription | None:
-        """The one with this hash; None when it is not known, or its file was damaged."""
+        """Return the description with this hash; None when it is unknown, or its file was damaged."""
         if sha256 not in self._known:
             try:
                 self._take(sha256, self._file(sha256).read_bytes())
@@ -39,7 +39,7 @@ class KnownScenes:
         return self._known.get(sha256)
 
     def keep(self, sha256: str, content: bytes) -> None:
-        """Keep one for later processes as well.
+        """Keep a description for later processes as well.
 
         Raises:
             InvalidMessage: When it is no description.
@@ -60,11 +60,11 @@ class KnownScenes:
 
 
 class RobotScene:
-    """The description of the robot that is there. Used by the console's thread alone.
+    """Description of the present robot. Used by the console's thread alone.
 
     Args:
-        fetcher: Fetches it.
-        known: What need not be fetched; None when nobody draws it.
+        fetcher: Fetches the description.
+        known: Descriptions that need not be fetched; None when nobody draws the robot.
     """
 
     def __init__(self, fetcher: BlobFetcher, known: KnownScenes | None):
@@ -75,18 +75,18 @@ class RobotScene:
 
     @property
     def fetching(self) -> float | None:
-        """The part of it that is here, from 0 to 1; None while it is not on its way."""
+        """Share of it that has arrived, from 0 to 1; None while it is not being fetched."""
         return self._fetcher.share(self._sha256) if self._sha256 else None
 
     def on_named(self, sha256: str) -> None:
-        """The robot has named the hash of what it looks like; empty for nothing."""
+        """Process the hash of the robot's description; empty for none."""
         if self._known is None or not sha256 or (sha256 == self._sha256 and self.fetching is not None):
             return
         self._sha256, self._attempts = sha256, 0
         self.description = self._known.get(sha256)
 
     def pursue(self) -> None:
-        """Fetch it, if it is not known; again when that came to nothing, some times."""
+        """Fetch the description if it is unknown; retry a limited number of times."""
         unknown = bool(self._sha256) and self.description is None and self.fetching is None
         if self._known is not None and unknown and self._attempts < _ATTEMPTS:
             self._attempts += 1

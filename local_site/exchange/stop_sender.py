@@ -1,7 +1,7 @@
 """STOP's own lane: from the press to the wire and back, it shares no queue, lock or thread with the console.
 
-Whatever the console is busy with (learning, a slow disk, the operator's arm), a press is on its way when
-`press` returns, is resent every 0.2 s by a thread of its own, and is answered here.
+Whatever the console is busy with (learning, a slow disk, the operator's arm), a press has been sent when
+`press` returns; a thread of its own resends it every 0.2 s, and the answers arrive here.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ _MOVING = (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
 
 @dataclass(frozen=True)
 class StopStatus:
-    """How far this site's stop got.
+    """Progress of this site's stop.
 
     Args:
-        pressed_s: When it was pressed first of all that are not answered yet, on the site's clock [s].
-        received: The robot has acknowledged the newest press.
-        standing: The robot has acknowledged that it stood still after that press.
-        reported: The mode in the robot's newest report made after it stood; None before such a report.
+        pressed_s: Time of the first unanswered press, on the site's clock [s].
+        received: True once the robot has acknowledged the newest press.
+        standing: True once the robot has acknowledged that it stood still after that press.
+        reported: Mode in the robot's newest report made after it stood; None before such a report.
     """
 
     pressed_s: float
@@ -46,27 +46,27 @@ class StopStatus:
 
     @property
     def moves_again(self) -> bool:
-        """Whether the robot stood for this stop, and reports that it moves: somebody has reset it since."""
+        """True if the robot stood for this stop but reports that it moves: another site has reset it."""
         return self.reported in _MOVING
 
     @property
     def settled(self) -> bool:
-        """Whether the robot acknowledged that it stood, and its own later report says that nothing moves it."""
+        """True if the robot acknowledged that it stood, and its later report says that it does not move."""
         return self.standing and self.reported is not None and not self.moves_again
 
 
 class StopLane:
-    """The stops of one site. Every method may be called by any thread, and none waits for another one's work.
+    """Stops of one site. Any thread may call every method, and none waits for another one's work.
 
     Args:
         link: To the robot.
-        site_name: Who stops.
+        site_name: Name of the site that stops.
         now_s: The site's clock [s].
     """
 
     def __init__(self, link: Link, site_name: str, now_s: Callable[[], float] = elapsed_s):
         self._link, self._site_name, self._now_s = link, site_name, now_s
-        self._lock = threading.Lock()  # held for a few assignments at a time, never while something waits
+        self._lock = threading.Lock()  # held for a few assignments at a time, never while waiting
         self._stop_id = ""
         self._sent_s = 0.0
         self._stood: Stamp | None = None
@@ -78,13 +78,16 @@ class StopLane:
         """Of the newest press; None before the first."""
 
     def listen(self) -> None:
-        """Hear the robot's acknowledgements and reports. Without `start`, in virtual time, its caller ticks."""
+        """Listen to the robot's acknowledgements and reports.
+
+        Without `start`, in virtual time, the caller ticks.
+        """
         hear = partial(listen, self._link, lambda job: job(), lambda _error: None)
         hear(keys.STOP_ACK, StopAck, self.acknowledged)
         hear(keys.TELEMETRY, Telemetry, self.reported)
 
     def start(self) -> None:
-        """Resend by a thread of its own."""
+        """Resend in a thread of its own."""
         self._thread.start()
 
     def close(self) -> None:
@@ -94,7 +97,7 @@ class StopLane:
             self._thread.join(timeout=5.0)
 
     def press(self) -> None:
-        """Stop the robot: each press is a new stop, and takes the place of one that is under way."""
+        """Stop the robot: each press is a new stop, and replaces one that is still unanswered."""
         now_s = self._now_s()
         with self._lock:
             waiting = self.status is not None and not self.status.standing
@@ -105,7 +108,7 @@ class StopLane:
         self._send(stop_id)
 
     def tick(self) -> None:
-        """Resend what the robot has not acknowledged with both acknowledgements."""
+        """Resend a stop until the robot has sent both acknowledgements."""
         now_s = self._now_s()
         with self._lock:
             waiting = self.status is not None and not self.status.standing
@@ -115,13 +118,13 @@ class StopLane:
         self._send(stop_id)
 
     def commanded(self, action: Action) -> None:
-        """Take a command of this site's own operator: who resets after a settled stop is not warned of that reset."""
+        """Note a command of this site's own operator, whose reset after a settled stop needs no warning."""
         with self._lock:
             if action is Action.RESET and self.status is not None and self.status.settled:
                 self._settled_s = -math.inf
 
     def acknowledged(self, ack: StopAck) -> None:
-        """Take an acknowledgement; only those of the newest press count."""
+        """Process an acknowledgement; only those of the newest press count."""
         with self._lock:
             if self.status is None or ack.stop_id != self._stop_id:
                 return
@@ -132,7 +135,7 @@ class StopLane:
                     self._compare(self._newest)
 
     def reported(self, report: Telemetry) -> None:
-        """Take a report of the robot; an older one than is known, of the same boot, does not count."""
+        """Process a report of the robot; ignore one older than the newest of the same boot."""
         with self._lock:
             known = self._newest
             if known is not None and known.stamp.boot == report.stamp.boot and report.seq <= known.seq:
@@ -141,12 +144,12 @@ class StopLane:
             self._compare(report)
 
     def _compare(self, report: Telemetry) -> None:
-        """Hold the acknowledgement against what the robot reports at present, until both agree."""
+        """Compare the acknowledgement with the robot's present reports, until both agree."""
         status, stood, now_s = self.status, self._stood, self._now_s()
         if status is None or stood is None:
             return
         if self._settled_s is not None and now_s - self._settled_s > _SEEN_TO_STAND_S:
-            return  # whatever moves the robot now, it does so in the sight of the operator
+            return  # from now on the robot moves before the operator's eyes
         if report.stamp.boot != stood.boot or report.stamp.t_ns >= stood.t_ns:
             self.status = status = replace(status, reported=report.mode)
             self._settled_s = (

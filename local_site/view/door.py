@@ -1,7 +1,8 @@
-"""Who may load the page and speak to it: by name, by origin, and off this machine by a token.
+"""Access to the page: by name, by origin, and from other machines by a token.
 
-A browser carries a request of any web page to any address that it can reach. `Host` and `Origin` tell such a request
-from one of our own page; both come from outside, so they are held against names that we know, not against each other.
+A browser carries a request of any web page to any address that it can reach. `Host` and `Origin` tell such a
+request from one of our own page; both come from outside, so they are compared with names that we know, not
+with each other.
 """
 
 from __future__ import annotations
@@ -32,13 +33,13 @@ _TOKEN_BYTES = 16
 
 @dataclass(frozen=True)
 class Visit:
-    """One HTTP request, also the one that opens a websocket.
+    """HTTP request, including the one that opens a websocket.
 
     Args:
         target: Path and query.
         headers: Names in lower case with their values, in order.
-        peer: Address that it came from.
-        arrived_at: Address of this machine that it came to.
+        peer: Address of the sender.
+        arrived_at: Address of this machine at which it arrived.
     """
 
     target: str
@@ -52,7 +53,7 @@ class Visit:
 
     @property
     def query(self) -> list[tuple[str, str]]:
-        """The query's fields."""
+        """Fields of the query."""
         return parse_qsl(urlsplit(self.target).query, keep_blank_values=True)
 
     def cookies(self, name: str) -> list[str]:
@@ -63,12 +64,12 @@ class Visit:
 
 @dataclass(frozen=True)
 class HttpReply:
-    """What a visit gets in place of the page.
+    """Reply that a visit gets in place of the page.
 
     Args:
-        status: Of HTTP.
+        status: HTTP status.
         page: HTML.
-        headers: Beyond the usual ones.
+        headers: Headers beyond the usual ones.
         why: Reason and remedy of a refusal, for the log: the browser shows no refusal of a websocket.
     """
 
@@ -80,13 +81,13 @@ class HttpReply:
 
 @dataclass(frozen=True)
 class Door:
-    """Where the page is served and who may come in.
+    """Address of the page, and rules of access.
 
     Args:
         host: Address to bind; `0.0.0.0` or `::` for every address of this machine.
         names: Further hosts that browsers reach the page by, such as a proxy's: `HOST`, `HOST:PORT` or an origin.
             A proxy's visitors come from loopback too, so with names everybody needs the token.
-        token: What visitors from other machines must show.
+        token: Token that visitors from other machines must show.
         published_at: Where the port of a container is published on the container's machine, such as
             `127.0.0.1:8080`; empty outside of one. At loopback, only that machine can come in, and it comes from the
             container's gateway: it needs no token. Who reaches the container in another way comes from elsewhere.
@@ -112,12 +113,12 @@ class Door:
                 )  # fmt: skip
 
     def judge(self, visit: Visit, port: int, to_talk: bool) -> HttpReply | None:
-        """Return what turns a visit away; None lets it in.
+        """Return the answer that turns a visit away; None lets it in.
 
         Args:
-            visit: What came.
-            port: That the page is served at.
-            to_talk: Whether it opens a websocket; it could press buttons then.
+            visit: The request.
+            port: Port of the page.
+            to_talk: Whether it opens a websocket, through which it could press buttons.
         """
         hosts, origins = visit.all("host"), visit.all("origin")
         host = Name.of(hosts[0]) if len(hosts) == 1 else None
@@ -163,7 +164,10 @@ class Door:
         return f"{scheme}://{name.in_url}{f':{at}' if at else ''}{secret}"
 
     def _is_ours(self, host: Name, arrived_at: str) -> bool:
-        """Decide whether the page is served under a name. An address cannot be rebound, a foreign name can."""
+        """Decide whether the page is served under a name.
+
+        An address cannot be rebound, a foreign name can.
+        """
         known = [self.host] if self.host not in EVERY_ADDRESS else [arrived_at]
         known += [name.host for name in map(Name.of, self.names) if name is not None]
         return host.is_loopback or host.host in (each.lower() for each in known)
@@ -188,7 +192,7 @@ class Door:
 def kept_token(folder: Path) -> str:
     """Return the token that a folder keeps, a new one at first: open tabs survive a restart of the site.
 
-    Where it cannot be kept it is good until the site ends.
+    If it cannot be kept, it is valid until the site ends.
     """
     path, new = folder / "page-token", secrets.token_urlsafe(_TOKEN_BYTES)
     with contextlib.suppress(OSError, UnicodeError):
@@ -214,7 +218,7 @@ def _refused(what: str, remedy: str) -> HttpReply:
 
 
 def _remember(visit: Visit, cookie: str, token: str) -> HttpReply:
-    """Take the token out of the address bar, where others read it, into a cookie that no other site can use."""
+    """Move the token from the address bar into a cookie that no other site can use."""
     rest = [(key, value) for key, value in visit.query if key != TOKEN_FIELD]
     kept = f"{cookie}={token}; Path=/; HttpOnly; SameSite=Lax; Max-Age=31536000"
     return HttpReply(HTTPStatus.SEE_OTHER, "", {"Location": f"./?{urlencode(rest)}", "Set-Cookie": kept})

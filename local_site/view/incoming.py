@@ -1,4 +1,4 @@
-"""The messages that a tab may send: four kinds, each to elements that take it. All others are dropped unread."""
+"""Filter of a tab's messages: four kinds, each to elements that accept it. All others are dropped unread."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LARGEST_BYTES = 4096
 _NEAREST_M = 1e-9
 """A camera that looks at its own place looks nowhere [m]."""
 
-_Coordinate = Annotated[float, Meta(ge=-1e9, le=1e9)]  # which also keeps out what is no number
+_Coordinate = Annotated[float, Meta(ge=-1e9, le=1e9)]  # which also rejects what is not a number
 _Pixels = Annotated[float, Meta(ge=0, le=1e5)]
 _Text = Annotated[str, Meta(max_length=200)]
 _Vector = tuple[_Coordinate, _Coordinate, _Coordinate]
@@ -95,14 +95,14 @@ _TAKES: dict[type, Callable[[Any, object], bool]] = {
 
 
 class Incoming:
-    """Judges each message before viser reads it. Used by the server's thread.
+    """Judge of each message before viser reads it. Used by the server's thread.
 
     viser itself lets a tab set any attribute of any element, upload into a button, and move what others hold.
 
     Args:
         server: Owns the elements.
         sessions: Which tab may act.
-        refused: Called with a tab that may not act but tried.
+        refused: Called with a tab that tried to act but may not.
     """
 
     def __init__(self, server: viser.ViserServer, sessions: Sessions, refused: Callable[[int], None]):
@@ -112,14 +112,14 @@ class Incoming:
         """Messages that the page does not know, or of a tab that may not act."""
 
     def open_to_everybody(self, *handles: viser.GuiButtonHandle) -> None:
-        """Have these buttons work in tabs that watch, too."""
+        """Make these buttons work in watching tabs, too."""
         self._for_everybody.update(handle._impl.uuid for handle in handles)
 
     def admits(self, tab: int, data: bytes) -> bool:
         """Decide whether a tab's message may be read."""
         try:
             message = _DECODER.decode(data)
-        except (msgspec.MsgspecError, ValueError):  # also what is no UTF-8
+        except (msgspec.MsgspecError, ValueError):  # also invalid UTF-8
             self.n_dropped += 1
             return False
         if self._is_for_everybody(message):
@@ -142,7 +142,7 @@ class Incoming:
         return message.updates.value is True and message.uuid in self._for_everybody
 
     def _has_element(self, message: _Message) -> bool:
-        """Decide whether the element that a message names exists and takes it."""
+        """Decide whether the element that a message names exists and accepts it."""
         scene = self._server.scene
         if isinstance(message, _Value):
             handle = self._server.gui._gui_input_handle_from_uuid.get(message.uuid)
@@ -154,7 +154,7 @@ class Incoming:
         return isinstance(message, _Gizmo) and message.name in scene._handle_from_transform_controls_name
 
     def _put_back(self, tab: int, message: _Message) -> None:
-        """Show the tab again what is so: its browser has already moved what it was not allowed to move."""
+        """Show the tab the true state: its browser has already moved what it may not move."""
         client = self._server.get_clients().get(tab)
         if client is None:
             return

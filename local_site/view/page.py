@@ -1,4 +1,4 @@
-"""The operator's page: one thread owns it, draws the console's picture and turns events into intents."""
+"""Operator's page: one thread owns it, draws the console's picture and turns events into intents."""
 
 from __future__ import annotations
 
@@ -45,17 +45,17 @@ _DOCK_PX = 300
 
 
 class Page:
-    """The page of one console.
+    """Web page of one console.
 
     Args:
-        console: What is shown and asked.
-        task: One of the robot; its kind decides on the scene.
+        console: Console that is shown and asked.
+        task: A task of the robot; its kind decides which scene is drawn.
         control: The link process, None without one.
-        door: Where it is served and who may come in.
+        door: Address of the page, and rules of access.
         port: Port; 0 takes a free one.
 
     Raises:
-        LinkError: When the address or the port cannot be had.
+        LinkError: When the address or the port is not available.
     """
 
     def __init__(self, console: Console, task: AnyTask, control: RelayControl | None, door: Door, port: int):
@@ -74,27 +74,27 @@ class Page:
 
     @property
     def address(self) -> str:
-        """What to open in a browser."""
+        """Address to open in a browser."""
         return self._server.address
 
     @property
     def port(self) -> int:
-        """The port that it is served at."""
+        """Port of the page."""
         return self._server.bound_port
 
     @property
     def tabs_open(self) -> tuple[int, ...]:
-        """The tabs that show it."""
+        """Open tabs."""
         return self._sessions.tabs
 
     def start(self) -> None:
-        """Begin to draw and to listen."""
+        """Start drawing and listening."""
         if self._worker is not None:
             self._worker.start()
         self._thread.start()
 
     def close(self) -> None:
-        """End the page; the tabs say that it is gone."""
+        """Close the page; the tabs show that it is gone."""
         self._events.put(None)
         self._thread.join(timeout=5.0)
         if self._worker is not None:
@@ -105,7 +105,7 @@ class Page:
 
     def _make_scene(self, task: AnyTask) -> PlanarScene | ArmScene:
         if isinstance(task, ArmTask):
-            # What an arm looks like comes from its physics, which a page with boards need not load.
+            # Imported here: a page with boards does not need the arm's physics.
             from farhand.common.arm.dimensions import Dimensions
             from farhand.common.arm.simulation.description import describe
 
@@ -147,7 +147,7 @@ class Page:
 
     def _on_press(self, tab: int, spec: ButtonSpec) -> None:
         if spec is buttons.STOP:
-            # Anybody may stop, and nothing may hold it up: not this page's thread either.
+            # Anybody may stop, and nothing may delay it, not even this page's thread.
             self._console.submit(spec.make(None))
             return
         self._act(tab, lambda: self._console.submit(spec.make(self._shown.mode)))
@@ -185,11 +185,11 @@ class Page:
             try:
                 event()
             except Exception:
-                # One bad event must not take the page away from the operator.
+                # One bad event must not end the page.
                 _log.exception("the page could not do something")
 
     def _look(self) -> None:
-        """Draw, if there is something to draw."""
+        """Draw, if something has changed."""
         picture, now_s = self._console.picture, elapsed_s()
         if self._redraw.due(picture, now_s):
             self._draw(picture, now_s)

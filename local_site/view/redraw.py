@@ -1,4 +1,4 @@
-"""When the page is drawn anew: at once when something has changed, else now and then for what only counts on."""
+"""Decision when the page is redrawn: at once after a change, otherwise now and then for running clocks."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ _identical = operator.attrgetter("learned", "forming", "own_arm", "path", "robot
 
 
 class Redraw:
-    """Says when to draw. Used by the page's thread."""
+    """Decides when to draw. Used by the page's thread."""
 
     def __init__(self) -> None:
         self._drawn: ConsoleState | None = None
         self._drawn_s = float("-inf")
 
     def due(self, picture: ConsoleState, now_s: float) -> bool:
-        """Whether to draw this picture now; it counts as drawn then.
+        """Decide whether to draw this picture now; if so, it counts as drawn.
 
         Args:
-            picture: What the console knows.
+            picture: Present state of the console.
             now_s: Now [s].
         """
         rested = now_s - self._drawn_s >= AT_REST_S
@@ -42,12 +42,12 @@ class Redraw:
         return True
 
     def soon(self) -> None:
-        """Draw whatever comes next: the page itself has changed."""
+        """Draw the next picture in any case: the page itself has changed."""
         self._drawn = None
 
 
 def differs(before: ConsoleState, after: ConsoleState) -> bool:
-    """Whether something is to be seen now that was not, or the ghost goes on."""
+    """Decide whether something visible has changed, or the ghost moves on."""
     if after.mode is ControlMode.AUTONOMOUS and not after.phase.at_end:
         return True
     if _equal(before) != _equal(after) or moved(before.robot, after.robot):
@@ -56,7 +56,7 @@ def differs(before: ConsoleState, after: ConsoleState) -> bool:
 
 
 def moved(before: Telemetry | None, after: Telemetry | None) -> bool:
-    """Whether a later report is to be drawn elsewhere, or says something else about the execution."""
+    """Decide whether a later report is drawn elsewhere, or tells something else about the execution."""
     if before is None or after is None:
         return before is not after
     if (before.component, before.waiting, before.pace) != (after.component, after.waiting, after.pace):

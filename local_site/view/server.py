@@ -1,4 +1,4 @@
-"""The web server of the page: viser, quiet, without its public relay, behind a door that it does not have itself."""
+"""Web server of the page: viser, without its log and its public relay, behind our own access rules."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _MOST_UNOPENED = 64
 _MESSAGES_PER_S, _BURST_S = 250.0, 1.0
 _STARTING = threading.Lock()
 _GUARDS = {
-    # No other page may show ours in a frame and lead clicks to it, or keep hold of its window.
+    # No other page may frame ours to capture clicks, or keep a reference to its window.
     "X-Frame-Options": "DENY",
     "Content-Security-Policy": "frame-ancestors 'none'",
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -46,29 +46,29 @@ _Judge = Callable[[ServerConnection, Request], Awaitable[Response | None] | Resp
 
 
 class PageServer(viser.ViserServer):
-    """A viser server on one port that lets in whom the door admits, and hears what a tab may say.
+    """Viser server on one port that admits whom the door admits, and accepts only what a tab may send.
 
     Args:
-        door: Address to bind, and who may come in.
+        door: Address to bind, and rules of access.
         port: Port; 0 takes a free one.
         sessions: Which tab may act.
-        refused: Called, on the server's thread, with a tab that may not act but tried.
+        refused: Called, on the server's thread, with a tab that tried to act but may not.
 
     Raises:
-        LinkError: When the address or the port cannot be had.
+        LinkError: When the address or the port is not available.
     """
 
     def __init__(self, door: Door, port: int, sessions: Sessions, refused: Callable[[int], None]):
         self._door = door
         self.incoming = Incoming(self, sessions, refused)
-        # A port scan or a browser that gives up is no error of ours, and needs no traceback.
+        # A port scan or a browser that gives up is not our error, and needs no traceback.
         logging.getLogger("websockets").setLevel(logging.CRITICAL)
         # A tab may go at any moment, also while it is told where to look from.
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
         bound = bind((door.host, port), other_port="choose another one with --port")
         self.bound_port: int = bound.getsockname()[1]
         """The port that it is served at."""
-        # viser greets on the standard output, which belongs to the command line.
+        # viser prints a greeting to the standard output, which belongs to the command line.
         with contextlib.redirect_stdout(io.StringIO()), self._serving(bound):
             super().__init__(host=door.host, port=self.bound_port, label="Farhand", verbose=False)
         self.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
@@ -79,19 +79,19 @@ class PageServer(viser.ViserServer):
 
     @property
     def address(self) -> str:
-        """What to open in a browser."""
+        """Address to open in a browser."""
         return self._door.address(self.bound_port)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Refused: it would open the operator's console to the internet."""
+        """Refuse: sharing would open the operator's console to the internet."""
         return None
 
     @contextlib.contextmanager
     def _serving(self, bound: socket.socket) -> Iterator[None]:
-        """Have viser's web server begin with our door: it has no way to be given one.
+        """Make viser's web server start with our access rules: it offers no parameter for them.
 
         Raises:
-            RuntimeError: When viser did not take it, so that a later viser is never served without one.
+            RuntimeError: When viser did not take them, so that a later viser is never served without them.
         """
         with _STARTING:
             usual, taken = websockets_server.serve, threading.Event()
@@ -113,7 +113,7 @@ class PageServer(viser.ViserServer):
                 raise RuntimeError("this viser serves the page in another way than the one that is guarded")
 
     def _judged(self, files: _Judge) -> _Judge:
-        """Judge each request, of a page and of a websocket, before anything else is done with it."""
+        """Judge each request, for a page or a websocket, before anything else is done with it."""
 
         def judge(connection: ServerConnection, request: Request) -> Any:
             talks = any("websocket" in value.lower() for value in request.headers.get_all("Upgrade"))
@@ -134,7 +134,7 @@ class PageServer(viser.ViserServer):
         return judge
 
     def _connection_kind(self) -> type[ServerConnection]:
-        """The class of this server's connections."""
+        """Return the class of this server's connections."""
         incoming, tabs = self.incoming, self._tab_of
 
         class TabConnection(ServerConnection):
@@ -146,7 +146,7 @@ class PageServer(viser.ViserServer):
                 super().connection_made(transport)
                 waiting = [each for each in self.server.handlers if each.request is None]
                 if len(waiting) > _MOST_UNOPENED:
-                    waiting[0].transport.abort()  # the oldest: it has not asked for anything so far
+                    waiting[0].transport.abort()  # the oldest: it has not requested anything yet
 
             async def recv(self, decode: bool | None = None) -> Any:
                 while True:

@@ -1,4 +1,4 @@
-"""Which browser tab may act: one is active, the others watch. Anybody may stop."""
+"""Sessions of browser tabs: one tab is active, the others watch. Anybody may stop."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Role(StrEnum):
-    """What a tab is."""
+    """Role of a tab."""
 
     ACTIVE = "active"
     WATCHING = "watching"
@@ -16,7 +16,7 @@ class Role(StrEnum):
 
 
 class Sessions:
-    """The open tabs, by the number of their connection. Used by the server's thread and the page's."""
+    """Open tabs, by the number of their connection. Used by the server's thread and the page's."""
 
     def __init__(self) -> None:
         self._open: list[int] = []
@@ -25,7 +25,7 @@ class Sessions:
 
     @property
     def active(self) -> int | None:
-        """The tab that may act."""
+        """Tab that may act."""
         return self._active
 
     @property
@@ -34,14 +34,14 @@ class Sessions:
         return tuple(self._open)
 
     def joined(self, tab: int) -> None:
-        """Add a tab that was opened; it is active when no other is."""
+        """Add an opened tab; it becomes active when no other is."""
         with self._lock:
             self._open.append(tab)
             if self._active is None:
                 self._active = tab
 
     def left(self, tab: int) -> bool:
-        """Remove a tab that was closed; closing the active one frees its place. Returns whether it was active."""
+        """Remove a closed tab; an active one frees its place. Return whether it was active."""
         with self._lock:
             if tab in self._open:
                 self._open.remove(tab)
@@ -51,14 +51,14 @@ class Sessions:
             return was_active
 
     def acts(self, tab: int) -> bool:
-        """Decide whether this tab may act; if nobody is active it becomes so."""
+        """Decide whether this tab may act; if no tab is active, it becomes so."""
         with self._lock:
             if self._active is None and tab in self._open:
                 self._active = tab
             return self._active == tab
 
     def role(self, tab: int) -> Role:
-        """Return what a tab is now."""
+        """Return the role of a tab."""
         active = self._active
         if active is None:
             return Role.FREE

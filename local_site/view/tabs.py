@@ -1,4 +1,4 @@
-"""Browser tabs as they come and go: the camera of each, and what each is told about its role."""
+"""Browser tabs as they open and close: the camera of each, and the notice of its role."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _WORDS = {
 
 
 class Tabs:
-    """The open tabs. Its callbacks only enqueue.
+    """Open tabs. Its callbacks only enqueue.
 
     Args:
-        server: The page's.
+        server: Server of the page.
         sessions: Which of them may act.
-        fit: Has the scene fill a tab's canvas.
-        enqueue: Has something done on the page's thread.
+        fit: Fits the scene into a tab's canvas.
+        enqueue: Has a function called on the page's thread.
         active_left: Called when the active tab was closed.
     """
 
@@ -59,7 +59,7 @@ class Tabs:
         server.on_client_disconnect(left)
 
     def draw(self) -> None:
-        """Tell each tab what it is."""
+        """Show each tab its role."""
         for tab, role_html in self._roles.items():
             role = self._sessions.role(tab)
             if role is not Role.WATCHING:
@@ -73,7 +73,7 @@ class Tabs:
             self._refused.add(tab)
 
     def reset(self, tab: int) -> None:
-        """Have the scene fill a tab's page again, however it was turned."""
+        """Fit the scene into a tab's page again, however its view was turned."""
         self._sizes.pop(tab, None)
         if tab in self._clients:
             self._fit(self._clients[tab])
@@ -92,7 +92,7 @@ class Tabs:
             self._active_left()
 
     def _fit(self, client: viser.ClientHandle) -> None:
-        """Have the scene fill the page; only when its size has changed, so that a zoom stays."""
+        """Fit the scene into the page, only when its size has changed, so that a zoom stays."""
         size_px = (client.camera.image_width, client.camera.image_height)
         if client.client_id not in self._clients or self._sizes.get(client.client_id) == size_px:
             return

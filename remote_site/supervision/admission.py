@@ -94,13 +94,13 @@ _KEPT = 4096
 
 
 class CommandLog:
-    """The answers that were given, by command id."""
+    """Answers given so far, by command id."""
 
     def __init__(self) -> None:
         self._replies: OrderedDict[str, CommandReply] = OrderedDict()
 
     def reply_to(self, command_id: str) -> CommandReply | None:
-        """The answer that this command got before, or None for a new one."""
+        """Return the answer that this command got before, or None for a new one."""
         return self._replies.get(command_id)
 
     def remember(self, reply: CommandReply) -> None:

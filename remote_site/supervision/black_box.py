@@ -1,4 +1,4 @@
-"""The last seconds before a fault, kept in memory and written when it happens."""
+"""Record of the last seconds before a fault, kept in memory and written when a fault happens."""
 
 from __future__ import annotations
 

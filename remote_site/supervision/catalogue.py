@@ -1,4 +1,4 @@
-"""What the operators may fetch from the robot: what it looks like, and the motions that it recorded."""
+"""Catalogue of what operators may fetch from the robot: its drawing, and its recordings."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ class Catalogue:
         self._recordings = self._recordings[-_MOST_RECORDINGS:]
 
     def list(self, now: Stamp) -> CatalogueReply:
-        """All that can be fetched."""
+        """Return everything that can be fetched."""
         return CatalogueReply(
             scene_sha256=self._scene_sha256, recordings=self._recordings, version=self._version, stamp=now
         )  # fmt: skip
 
     def part(self, request: BlobRequest, now: Stamp) -> BlobReply:
-        """A part of one content."""
+        """Return a part of a content."""
         content = self._contents.get(request.sha256, b"")
         part = content[request.offset : request.offset + request.n_bytes]
         return BlobReply(

@@ -1,4 +1,4 @@
-"""What happened at the robot: announced, kept for who missed it, and written down."""
+"""Events at the robot: announced, kept for sites that missed them, and written to disk."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class _Flood:
 
 
 class Events:
-    """The robot's events of this boot. What others cause in a flood is counted, see `_Flood`.
+    """Robot's events of this boot. Floods caused by others are counted, see `_Flood`.
 
     Args:
         announce: Sends a message to the operators; never blocks.
@@ -102,7 +102,7 @@ class Events:
         return next((event for event in reversed(list(self._recent)) if event.kind == kind), None)
 
     def answer(self, request: EventsRequest) -> EventsReply:
-        """Return the events after a number, the oldest first, as many as fit into one message."""
+        """Return the events after a number, the oldest first, as many as fit."""
         fitting, room = list[Event](), MAX_BYTES - _ROOM_FOR_THE_REST
         for event in self._recent:
             if event.seq <= request.after_seq:

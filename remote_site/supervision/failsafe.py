@@ -1,4 +1,4 @@
-"""The last guard: an error that nobody foresaw stops the robot, is told, and ends no process."""
+"""Last guard: an unforeseen error stops the robot, is reported, and ends no process."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Is a message fresh? Decided on the robot's clock alone, from the stamp that the message echoes.
+"""Freshness of a message, decided on the robot's clock alone, from the stamp that the message echoes.
 
-A message carries the newest stamp of the robot that its sender had seen and shown. The age of that
-stamp is one round trip when all is well, and grows by whatever held the message up.
+A message carries the newest stamp of the robot that its sender had seen and shown. The age of that stamp is
+one round trip when all is well, and grows by whatever delayed the message.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _TTL_MIN_S, _TTL_MAX_S = 0.25, 1.0
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a message may count.
+    """Verdict whether a message counts.
 
     Args:
         reason: Why not; None when it may.
@@ -62,22 +62,22 @@ class Freshness:
 
     @property
     def reference_s(self) -> float | None:
-        """The smallest age of the last accepted renewals [s]; None before the first."""
+        """Smallest age of the last accepted renewals [s]; None before the first."""
         return min(self._accepted) if self._accepted else None
 
     @property
     def rising(self) -> bool:
-        """Whether the last renewals came in order, one by one, and all of them too late."""
+        """True if the last renewals came in order, one by one, and all of them too late."""
         return len(self._late) >= _RISING
 
     def forget(self) -> None:
-        """Somebody else is heard from now on: nothing is usual yet."""
+        """Forget what is usual: another site is heard from now on."""
         self._accepted.clear()
         self._late.clear()
         self._last_echo_ns, self._last_renewal_s = -1, -np.inf
 
     def judge(self, echo: Stamp | None, ttl_max_s: float | None = None, what: str = "command") -> Verdict:
-        """Decide whether a message with this echo is fresh.
+        """Judge whether a message with this echo is fresh.
 
         Args:
             echo: The robot's stamp in the message.
@@ -127,6 +127,6 @@ class Freshness:
         return replace(verdict, delay_changed=True)
 
     def _ttl_s(self, upper_s: float) -> float:
-        """How much more than the reference is still usual [s]."""
+        """Return the largest usual excess over the reference [s]."""
         spread_s = float(np.quantile(np.array(self._accepted), 0.99)) - min(self._accepted)
         return min(max(spread_s + 0.1, self._ttl_min_s), upper_s)

@@ -39,7 +39,7 @@ class ForceGuard:
         self._above_s = 0.0
 
     def reason(self, effector: EffectorState, dt_s: float) -> Reason | None:
-        """Return why it trips now, with the force; None when it does not."""
+        """Return why it trips now; None if it does not."""
         force_n = effector.contact_n
         if force_n is None:
             return None
@@ -63,11 +63,11 @@ class SightGuard:
 
     @property
     def must_wait(self) -> bool:
-        """Whether an execution slows to a stop: a prediction is not good for longer."""
+        """True while an execution must slow to a stop, because predictions last no longer."""
         return self._sensing.unseen_s > PREDICTED_S
 
     def reason(self) -> Reason | None:
-        """Return why an execution cannot go on, with what was measured; None while it can."""
+        """Return why an execution cannot go on; None while it can."""
         sensed = self._sensing
         if sensed.unseen_s > SIGHT_PATIENCE_S:
             return because(Code.TARGET_LOST, unseen_s=sensed.unseen_s, limit_s=SIGHT_PATIENCE_S)
@@ -89,7 +89,7 @@ class LinkGuard:
         self._blind_and_alone_s = 0.0
 
     def trip(self, task: Task, silent_s: float, executing: bool, blind: bool, dt_s: float) -> Trip | None:
-        """Return what follows from the link's silence now; None for nothing.
+        """Return the policy's consequence of the link's silence now.
 
         Args:
             task: The present one; its policy counts.
@@ -114,12 +114,12 @@ class LinkGuard:
 
 @dataclass(frozen=True)
 class Trip:
-    """A guard acts.
+    """Action of a guard.
 
     Args:
-        guard: Which; the table of modes says what follows.
+        guard: Guard that tripped; the table of modes has its consequence.
         why: The reason, with the value that was too much.
-        wanted: Whether the operator had it so: nothing is wrong.
+        wanted: True if the operator caused it on purpose: nothing is wrong.
     """
 
     guard: Guard
@@ -128,7 +128,7 @@ class Trip:
 
 
 class Guards:
-    """Asks every guard that matters in the present mode.
+    """All guards that matter in the present mode.
 
     Args:
         sensing: The newest measurements.
@@ -145,13 +145,13 @@ class Guards:
 
     @property
     def must_wait(self) -> bool:
-        """Whether an execution must not go on for want of sight."""
+        """True while an execution must wait, for lack of sight."""
         return self._sight.must_wait
 
     def trip(
         self, mode: ControlMode, guidance: Guidance, now_s: float, dt_s: float, late_s: float
     ) -> Trip | None:
-        """Return what acts now, or None.
+        """Return the guard that trips now, or None.
 
         Args:
             mode: The present one.

@@ -1,4 +1,4 @@
-"""Who is in control of the robot: one holder, for as long as it keeps renewing."""
+"""Lease: one holder controls the robot, for as long as it keeps renewing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _REMEMBERED = 64
 
 
 class Lease:
-    """The control of the robot. First request wins; silence frees it; the holder may hand it over.
+    """Lease of the robot's control. The first request wins; silence frees it; the holder may hand it over.
 
     Args:
         duration_s: Silence after which it is free [s].
@@ -25,21 +25,21 @@ class Lease:
         """Of the process that holds it, empty when free."""
         self._renewed_s = 0.0
         self.since_s = 0.0
-        """When the holder took it [s]."""
+        """Time when the holder took it [s]."""
         self._asking: tuple[str, str, float] = ("", "", 0.0)  # session, name, when
         self._hears = False
-        """Whether the holder has shown that it hears the robot."""
+        """True once the holder has shown that it hears the robot."""
         self._lost_s: OrderedDict[str, float] = OrderedDict()  # by session, when it had it last
         self._replaced: deque[tuple[str, str]] = deque(maxlen=_REMEMBERED)  # session and site name
         self._sessions: deque[str] = deque(maxlen=_REMEMBERED)  # in the order in which they were heard of
         self.holder = ""
         """Name of the site that holds it, empty when free."""
         self.lease_id = ""
-        """What every motion input must carry, empty when free."""
+        """Id that every motion input must carry, empty when free."""
         self.asked_by = ""
         """Name of the site that asks the holder for it, empty for none."""
         self.freed_because: Reason | None = None
-        """Why the last holder has it no more."""
+        """Reason why the last holder lost it."""
 
     def request(
         self,
@@ -108,7 +108,7 @@ class Lease:
         return None
 
     def expire(self, now_s: float) -> bool:
-        """Free the lease when its holder is silent for too long. True when it was freed just now."""
+        """Free the lease when its holder is silent for too long. Return True if it was freed just now."""
         if self.asked_by and now_s - self._asking[2] > self._duration_s:
             self._forget_asking()
         if self.lease_id and now_s - self._renewed_s > self._duration_s:
@@ -118,7 +118,7 @@ class Lease:
         return False
 
     def is_held_by(self, session: str, lease_id: str) -> bool:
-        """Whether a message comes from the holder."""
+        """Decide whether a message comes from the holder."""
         return bool(lease_id) and lease_id == self.lease_id and session == self.session
 
     def was_replaced(self, session: str) -> bool:
@@ -132,7 +132,7 @@ class Lease:
         return self._sessions.index(session) < self._sessions.index(self.session)
 
     def _lose(self, at_s: float) -> None:
-        """The holder has it no more, and gets it back only by what it hears from now on."""
+        """End the holder's lease; it gets it back only by what it hears from now on."""
         self._lost_s[self.session] = at_s
         self._lost_s.move_to_end(self.session)
         if len(self._lost_s) > _REMEMBERED:

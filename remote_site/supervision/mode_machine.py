@@ -1,4 +1,4 @@
-"""The mode of the robot, and all that changes it: allowed commands, stops, guards, ends of motions."""
+"""Mode of the robot, and everything that changes it: commands, stops, guards, ends of motions."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _KINDS = {
 
 
 class ModeMachine:
-    """Owner of the mode: where it goes is looked up in the one table, and here it is done.
+    """Owner of the mode: looks a transition up in the one table, and carries it out.
 
     Args:
         embodiment: The robot.
@@ -73,17 +73,17 @@ class ModeMachine:
         self.mode = ControlMode.DISARMED
         self.last_execution: Execution | None = None
         self.path_id = 0
-        """The committed path that is being executed, 0 for none."""
+        """Committed path in execution, 0 for none."""
 
     @property
     def phase(self) -> Phase:
-        """What AUTONOMOUS is at."""
+        """Phase of AUTONOMOUS."""
         mover = self._motion.execution or self._motion.manoeuvre
         return mover.phase if mover is not None and self.mode is ControlMode.AUTONOMOUS else Phase.NONE
 
     @property
     def pace(self) -> float:
-        """How fast executions and manoeuvres go, as a share of how they were meant."""
+        """Speed of executions and manoeuvres as a share of the intended speed."""
         return self._plans.settings.pace
 
     # Causes -------------------------------------------------------------------------------------
@@ -131,7 +131,7 @@ class ModeMachine:
                 self._until_standing.append(command)
 
     def trip(self, trip: Trip) -> bool:
-        """Do what the table says that a guard leads to. False where it has no such row."""
+        """Apply the table's consequence of a guard. Return False if it has no such row."""
         if mode_after(self.mode, self.phase, trip.guard) is None:
             return False
         self._enter(trip.guard, trip.why)
@@ -141,17 +141,17 @@ class ModeMachine:
         return True
 
     def force_stopped(self) -> None:
-        """Be STOPPED though nothing else could be done about it."""
+        """Enter STOPPED even if nothing else could be done about it."""
         self._motion.end()
         self.mode, self.path_id = ControlMode.STOPPED, 0
 
     def arrived(self, execution: Execution) -> None:
-        """An execution has come to the end of its motion, and goes on tracking."""
+        """Note that an execution has reached the end of its motion, and continues tracking."""
         after_s = execution.arrived_after_s or 0.0
         self.complete(execution.command, because(Code.AT_END, elapsed_s=after_s, phase=execution.phase))
 
     def end_manoeuvre(self, manoeuvre: Manoeuvre) -> None:
-        """A manoeuvre has come to its end."""
+        """End a manoeuvre that reached its goal or its time limit."""
         self._motion.end()
         code = Code.MANOEUVRE_ENDED if manoeuvre.reached else Code.MANOEUVRE_GAVE_UP
         ended = because(code, phase=manoeuvre.phase)
@@ -166,7 +166,7 @@ class ModeMachine:
             self.fail(manoeuvre.command, ended)
 
     def on_standstill(self) -> None:
-        """The robot stands still: answer what waited for that."""
+        """Answer what waited for the robot to stand still."""
         for command in self._until_standing:
             self.complete(command, because(Code.DONE))
         self._until_standing.clear()
@@ -175,13 +175,13 @@ class ModeMachine:
     # What happened ------------------------------------------------------------------------------
 
     def complete(self, command: Command, result: Reason, **fields: Any) -> None:
-        """A command has come to its good end."""
+        """Complete a command."""
         self.tell(
             EventKind.COMPLETED, result, command_id=command.command_id, action=command.action, **fields
         )  # fmt: skip
 
     def fail(self, command: Command, why: Reason) -> None:
-        """A command was begun and did not come to its good end."""
+        """Fail a command that was begun."""
         self.tell(
             EventKind.FAILED, why, succeeded=False, command_id=command.command_id, action=command.action
         )  # fmt: skip

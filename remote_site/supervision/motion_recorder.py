@@ -17,7 +17,7 @@ _SAMPLE_HZ = 100.0
 
 @dataclass(frozen=True)
 class Recorded:
-    """A motion that was recorded to its end.
+    """Recorded motion that was ended.
 
     Args:
         motion: It.
@@ -33,7 +33,7 @@ class Recorded:
 
 
 class MotionRecorder:
-    """At most one recording at a time; it begins with the first input of the hand that drives.
+    """Recorder of at most one motion at a time; it begins with the first input of the driving hand.
 
     Args:
         sensing: The newest measurements.
@@ -59,7 +59,7 @@ class MotionRecorder:
 
     @property
     def recorded_s(self) -> float:
-        """For how long, up to the newest sample [s]; zero before the first."""
+        """Duration up to the newest sample [s]; zero before the first."""
         return self._last_s
 
     def sample(self, coupling: Coupling) -> Reason | None:
@@ -89,7 +89,7 @@ class MotionRecorder:
         return None
 
     def close(self, whole: bool) -> Recorded | None:
-        """End the recording. None when there is nothing in it.
+        """End the recording and return it; None when it is empty.
 
         Args:
             whole: Whether whoever drove ended it.

@@ -18,18 +18,18 @@ from farhand.remote_site.supervision.motion_recorder import MotionRecorder
 
 
 class RecordingEnd(Enum):
-    """How a recording ends."""
+    """End of a recording."""
 
     WHOLE = Code.RECORDED
-    """Whoever drove ended it: it is a demonstration."""
+    """The driving operator ended it: it is a demonstration."""
     INTERRUPTED = Code.RECORDING_INTERRUPTED
-    """Something else did: it can be had, if it was good all the same."""
+    """Something else ended it: it can be fetched in case it is good all the same."""
     INCOMPLETE = Code.RECORDING_INCOMPLETE
-    """A piece is missing: it is no motion."""
+    """A piece is missing: it cannot be used."""
 
 
 class Recordings:
-    """The recording under way, and the catalogue that keeps those which were ended.
+    """Present recording, and the catalogue that keeps the ended ones.
 
     Args:
         tasks: What the robot does.
@@ -56,7 +56,7 @@ class Recordings:
 
     @property
     def recorded_s(self) -> float | None:
-        """For how long a motion is being recorded [s]; None while none is."""
+        """Duration of the present recording [s]; None without one."""
         return self._recorder.recorded_s if self._recorder.recording else None
 
     def run(self, action: Action, task_name: str) -> Reason | None:

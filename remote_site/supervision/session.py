@@ -1,4 +1,4 @@
-"""What the robot knows of its operator: the lease, how fresh the messages are, when it last heard."""
+"""Session of an operator at the robot: its lease, the freshness of its messages, its silence."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _INPUT_TTL_MAX_S = 1.0
 _OTHER_VERSION_S = 10.0
 """Time for which a site of another version counts as there: it renews its lease each second [s]."""
 _SILENCE_S = 0.5
-"""The watchdog of DIRECT: nothing newer than this beyond the link's usual delay."""
+"""Watchdog of DIRECT: longest silence beyond the link's usual delay [s]."""
 
 
 class OperatorSession:
-    """Judges the operator's messages and watches for silence.
+    """Judge of the operator's messages, and watchdog of silence.
 
     Args:
         config: Limits.
@@ -109,7 +109,7 @@ class OperatorSession:
         return reason, verdict.age_s
 
     def _awaits_report(self, request: LeaseRequest) -> bool:
-        """Whether the holder may still wait for its first report: it cannot echo one before."""
+        """Decide whether the holder may still wait for its first report, without which it cannot echo."""
         unheard = request.echo is None and self._freshness.reference_s is None
         return unheard and self._clock.now_s() - self.lease.since_s <= self._max_age_s
 
@@ -134,7 +134,7 @@ class OperatorSession:
         return because(code, site=holder)
 
     def is_fresh(self, echo: Stamp) -> bool:
-        """Whether an input of the operator's hand, by its echo, is fresh enough to move something."""
+        """Decide by its echo whether an input of the operator's hand is fresh enough to move the robot."""
         if self._freshness.judge(echo, _INPUT_TTL_MAX_S, "input").reason is not None:
             self.stale_refused += 1
             return False
@@ -152,16 +152,16 @@ class OperatorSession:
 
     @property
     def usual_age_s(self) -> float:
-        """How old a message usually is when it arrives [s]; zero before that is known."""
+        """Usual age of an arriving message [s]; zero while unknown."""
         return self._freshness.reference_s or 0.0
 
     @property
     def heard_s(self) -> float | None:
-        """Age of the newest thing heard from the operator [s]; None before anything was."""
+        """Age of the newest message heard from the operator [s]; None before the first."""
         return self._clock.now_s() - self._newest_echo_ns * 1e-9 if self._newest_echo_ns else None
 
     def silent_s(self, now_s: float) -> float:
-        """How much older than usual the newest thing heard from the operator is [s]."""
+        """Return the excess of the newest message's age over the usual age [s]."""
         return now_s - self._newest_echo_ns * 1e-9 - self.usual_age_s
 
     def lost_reason(self, lease_id: str, now_s: float) -> Reason | None:
@@ -175,6 +175,6 @@ class OperatorSession:
         return None
 
     def _heard(self, echo: Stamp | None) -> None:
-        # A stamp that was never given out must not quieten the watchdog.
+        # Ignore stamps that this robot never issued: a forged one would keep the watchdog fed.
         if echo is not None and echo.boot == self._clock.boot and echo.t_ns <= self._clock.now_ns():
             self._newest_echo_ns = max(self._newest_echo_ns, echo.t_ns)

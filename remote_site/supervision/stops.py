@@ -1,4 +1,4 @@
-"""Acknowledges stops: each when it is received, and again when the robot stands still."""
+"""Acknowledgement of stops: each on receipt, and again when the robot stands still."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ _MOST_KNOWN = 64
 
 
 class Stops:
-    """The stops of the present STOPPED; none is known any more once the robot has left it.
+    """Stops of the present STOPPED; forgotten once the robot leaves it.
 
     A stop that is resent is only acknowledged while the robot is STOPPED. After a Reset it stops the robot
-    again: whoever sends it has not heard that the robot stood, and expects it to stand.
+    again: its sender has not heard that the robot stood, and expects it to stand.
 
     Args:
         acknowledge: Sends an acknowledgement.
@@ -24,7 +24,7 @@ class Stops:
         self._known: dict[str, bool] = {}  # by id, whether the robot stood since
 
     def receive(self, stop_id: str, now: Stamp) -> bool:
-        """Acknowledge a stop. True when the robot is not STOPPED for it yet."""
+        """Acknowledge a stop. Return True if the robot is not STOPPED for it yet."""
         new = stop_id not in self._known
         if new and len(self._known) >= _MOST_KNOWN:
             del self._known[next(iter(self._known))]

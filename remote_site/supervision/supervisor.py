@@ -1,7 +1,7 @@
-"""The robot's authority: judges every message, watches over every tick, and has the mode machine act.
+"""Supervisor: judges every message, guards every tick, and drives the mode machine.
 
-Pure but for what it is given: time comes from the clock, what it has to say goes to `announce`. All of
-its methods are called by one thread.
+No I/O of its own: time comes from the clock, messages leave through `announce`. One thread calls all its
+methods.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from farhand.remote_site.supervision.session import OperatorSession
 
 
 class Supervisor:
-    """One robot.
+    """Supervisor of one robot.
 
     Args:
         tasks: What the robot does.
@@ -97,26 +97,26 @@ class Supervisor:
 
     @property
     def mode(self) -> ControlMode:
-        """The mode of the robot."""
+        """Mode of the robot."""
         return self.machine.mode
 
     @property
     def phase(self) -> Phase:
-        """What AUTONOMOUS is at."""
+        """Phase of AUTONOMOUS."""
         return self.machine.phase
 
     @property
     def path_id(self) -> int:
-        """The committed path that is being executed, 0 for none."""
+        """Committed path in execution, 0 for none."""
         return self.machine.path_id
 
     @property
     def last_execution(self) -> Execution | None:
-        """The newest execution of this boot, also when it has ended."""
+        """Newest execution of this boot, even after its end."""
         return self.machine.last_execution
 
     def stamp(self) -> Stamp:
-        """Now."""
+        """Return the present stamp."""
         return Stamp(self._clock.boot, self._clock.now_ns())
 
     # What arrives -------------------------------------------------------------------------------
@@ -157,7 +157,7 @@ class Supervisor:
         return reply
 
     def on_path(self, request: PlanRequest, path: PlannedPath | None, note: Reason | None) -> None:
-        """A rollout is ready, or could not be made.
+        """Take a rollout, or the reason why there is none.
 
         Args:
             request: What was asked.

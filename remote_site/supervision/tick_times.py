@@ -1,4 +1,4 @@
-"""How long control periods take and how late they begin, in numbers that are written down once a minute."""
+"""Durations and lateness of control periods, as numbers that are written once a minute."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PERIOD_S = 60.0
 
 
 class TickTimes:
-    """Collects the times of control periods.
+    """Collector of the times of control periods.
 
     Args:
         write: Writes one line, from its fields; never blocks.
@@ -25,7 +25,7 @@ class TickTimes:
         self._late_s: list[float] = []
 
     def add(self, cpu_s: float, late_s: float, overruns: int) -> None:
-        """Take one control period into account.
+        """Add one control period.
 
         Args:
             cpu_s: Processor time of the control loop's own thread [s].
@@ -38,7 +38,7 @@ class TickTimes:
             self.tell(overruns)
 
     def tell(self, overruns: int) -> None:
-        """Write down what there is, and begin anew."""
+        """Write the numbers, and start again from zero."""
         if not self._cpu_s:
             return
         fields: dict[str, float] = {"n": len(self._cpu_s), "overruns": overruns}

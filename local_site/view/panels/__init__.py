@@ -1,5 +1,5 @@
-"""The page's flat parts: status, buttons, library, events, link, guidance.
+"""Flat parts of the page: status, buttons, library, events, link, guidance.
 
-In: the console's picture. Out: HTML and controls, sent only when they change; presses become intents.
-Next: `farhand.local_site.console.console` handles the intents.
+In: the console's picture. Out: HTML and controls, sent only when they change; presses become intents. Next:
+`farhand.local_site.console.console` handles the intents.
 """

@@ -1,4 +1,4 @@
-"""The switch that has the model sent whenever it changes."""
+"""Switch for sending the model whenever it changes."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ Act = Callable[[int, Callable[[], None]], None]
 
 
 class AutoSendSwitch:
-    """One switch; it shows what the console does, not what was clicked.
+    """Switch that shows the console's state, not the click.
 
     Args:
-        gui: Of the server.
+        gui: GUI of the server.
         submit: Hands an intent to the console.
-        act: Has something done for a tab, from the server's thread; only enqueues.
+        act: Has a tab's action done, from the server's thread; only enqueues.
     """
 
     def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act):
@@ -32,6 +32,6 @@ class AutoSendSwitch:
                 act(event.client_id, partial(submit, intents.AutoSend(bool(event.target.value))))
 
     def draw(self, picture: ConsoleState) -> None:
-        """Show what is so."""
+        """Show the console's state."""
         if self._box.value != picture.auto_send:
             self._box.value = picture.auto_send

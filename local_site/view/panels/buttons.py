@@ -1,4 +1,7 @@
-"""The operator's buttons: each an intent; enabled only where the console would accept it."""
+"""Operator's buttons: each submits an intent.
+
+Enabled only when the table of modes and the console allow it.
+"""
 
 from __future__ import annotations
 
@@ -21,13 +24,13 @@ Colour = Literal["blue", "gray", "green", "orange", "red", "yellow"]
 
 @dataclass(frozen=True)
 class ButtonSpec:
-    """One button.
+    """Specification of one button.
 
     Args:
-        label: What it says; a verb.
-        make: The intent that it asks for, given the mode that the page shows.
+        label: Text on the button; a verb.
+        make: Makes the intent, given the mode that the page shows.
         enabled: Whether it may be pressed.
-        pending: Whether what it asked for is under way.
+        pending: Whether its action is pending.
     """
 
     label: str
@@ -50,7 +53,7 @@ def _command(action: Action, label: str, colour: Colour = "blue") -> ButtonSpec:
 def _wish(
     wish: Wish, label: str, enabled: Callable[[ConsoleState], bool], colour: Colour = "gray"
 ) -> ButtonSpec:
-    """A button about who is in control; it stays marked until the robot has answered."""
+    """Return a button about who is in control; it stays marked until the robot has answered."""
     return ButtonSpec(
         label,
         lambda _shown: intents.WishControl(wish),
@@ -69,7 +72,7 @@ def _can_send_library(picture: ConsoleState) -> bool:
 
 
 def _can_record(picture: ConsoleState) -> bool:
-    """While coupled it is the robot that records."""
+    """Decide whether the workcell may record; while coupled, the robot records instead."""
     if picture.coupled:
         return command_refusal(Action.RECORD, picture) is None
     return not picture.recording
@@ -119,11 +122,11 @@ CONTROL = (
 
 
 class Buttons:
-    """Some buttons on the page, where they are made.
+    """Group of buttons on the page.
 
     Args:
-        gui: Of the server.
-        specs: Which.
+        gui: GUI of the server.
+        specs: Specifications.
         on_press: Called with the tab and the button, from the server's thread; must only enqueue.
     """
 
@@ -132,11 +135,11 @@ class Buttons:
 
     @property
     def handles(self) -> list[viser.GuiButtonHandle]:
-        """The buttons, in the order of their specifications."""
+        """Buttons in the order of their specifications."""
         return [handle for _, handle in self._handles]
 
     def draw(self, picture: ConsoleState) -> None:
-        """Enable what may be pressed, mark what is under way."""
+        """Enable what may be pressed, and mark what is pending."""
         for spec, handle in self._handles:
             disabled, pending = not spec.enabled(picture), spec.pending(picture)
             if handle.disabled != disabled:

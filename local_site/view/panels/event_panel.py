@@ -1,4 +1,4 @@
-"""What happened, here and at the robot, the newest first: refusals with their reasons, ends of commands."""
+"""Panel of events here and at the robot, the newest first: refusals with their reasons, ends of commands."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _LATE_S = 2.0
 
 
 class EventPanel:
-    """The events in the lower strip. Used by the page's thread.
+    """Events in the lower strip. Used by the page's thread.
 
     Args:
-        gui: Of the server.
+        gui: GUI of the server.
     """
 
     def __init__(self, gui: viser.GuiApi):
@@ -37,7 +37,7 @@ class EventPanel:
             self._own.append(Notice(elapsed_s(), "page", words, good=False))
 
     def draw(self, picture: ConsoleState) -> None:
-        """Show the newest ones."""
+        """Show the newest events."""
         notices = sorted([*picture.notices[-_SHOWN:], *self._own], key=lambda notice: notice.time_s)[-_SHOWN:]
         if self._shown == (shown := tuple(notices)):
             return
@@ -58,16 +58,16 @@ class EventPanel:
 
 
 def words(notice: Notice) -> str:
-    """What happened, in a line."""
+    """Return the event as one line."""
     late = f", heard {notice.late_s:.0f} s later" if notice.late_s > _LATE_S else ""
     by = f" [{notice.who}]" if notice.who else ""
     if notice.text.startswith(notice.what) and not by:
-        return f"{notice.text}{late}"  # executing: executing hot-stab
+        return f"{notice.text}{late}"  # avoids "executing: executing hot-stab"
     return f"{notice.what}{by}: {notice.text}{late}"
 
 
 def robot_clock(notice: Notice) -> str:
-    """When it was by the clock that counts."""
+    """Return the time of an event on the clock that applies to it."""
     if notice.robot_s is None:
         return "this site's own; its clock"
     return f"{notice.robot_s:.2f} s on the robot's clock; the time shown is this site's"

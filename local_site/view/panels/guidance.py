@@ -1,4 +1,4 @@
-"""What to do next."""
+"""Advice to the operator: the next step."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ _ASKED = frozenset(map(str, Action)) | {
 
 
 class AdvicePanel:
-    """The advice. Used by the page's thread.
+    """Panel with the advice. Used by the page's thread.
 
     Args:
-        gui: Of the server.
+        gui: GUI of the server.
     """
 
     def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
 
     def draw(self, picture: ConsoleState) -> None:
-        """Show it."""
+        """Show the advice."""
         refused = refusal(picture)
         told = element("refusal", refused, "fh-not-done", tag="div") if refused else ""
         hidden = {"hidden": ""} if refused else {}
@@ -42,7 +42,7 @@ class AdvicePanel:
 
 
 def refusal(picture: ConsoleState) -> str:
-    """Return why what the operator asked for last was not done, as long as it is news; empty otherwise."""
+    """Return why the operator's last request was refused, while that is recent; empty otherwise."""
     for notice in reversed(picture.notices):
         if picture.now_s - notice.time_s > _REFUSAL_S:
             return ""
@@ -53,7 +53,7 @@ def refusal(picture: ConsoleState) -> str:
 
 
 def advice(picture: ConsoleState) -> str:
-    """The next step of the job, for someone who sees the page for the first time."""
+    """Return the next step of the job, for someone who sees the page for the first time."""
     stop, words = picture.stop, words_of(picture.task)
     if stop is not None and stop.moves_again:
         return "The robot moves again after your stop: press STOP again if it must not."
@@ -73,7 +73,7 @@ def advice(picture: ConsoleState) -> str:
 
 
 def _moving_advice(picture: ConsoleState, words: Words) -> str:
-    """While something moves the robot, or would."""
+    """Return the advice while something moves the robot, or will when resumed."""
     match picture.mode:
         case ControlMode.DIRECT if picture.robot_records:
             return f"{words.drive}: the robot follows and records. Press End at the end of the motion."
@@ -116,7 +116,7 @@ def _executing_advice(picture: ConsoleState) -> str:
 
 
 def plan_words(picture: ConsoleState) -> str:
-    """Which way the previewed plan takes and why, and whether it begins outside of what was shown."""
+    """Return which way the preview takes and why, and whether it begins outside the demonstrated region."""
     path, learned = picture.path, picture.learned
     if (
         path is None

@@ -1,4 +1,4 @@
-"""A piece of HTML on the page that is sent only when it has changed."""
+"""Piece of HTML on the page, sent only when it has changed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import viser
 
 
 class Html:
-    """One piece.
+    """Piece of HTML.
 
     Args:
-        gui: Of the server, or of one tab.
-        content: What it shows first.
+        gui: GUI of the server, or of one tab.
+        content: First content.
     """
 
     def __init__(self, gui: viser.GuiApi, content: str = ""):
@@ -22,32 +22,32 @@ class Html:
         self._content = content
 
     def show(self, content: str) -> None:
-        """Show this."""
+        """Show a content."""
         if content != self._content:
             self._content = content
             self._handle.content = content
 
     def remove(self) -> None:
-        """Take it off the page."""
+        """Remove it from the page."""
         self._handle.remove()
 
 
 def element(name: str, text: object, kind: str = "", tag: str = "span", **attributes: Any) -> str:
-    """An element with the attribute `data-tp` that the tests hold on to, its text escaped."""
+    """Return an element with the attribute `data-tp` by which tests find it, its text escaped."""
     more = "".join(f' {key}="{html.escape(str(value))}"' for key, value in attributes.items())
     return f'<{tag} data-tp="{name}" class="{kind}"{more}>{html.escape(str(text))}</{tag}>'
 
 
 def clock(at_s: float) -> str:
-    """Return the time of day of a moment: of the viewer's own zone, which `page.js` fills in, and else of UTC.
+    """Return the time of day of a moment, in the viewer's own zone, which `page.js` fills in, or else in UTC.
 
     Args:
-        at_s: Seconds of the epoch.
+        at_s: Seconds since the epoch.
     """
     at = datetime.fromtimestamp(at_s, UTC)
     return f'<time datetime="{at.isoformat(timespec="milliseconds")}">{at:%H:%M:%S} UTC</time>'
 
 
 def text(value: object) -> str:
-    """Escaped text."""
+    """Return a value as escaped text."""
     return html.escape(str(value))

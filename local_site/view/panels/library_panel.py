@@ -1,4 +1,4 @@
-"""What was taught before: the revisions of the task, and the way back to one of them."""
+"""Panel of the task's revisions, and the way back to one of them."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _NONE: str = "nothing was taught yet"
 
 
 class LibraryPanel:
-    """A choice of revisions, and what to do with the chosen one. Its callbacks only enqueue.
+    """Choice of a revision, and buttons for the chosen one. Its callbacks only enqueue.
 
     Args:
-        gui: Of the server.
+        gui: GUI of the server.
         submit: Hands an intent to the console.
-        act: Has something done for a tab, from the server's thread.
+        act: Has a tab's action done, from the server's thread.
     """
 
     def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act):
@@ -42,7 +42,7 @@ class LibraryPanel:
         self._on("Delete", lambda: intents.Delete(self._chosen()))
 
     def draw(self, picture: ConsoleState) -> None:
-        """Show what is kept; the choice stays on the revision that counts until another one is chosen."""
+        """Show the kept revisions; the current one is selected until another one is chosen."""
         labels = tuple(map(_label, picture.revisions)) or (_NONE,)
         numbers = tuple(revision.number for revision in picture.revisions) or (0,)
         if (labels, picture.revision) != (self._labels, self._present):

@@ -1,4 +1,4 @@
-"""Delay, age of the data and losses over the last minute, as a small chart."""
+"""Chart of delay, age of the data and losses over the last minute."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _LIMITS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 600.0)
 
 @dataclass(frozen=True)
 class LinkSample:
-    """The link at one moment.
+    """State of the link at one moment.
 
     Args:
-        time_s: On the console's clock [s].
-        delay_s: One way, half the measured round trip [s].
+        time_s: Time on the console's clock [s].
+        delay_s: One-way delay, half the measured round trip [s].
         age_s: Age of the newest report [s].
-        missed: Reports lost since the sample before.
+        missed: Reports lost since the previous sample.
     """
 
     time_s: float
@@ -35,10 +35,10 @@ class LinkSample:
 
 
 class LinkHistory:
-    """The chart in the lower strip. Used by the page's thread.
+    """Chart in the lower strip. Used by the page's thread.
 
     Args:
-        gui: Of the server.
+        gui: GUI of the server.
     """
 
     def __init__(self, gui: viser.GuiApi):
@@ -51,9 +51,9 @@ class LinkHistory:
         """Take a sample and draw, twice a second.
 
         Args:
-            picture: What the console knows.
-            link_name: What the link is, for the caption.
-            now_s: Now, on the console's clock [s].
+            picture: Present state of the console.
+            link_name: Name of the link, for the caption.
+            now_s: Present time on the console's clock [s].
         """
         if now_s < self._due_s:
             return
@@ -71,7 +71,7 @@ class LinkHistory:
 
 
 def history_svg(samples: list[LinkSample], now_s: float) -> str:
-    """The chart: seconds upwards, the last minute from left to right."""
+    """Return the chart: seconds upwards, the last minute from left to right."""
     largest = max([s.age_s or 0.0 for s in samples] + [s.delay_s or 0.0 for s in samples] + [0.0])
     limit_s = next((limit for limit in _LIMITS_S if limit >= 1.15 * largest), _LIMITS_S[-1])
     floor = _HEIGHT - _BOTTOM

@@ -1,4 +1,4 @@
-"""The simulated link: profiles, delay, jitter, and cutting it. Shown only while a link process answers."""
+"""Panel of the simulated link: profiles, delay, jitter, and cuts. Shown only while a link process answers."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ Act = Callable[[int, Callable[[], None]], None]
 
 
 class LinkPanel:
-    """The panel. Its callbacks only enqueue; the rest is done by the page's thread.
+    """Panel whose callbacks only enqueue; the page's thread does the rest.
 
     Args:
-        gui: Of the server.
+        gui: GUI of the server.
         worker: Talks to the link process.
-        act: Enqueues what a tab does.
+        act: Enqueues a tab's action.
     """
 
     def __init__(self, gui: viser.GuiApi, worker: LinkWorker, act: Act):
@@ -49,14 +49,14 @@ class LinkPanel:
 
     @property
     def link_name(self) -> str:
-        """What the link is, for people."""
+        """Name of the link, for people."""
         status = self._worker.status
         if status is None:
             return "link"
         return f"{status.get('profile') or _CUSTOM} link"
 
     def draw(self, now_s: float) -> None:
-        """Show what the link process says it does."""
+        """Show the state of the link process."""
         status = self._worker.status
         if self._folder.visible != (status is not None):
             self._folder.visible = status is not None
@@ -85,7 +85,7 @@ class LinkPanel:
             self._worker.submit(lambda control: control.profile(name))
 
     def _take_delay(self) -> None:
-        """The page's limits are cosmetic: whatever a tab sends is clamped here."""
+        """Send the chosen delay, clamped here: limits in the page are cosmetic, a tab may send anything."""
         self._changed_s = elapsed_s()
         delay_ms = clamp(self._delay.value, DELAY_MS)
         jitter_ms = min(clamp(self._jitter.value, JITTER_MS), delay_ms)
@@ -103,7 +103,7 @@ class LinkPanel:
 
 
 def clamp(value: float, limits: tuple[float, float]) -> float:
-    """The value within the limits; the lower limit for what is no number."""
+    """Return the value within the limits; the lower limit for what is not a number."""
     value = float(value)
     return min(max(value, limits[0]), limits[1]) if math.isfinite(value) else limits[0]
 

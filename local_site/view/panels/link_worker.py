@@ -1,4 +1,4 @@
-"""Talks to the link process in a thread of its own, so that the page never waits for it."""
+"""Thread that talks to the link process, so that the page never waits for it."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Request = Callable[[RelayControl], dict[str, Any]]
 
 
 class LinkWorker:
-    """Asks the link process what it does, and has it changed.
+    """Reader and setter of the link process's state.
 
     Args:
-        control: Its control socket.
+        control: Control socket of the link process.
     """
 
     def __init__(self, control: RelayControl):
@@ -35,7 +35,7 @@ class LinkWorker:
         self._thread = threading.Thread(target=self._run, name="link control", daemon=True)
 
     def start(self) -> None:
-        """Begin to ask."""
+        """Start asking."""
         self._thread.start()
 
     def close(self) -> None:
@@ -45,7 +45,7 @@ class LinkWorker:
         self._thread.join(timeout=6.0)
 
     def submit(self, request: Request) -> None:
-        """Have something changed soon. Never blocks."""
+        """Have a setting changed soon. Never blocks."""
         self._requests.put(request)
 
     def _run(self) -> None:
@@ -63,6 +63,6 @@ class LinkWorker:
         except InvalidConfiguration as error:
             self.problem = str(error)
         except LinkError as error:
-            # No link process: the panel is hidden until it answers.
+            # No link process: the panel stays hidden until one answers.
             self.status = None
             _log.debug("%s", error)

@@ -1,4 +1,4 @@
-"""What the page says above the operator's own arm: while it is led, where its plug is."""
+"""Text above the operator's own arm: while it is led, the place of its plug."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _IN_M, _BESIDE_M = 0.005, 0.020
 
 
 def local_words(picture: ConsoleState, words: Words) -> str:
-    """A few words on the operator's own place, as HTML."""
+    """Return a short text on the workcell, as HTML."""
     arm = picture.own_arm
     if arm is not None and (arm.held or picture.recording or _is_in(arm)):
         return _where(arm)
@@ -24,7 +24,7 @@ def local_words(picture: ConsoleState, words: Words) -> str:
 
 
 def _where(arm: ArmView) -> str:
-    """Where the plug is in, or before, its receptacle."""
+    """Return where the plug is, in the receptacle or in front of it."""
     askew = f"{math.degrees(arm.tilt_rad):.0f}° askew"
     if _is_in(arm):
         return f"{1e3 * arm.depth_m:.0f} mm deep, {'jammed: ' if arm.saturated else ''}{askew}"
@@ -37,7 +37,7 @@ def _where(arm: ArmView) -> str:
 
 
 def _along(arrow: str, way_m: float) -> str:
-    """How far it is to the bore along an arrow at the plug, negative for against it."""
+    """Return the distance to the bore along an arrow at the plug, negative against the arrow."""
     return f'<span class="fh-{arrow}-arrow">{arrow} {round(1e3 * way_m):+d}</span>'
 
 

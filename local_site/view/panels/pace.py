@@ -1,4 +1,4 @@
-"""How fast the robot goes by itself: a slider that shows what the robot reported."""
+"""Slider of the robot's pace; it shows what the robot reported."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _STEP_PERCENT = 5.0
 
 
 class PaceSlider:
-    """One slider, in percent. Used by the page's thread alone, but for its callback, which only enqueues.
+    """Slider in percent. Used by the page's thread alone, except for its callback, which only enqueues.
 
     Args:
-        gui: Of the server.
+        gui: GUI of the server.
         submit: Hands an intent to the console.
-        act: Has something done for a tab, from the server's thread.
+        act: Has a tab's action done, from the server's thread.
     """
 
     def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act):
@@ -45,7 +45,7 @@ class PaceSlider:
                 act(event.client_id, partial(self._move, float(event.target.value), elapsed_s()))
 
     def draw(self, picture: ConsoleState, now_s: float) -> None:
-        """Send what was chosen once it is at rest; else show what the robot reported."""
+        """Send the chosen value once the slider rests; else show what the robot reported."""
         robot, sending = picture.robot, Action.SET_PACE in picture.pending
         if self._wanted is not None:
             if not sending and now_s - self._moved_s >= _STILL_S:

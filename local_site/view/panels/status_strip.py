@@ -1,6 +1,6 @@
-"""The status strip along the top: what the robot reported, how old it is, what is under way.
+"""Status strip along the top: the robot's report, its age, and pending actions.
 
-The attributes `data-tp` are a contract: tests, and nobody's eyes alone, read the page by them.
+The attributes `data-tp` are a contract: tests read the page by them.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ _AGE_STEP_S, _AGE_PERIOD_S = 0.03, 0.5
 
 
 class StatusStrip:
-    """The strip and the titles of the boards below it. Used by the page's thread.
+    """Strip with the titles of the boards below it. Used by the page's thread.
 
     Args:
-        gui: Of the server.
+        gui: GUI of the server.
     """
 
     def __init__(self, gui: viser.GuiApi):
@@ -59,7 +59,7 @@ class StatusStrip:
         )
 
     def _age(self, picture: ConsoleState, now_s: float) -> str:
-        """Age of the newest report: steady while reports arrive, counting when they do not."""
+        """Return the age of the newest report: steady while reports arrive, counting when they do not."""
         if picture.link.age_s is None:
             return "unknown"
         age_s = picture.link.age_s + (now_s - picture.now_s)
@@ -101,7 +101,7 @@ def _cell(title: str, content: str, note: str = "") -> str:
 
 
 def _alarm(picture: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
-    """What must not be overlooked: a stop that the robot has not confirmed, or that somebody has undone."""
+    """Return the alarm about a stop that the robot has not confirmed, or that a site has undone."""
     stop = picture.stop
     if stop is None or stop.settled:
         return element("stop", "", "fh-no-alarm", tag="div")
@@ -120,7 +120,7 @@ def _stop_words(stop: StopStatus, picture: ConsoleState, ghost: Ghost | None, no
 
 
 def _last_known(picture: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
-    """What the robot did when it was last heard: what it does by now is not known."""
+    """Return what the robot did when it was last heard: its present state is unknown."""
     if picture.mode is None or picture.link.age_s is None:
         return ""
     heard_s = math.floor(picture.link.age_s + now_s - picture.now_s)
@@ -135,7 +135,7 @@ def _last_known(picture: ConsoleState, ghost: Ghost | None, now_s: float) -> str
 
 
 def _pace(picture: ConsoleState) -> str:
-    """How fast the robot goes by itself, where that is not as usual."""
+    """Return the robot's pace, if it is reduced."""
     pace = picture.robot.pace if picture.robot is not None else 1.0
     return f"at {pace:.0%}" if pace < 0.995 else ""
 
@@ -163,7 +163,7 @@ def _silence_words(picture: ConsoleState, now_s: float) -> str:
 
 
 def _model_title(picture: ConsoleState) -> str:
-    """Which task is chosen, where there is a choice."""
+    """Return the chosen task, if there is a choice."""
     return element("task", picture.task.name) if len(picture.tasks) > 1 else "model"
 
 
@@ -188,7 +188,7 @@ def _remote_words(picture: ConsoleState, age: str, ghost: Ghost | None, words: W
 
 
 def _recording_words(picture: ConsoleState) -> str:
-    """How far a demonstration is that the robot records."""
+    """Return the progress of a demonstration that the robot records."""
     if picture.recorded_s is not None:
         return f" · recording on the robot {math.floor(picture.recorded_s)} s"
     return "" if picture.fetching is None else f" · fetching {picture.fetching:.0%}"
@@ -207,7 +207,7 @@ def _motion_words(robot: Telemetry, ghost: Ghost | None, words: Words) -> str:
 
 
 def _tool_cell(robot: Telemetry | None) -> str:
-    """Force on the tool and where it is in the receptacle, where the robot has an arm."""
+    """Return the force on the tool and its place in the receptacle, if the robot is an arm."""
     if robot is None or robot.arm is UNSET:
         return ""
     depth_mm = 1e3 * float(reported_tip(robot)[2])

@@ -1,4 +1,4 @@
-"""The choice of the task that is taught, previewed and executed, and how it stands with each."""
+"""Choice of the task that is taught, previewed and executed, with the standing of each task."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Act = Callable[[int, Callable[[], None]], None]
 
 
 class TaskChoice:
-    """It shows what the console has chosen, not what was clicked; hidden where there is nothing to choose.
+    """Choice that shows the console's state, not the click; hidden when there is only one task.
 
     Args:
-        gui: Of the server.
-        picture: What the console shows at first.
+        gui: GUI of the server.
+        picture: First state of the console.
         submit: Hands an intent to the console.
-        act: Has something done for a tab, from the server's thread; only enqueues.
+        act: Has a tab's action done, from the server's thread; only enqueues.
     """
 
     def __init__(self, gui: viser.GuiApi, picture: ConsoleState, submit: Submit, act: Act):
@@ -37,7 +37,7 @@ class TaskChoice:
                 act(event.client_id, partial(submit, intents.Choose(event.target.value)))
 
     def draw(self, picture: ConsoleState) -> None:
-        """Show what is so."""
+        """Show the console's state."""
         if self._choice.value != picture.task.name:
             self._choice.value = picture.task.name
         if self._several:
@@ -50,7 +50,7 @@ def _line(task: TaskStanding) -> str:
 
 
 def standing_words(task: TaskStanding) -> str:
-    """How often a task was demonstrated, and whether the robot has what was learned."""
+    """Return how often a task was demonstrated, and whether the robot has the model."""
     n = task.n_demonstrations
     if not task.robot_does:
         return "not done by this robot"

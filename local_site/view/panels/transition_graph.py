@@ -1,4 +1,4 @@
-"""The learned components and their transitions, live: the paper's Fig. 3, left, with durations."""
+"""Live graph of the learned components and their transitions: the paper's Fig. 3, left, with durations."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _APART, _LANE = 46.0, 38.0
 
 
 class TransitionGraph:
-    """The graph in the lower strip. Used by the page's thread.
+    """Graph in the lower strip. Used by the page's thread.
 
     Args:
-        gui: Of the server.
+        gui: GUI of the server.
     """
 
     def __init__(self, gui: viser.GuiApi):
@@ -29,7 +29,7 @@ class TransitionGraph:
         self._shown: tuple[TPHSMM | None, int] | None = None
 
     def draw(self, picture: ConsoleState) -> None:
-        """Show the model that is learned or forming, with the component that the robot executes."""
+        """Show the learned or forming model, with the component that the robot executes."""
         model = picture.forming or (picture.learned.model if picture.learned else None)
         confirmed = picture.learned is not None and picture.learned.sha256 == picture.confirmed_sha256
         active = picture.robot.component if picture.robot is not None and confirmed else -1
@@ -46,7 +46,7 @@ _EMPTY = '<div class="fh-caption">learned model</div><div class="fh-empty">nothi
 
 
 def graph_svg(model: TPHSMM, active: int) -> str:
-    """The graph as SVG: from left to right by where in the motion a component is visited."""
+    """Return the graph as SVG: from left to right by when a component is visited in the motion."""
     places = node_places(model)
     width = max(_WIDTH, float(places[:, 0].max()) + _SIDE)
     height = max(_HEIGHT, float(places[:, 1].max()) + _BOTTOM)
@@ -64,7 +64,7 @@ def graph_svg(model: TPHSMM, active: int) -> str:
 
 
 def node_places(model: TPHSMM) -> np.ndarray:
-    """Where each component is drawn, so that none covers another. Shape (K, 2) [px].
+    """Return the place of each component, so that none covers another. Shape (K, 2) [px].
 
     Every path has a lane. Components that are visited at the same time, and those of a model that is only
     forming, are taken in the order in which they were learned.
@@ -117,7 +117,7 @@ def _node(model: TPHSMM, index: int, place: np.ndarray, active: bool) -> str:
 
 
 def _duration(model: TPHSMM, index: int) -> str:
-    """How long it lasts; nothing as long as it has not been left once."""
+    """Return a component's duration as text; nothing before it has been left once."""
     mean_s, deviation_s = model.duration_mean_s[index], np.sqrt(model.duration_variance_s2[index])
-    digits = 1 if max(mean_s, deviation_s) < 9.95 else 0  # never wider than what `_APART` leaves room for
+    digits = 1 if max(mean_s, deviation_s) < 9.95 else 0  # never wider than `_APART` leaves room for
     return f"{mean_s:.{digits}f}±{deviation_s:.{digits}f}" if mean_s > 0.0 else ""

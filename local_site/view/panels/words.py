@@ -1,4 +1,4 @@
-"""What differs between a board and an arm in what the page says."""
+"""Texts of the page that differ between a board and an arm."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ class Words:
     """Parts of sentences.
 
     Args:
-        own: What is at the operator's place.
-        recording: What to do there while a demonstration is recorded.
-        driving: What to do there while it drives the robot.
-        teach: How to make a demonstration.
-        drive: How to drive the robot.
-        target: What the robot goes to.
-        arrived: What can be done once it is there.
+        own: Name of the operator's board or arm.
+        recording: Action while a demonstration is recorded.
+        driving: Action while the hand drives the robot.
+        teach: Instruction for a demonstration.
+        drive: Instruction for driving the robot.
+        target: Name of the robot's target.
+        arrived: What can be done after the arrival.
     """
 
     own: str
@@ -57,7 +57,7 @@ _EXTRACT = replace(
 
 
 def words_of(task: AnyTask) -> Words:
-    """The words for a task."""
+    """Return the texts for a task."""
     if not isinstance(task, ArmTask):
         return _BOARD
     return _INSERT if task.skill == "insert" else _EXTRACT

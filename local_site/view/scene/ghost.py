@@ -1,4 +1,7 @@
-"""The robot's expected pose now: the committed path at (stamp + time since receipt + half the round trip)."""
+"""Expected present pose of the robot.
+
+It is the committed path at (stamp + time since receipt + half the round trip).
+"""
 
 from __future__ import annotations
 
@@ -21,12 +24,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Ghost:
-    """The prediction at one moment.
+    """Prediction at one moment.
 
     Args:
-        point: In the task frame, a position (D,) [m] or a pose (7,).
+        point: Point in the task frame: a position (D,) [m] or a pose (7,).
         left_s: Time to the end of the path [s]; not positive beyond it.
-        done: The path is at its end: the motion is expected to be done.
+        done: True at the end of the path: the motion is expected to have ended.
     """
 
     point: Array
@@ -49,8 +52,8 @@ def predict(picture: ConsoleState, now_s: float) -> Ghost | None:
     """Predict the robot's present pose from its committed path; None without an execution.
 
     Args:
-        picture: What the console knows.
-        now_s: Now, on the console's clock [s].
+        picture: Present state of the console.
+        now_s: Present time on the console's clock [s].
     """
     path, robot = shown_path(picture), picture.robot
     if path is None or robot is None or picture.mode is not ControlMode.AUTONOMOUS or path.plan_id:

@@ -1,4 +1,4 @@
-"""Flat and solid parts of a scene that are sent only when they have changed."""
+"""Flat and solid parts of a scene, sent only when they have changed."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ def add_flat(
 def add_lines(
     scene: viser.SceneApi, name: str, points: np.ndarray, colour: Rgb | np.ndarray, width_px: float
 ) -> viser.LineSegmentsHandle:
-    """Lines of a fixed thickness on the screen; the same name again replaces them.
+    """Add lines of a fixed thickness on the screen; the same name again replaces them.
 
     Args:
-        scene: Of the server.
-        name: Of the node.
+        scene: Scene of the server.
+        name: Name of the node.
         points: Shape (N, 2, 3) [m].
-        colour: One, or one per end of each line, shape (N, 2, 3).
+        colour: One colour, or one per end of each line, shape (N, 2, 3).
         width_px: Thickness.
     """
     return scene.add_line_segments(
@@ -88,7 +88,7 @@ def put(node: viser.SceneNodeHandle, pose: Array, limits: Limits = UNCHANGED) ->
 def add_solids(
     scene: viser.SceneApi, name: str, meshes: Iterable[Mesh], colour: Rgb | None = None, **more: Any
 ) -> list[viser.MeshHandle]:
-    """Meshes below a node, in their own colours or all in one."""
+    """Add meshes below a node, in their own colours or all in one."""
     return [
         scene.add_mesh_simple(
             f"{name}/{index}",

@@ -1,4 +1,4 @@
-"""The colours of the page: grey is normal, saturated is abnormal; local blue, remote amber, predicted green."""
+"""Colours of the page: grey is normal, saturated is abnormal; local blue, remote amber, predicted green."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ CURRENT_STROKE: Rgb = (255, 255, 255)
 
 
 def component_colour(phase: float) -> Rgb:
-    """Colour of a component by where in the motion it is visited, from 0 (violet) to 1 (yellow)."""
+    """Return a component's colour by when it is visited in the motion, from 0 (violet) to 1 (yellow)."""
     hue = 0.78 - 0.64 * min(max(phase, 0.0), 1.0)
     red, green, blue = colorsys.hls_to_rgb(hue, 0.62, 0.72)
     return round(255 * red), round(255 * green), round(255 * blue)
@@ -41,7 +41,7 @@ def mixed(colour: Rgb, other: Rgb, part: float) -> Rgb:
 
 
 def many(colours: Sequence[Rgb]) -> NDArray[np.uint8]:
-    """Colours of the parts of one node: viser takes these as linear light, single colours as sRGB.
+    """Return the colours of the parts of one node: viser takes these as linear light, single colours as sRGB.
 
     Returns:
         Shape (N, 3).

@@ -76,7 +76,7 @@ def u_shape() -> Mesh:
 
 
 def joined(*meshes: Mesh) -> Mesh:
-    """Several meshes as one."""
+    """Join several meshes into one."""
     offsets = np.cumsum([0] + [len(vertices) for vertices, _ in meshes])
     faces = [faces + np.uint32(offset) for (_, faces), offset in zip(meshes, offsets, strict=False)]
     return np.vstack([vertices for vertices, _ in meshes]), np.vstack(faces)

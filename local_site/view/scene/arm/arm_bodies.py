@@ -1,4 +1,4 @@
-"""Arms that look alike, the operator's or the robot's or both: one batch for each colour of each link."""
+"""Bodies of arms that look alike, the operator's, the robot's or both: one batch per colour of each link."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _TINT, _AGED = 0.62, 0.8
 
 
 class ArmBodies:
-    """Draws the links of arms at their joints. Used by the page's thread.
+    """Links of arms, drawn at their joints. Used by the page's thread.
 
     Args:
-        scene: Of the server.
-        name: Of the node that all of it is below.
-        description: What they look like.
-        sides: Whose arms they are.
+        scene: Scene of the server.
+        name: Name of the parent node.
+        description: Description of the arms.
+        sides: Sides to which the arms belong.
     """
 
     def __init__(
@@ -47,11 +47,11 @@ class ArmBodies:
         ]
 
     def remove(self) -> None:
-        """Take them off the scene."""
+        """Remove the arms from the scene."""
         self._node.remove()
 
     def draw(self, side: int, joints_rad: ArrayLike) -> None:
-        """Show an arm at its angles. Shape (6,) [rad]."""
+        """Show an arm at its joint angles. Shape (6,) [rad]."""
         number = self._sides.index(side)
         joints = tuple(np.asarray(joints_rad, dtype=float).tolist())
         if joints == self._joints_rad[number]:
@@ -83,7 +83,7 @@ class ArmBodies:
         return batch, mesh
 
     def _colours(self, mesh: Mesh) -> NDArray[np.uint8]:
-        """Return the colours: arms in blue and amber, tools in their own; grey where a report is old."""
+        """Return the colours: arms in blue and amber, tools in their own; grey if a report is old."""
         tint = 0.0 if mesh in self._description.held else _TINT
         local, remote = (palette.mixed(mesh.colour, site, tint) for site in (palette.LOCAL, palette.REMOTE))
         if self._old:

@@ -39,7 +39,7 @@ def base_m(remote: bool) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class ArmCamera:
-    """A camera on both arms.
+    """Camera on both arms.
 
     Args:
         centre_m: Point of the scene in the middle of the canvas. Shape (3,) [m].
@@ -53,7 +53,7 @@ class ArmCamera:
 
     @property
     def distance_m(self) -> float:
-        """From the camera to the centre [m]."""
+        """Distance of the camera from the centre [m]."""
         return 0.5 * self.size_px[1] / self.pixels_per_m / math.tan(0.5 * FOV_RAD)
 
     @property

@@ -1,4 +1,4 @@
-"""The robot's side as last reported: its arm, its receptacle with the model, the path, and its ghost."""
+"""Robot's side as last reported: its arm, its receptacle with the model, the path, and its ghost."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _GHOST_OPACITY = 0.55
 
 
 class RemoteArm:
-    """Draws the robot's half. Used by the page's thread.
+    """Drawing of the robot's half. Used by the page's thread.
 
     Args:
-        scene: Of the server.
+        scene: Scene of the server.
         parent: Name of the node of its base.
-        description: What it looks like.
+        description: Description of the robot.
         bodies: Draws the links.
     """
 
@@ -47,11 +47,11 @@ class RemoteArm:
         self._shown: tuple[Telemetry, bool] | None = None
 
     def remove(self) -> None:
-        """Take it off the scene; `bodies` stay."""
+        """Remove it from the scene; `bodies` stay."""
         self._node.remove()
 
     def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
-        """Show the newest report and the prediction; returns the prediction."""
+        """Show the newest report and the prediction; return the prediction."""
         robot = picture.robot
         if robot is None:
             return None

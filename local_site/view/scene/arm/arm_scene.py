@@ -1,4 +1,4 @@
-"""The arm task's scene: the operator's arm on the left, the robot on the right, with light and water."""
+"""Scene of an arm's task: the operator's arm on the left, the robot on the right, with light and water."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _LOCAL, _REMOTE, _ARMS, _ROBOT = "/local", "/remote", "/arms", "/robot"
 
 
 class ArmScene:
-    """The canvas of an arm's task and the mouse's actions on it. Used by the page's thread.
+    """Canvas of an arm's task with the mouse's actions on it. Used by the page's thread.
 
     Args:
-        scene: Of the server.
-        own: What the operator's arm looks like; the robot is drawn once it is known what it looks like.
-        submit: To the console.
-        act: Enqueues what a tab does.
+        scene: Scene of the server.
+        own: Description of the operator's arm; the robot is drawn once its description is known.
+        submit: Hands an intent to the console.
+        act: Enqueues a tab's action.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class ArmScene:
         self._gizmo = HandGizmo(scene, _LOCAL, submit, act)
 
     def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
-        """Show the newest picture; returns where the robot is expected to be by now."""
+        """Show the newest picture; return where the robot is expected to be now."""
         robot = picture.robot_scene
         if robot is not None and (self._remote is None or self._remote.description is not robot):
             self._meet(robot)
@@ -68,7 +68,7 @@ class ArmScene:
         return self._remote.draw(picture, now_s) if self._remote is not None else None
 
     def _meet(self, robot: SceneDescription) -> None:
-        """Draw the robot that is there; where both arms look alike, they are drawn in one."""
+        """Draw the robot; if both arms look alike, they share one drawing."""
         for drawn in (self._remote, self._robots_own, self._bodies):
             if drawn is not None:
                 drawn.remove()
@@ -78,11 +78,11 @@ class ArmScene:
         self._remote = RemoteArm(self._scene, _REMOTE, robot, self._robots_own or self._bodies)
 
     def let_go(self) -> None:
-        """End the drag of a tab that is gone."""
+        """End the drag of a closed tab."""
         self._gizmo.let_go()
 
     def fit(self, camera: viser.CameraHandle) -> None:
-        """Have both arms fill a tab's canvas."""
+        """Fit both arms into a tab's canvas."""
         view = arm_camera((camera.image_width, camera.image_height))
         camera.fov = FOV_RAD
         camera.up_direction = (0.0, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""The learned components as ellipsoids of two standard deviations, below a node that is the task frame."""
+"""Learned components as ellipsoids of two standard deviations, below a node that is the task frame."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _OPACITY, _ACTIVE_OPACITY = 0.42, 0.85
 
 
 class Ellipsoids:
-    """The components of one model in the coordinates of a node: its last task frame.
+    """Components of one model in the coordinates of a node: its last task frame.
 
     Args:
-        scene: Of the server.
+        scene: Scene of the server.
         parent: Name of the node.
     """
 
@@ -32,7 +32,7 @@ class Ellipsoids:
         self._batch: viser.BatchedMeshHandle | None = None
 
     def show(self, model: TPHSMM | None, active: int = -1) -> None:
-        """Show a model, or none, with the component that is being executed, or -1."""
+        """Show a model, or none, with the component in execution, or -1."""
         if model is not self._model:
             self._model, self._active = model, active
             self._redraw(model, active)
@@ -42,7 +42,7 @@ class Ellipsoids:
                 self._batch.batched_opacities = _opacities(model, active)
 
     def _redraw(self, model: TPHSMM | None, active: int) -> None:
-        """Change what is drawn in place while the number of components stays: a new node would flicker."""
+        """Change the drawing in place while the number of components stays: a new node would flicker."""
         if model is None:
             if self._batch is not None:
                 self._batch.remove()
@@ -68,7 +68,7 @@ def _opacities(model: TPHSMM, active: int) -> NDArray[np.float32]:
 
 
 def axes_of(covariances: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Half axes (K, 3) [m] and orientations (K, 4) of the ellipsoids of some covariances (K, 3, 3) [m^2]."""
+    """Return half axes (K, 3) [m] and orientations (K, 4) of covariances' ellipsoids (K, 3, 3) [m^2]."""
     values, vectors = np.linalg.eigh(covariances)
     vectors[:, :, 0] *= np.linalg.det(vectors)[:, None]  # no mirror images
     turns = Rotation.from_matrix(vectors).as_quat(scalar_first=True)

@@ -1,4 +1,4 @@
-"""The operator's hand: arrows and rings at the tip of the operator's arm. It teaches, or drives while coupled."""
+"""Operator's hand: arrows and rings at the tip of the operator's arm, to teach, or to drive while coupled."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _REACH_M = 2.0
 
 
 class HandGizmo:
-    """Turns drags into intents. Its callback only enqueues; the rest is done by the page's thread.
+    """Gizmo that turns drags into intents. Its callback only enqueues; the page's thread does the rest.
 
     Args:
-        scene: Of the server.
+        scene: Scene of the server.
         parent: Name of the node of the operator's arm's base.
-        submit: To the console.
-        act: Has something done for a tab.
+        submit: Hands an intent to the console.
+        act: Has a tab's action done.
     """
 
     def __init__(
@@ -49,12 +49,12 @@ class HandGizmo:
                 act(event.client_id, partial(self._drag, event.phase, pose))
 
     def draw(self, tip: Array) -> None:
-        """Be where the arm's tip is, unless somebody holds it. Shape (7,)."""
+        """Place the gizmo at the arm's tip, unless somebody holds it. Shape (7,)."""
         if not self._held:
             put(self._node, tip)
 
     def let_go(self) -> None:
-        """End the drag of a tab that is gone."""
+        """End the drag of a closed tab."""
         if self._held:
             self._drag("end", self._hand)
 

@@ -17,11 +17,11 @@ _LONGEST = 120
 
 
 class Curves:
-    """Some curves below a node, changed in place. Used by the page's thread.
+    """Curves below a node, changed in place. Used by the page's thread.
 
     Args:
-        scene: Of the server.
-        name: Of the node.
+        scene: Scene of the server.
+        name: Name of the node.
         width_px: Thickness on the screen.
     """
 
@@ -30,11 +30,12 @@ class Curves:
         self._node: viser.LineSegmentsHandle | None = None
 
     def show(self, curves: list[Array], colours: list[NDArray[np.uint8]]) -> None:
-        """Show these, or none.
+        """Show these curves, or none.
 
         Args:
             curves: Each of shape (T, 3) [m].
-            colours: Of the points of each, as `palette.many` makes them. Each of shape (T, 3) or (1, 3).
+            colours: Colours of each curve's points, as `palette.many` makes them. Each of shape (T, 3) or
+                (1, 3).
         """
         lines = [_segments(curve) for curve in curves]
         if not sum(map(len, lines)):
@@ -56,7 +57,7 @@ class Demonstrations:
     """Curves of the demonstrations, in the coordinates of a node that is the task frame.
 
     Args:
-        scene: Of the server.
+        scene: Scene of the server.
         parent: Name of the node.
     """
 
@@ -66,7 +67,7 @@ class Demonstrations:
         self._shown: tuple[object, ...] = ()
 
     def draw(self, picture: ConsoleState) -> None:
-        """Show the ended ones in the components' colours, and the one under way in white."""
+        """Show the ended ones in the components' colours, and the one in progress in white."""
         model = picture.learned.model if picture.learned else None
         shown = (model, *map(len, picture.strokes), picture.n_demonstrations)
         if shown == self._shown:
@@ -82,7 +83,7 @@ class Demonstrations:
 
 
 def thinned(points: Array) -> Array:
-    """At most so many points of a curve as can be seen, its end among them. Shape (T, C)."""
+    """Thin a curve to as many points as can be seen, including its end. Shape (T, C)."""
     if len(points) <= _LONGEST:
         return points
     return points[np.linspace(0, len(points) - 1, _LONGEST).round().astype(int)]

@@ -1,4 +1,4 @@
-"""A receptacle with its panel: a node that is the task frame, which carries all that is seen from there."""
+"""Drawing of a receptacle with its panel: a node that is the task frame and carries its contents."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _PALE, _PLATFORM = 0.78, 0.25
 
 
 class ReceptacleDrawing:
-    """One of the two. Used by the page's thread.
+    """Drawing of one receptacle. Used by the page's thread.
 
     Args:
-        scene: Of the server.
+        scene: Scene of the server.
         parent: Name of the node of the arm's base.
-        description: What it looks like.
+        description: Description of the receptacle.
     """
 
     def __init__(self, scene: viser.SceneApi, parent: str, description: SceneDescription):

@@ -1,4 +1,4 @@
-"""The two boards side by side, as in the paper's Fig. 2, and the camera that fits both between the page's strips."""
+"""Two boards side by side, as in the paper's Fig. 2, and the camera that fits both into the page."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _GRIP_M = 0.02
 
 
 class Board:
-    """One board; what is drawn below its `name` is in the board's own coordinates.
+    """Board of the operator or of the robot; nodes below its `name` are in the board's own coordinates.
 
     Args:
-        scene: Of the server.
+        scene: Scene of the server.
         task: Its workspace is the board.
         remote: Whether it is the robot's.
     """
@@ -47,7 +47,7 @@ class Board:
         add_lines(scene, f"{self.name}/edge", _edge(*self.size_m), edge, 2.0)
 
     def listen(self, node: Any, on_drag: OnDrag) -> None:
-        """Hear drags that begin on a node of this board."""
+        """Handle drags that begin on a node of this board."""
 
         async def hear(event: viser.SceneNodeDragEvent[Any]) -> None:
             on_drag(event.client_id, event.phase, self._under(event))
@@ -113,13 +113,16 @@ Not in pixels: a tab tells the size of its canvas in the screen's pixels, which 
 
 
 def board_origin_m(remote: bool, width_m: float) -> tuple[float, float]:
-    """Lower left corner of a board in the scene [m]; the scene's origin is midway between the two."""
+    """Return a board's lower left corner in the scene [m].
+
+    The scene's origin is midway between the boards.
+    """
     return (0.5 * GAP * width_m if remote else -(1.0 + 0.5 * GAP) * width_m, 0.0)
 
 
 @dataclass(frozen=True)
 class View:
-    """A camera that looks straight down on the boards.
+    """Camera that looks straight down on the boards.
 
     Args:
         centre_m: Point of the scene in the middle of the canvas [m].

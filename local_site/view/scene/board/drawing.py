@@ -21,14 +21,14 @@ _HAND_RADIUS_M = 0.012
 
 
 class StrokeClock:
-    """Time of a stroke by the length of its path, so that it does not depend on the browser's pace."""
+    """Clock of a stroke that runs with the length of its path, independent of the browser's pace."""
 
     def __init__(self) -> None:
         self._last: tuple[float, float] | None = None
         self.time_s = 0.0
 
     def at(self, position_m: tuple[float, float]) -> float:
-        """Time of the motion when the hand is there [s]."""
+        """Return the time of the motion when the hand is there [s]."""
         if self._last is not None:
             self.time_s += math.dist(self._last, position_m) / HAND_SPEED_M_S
         self._last = position_m
@@ -39,9 +39,9 @@ class Drawing:
     """Turns drags on the local board into intents, and draws the strokes. Used by the page's thread.
 
     Args:
-        scene: Of the server.
-        board: The local one.
-        submit: To the console.
+        scene: Scene of the server.
+        board: Local board.
+        submit: Hands an intent to the console.
         explain: Tells the operator something.
     """
 
@@ -72,7 +72,7 @@ class Drawing:
         self._submit(intents.Hand(position_m, self._clock.at(position_m), released=phase == "end"))
 
     def let_go(self) -> None:
-        """End the drag of a tab that is gone."""
+        """End the drag of a closed tab."""
         if self._coupled and self._hand_at is not None:
             self._submit(intents.Hand(self._hand_at, self._clock.time_s, released=True))
 
@@ -117,10 +117,10 @@ _PERIOD_S = 0.1
 
 
 class TargetDrag:
-    """Sends where the U is dragged to, at most ten times a second, and where it was let go.
+    """Sender of the U's dragged position, at most ten times a second, and of its last one.
 
     Args:
-        submit: To the console.
+        submit: Hands an intent to the console.
     """
 
     def __init__(self, submit: Callable[[intents.Intent], None]):

@@ -1,4 +1,4 @@
-"""The learned components as ellipses of two standard deviations, below a frame that carries them along."""
+"""Learned components as ellipses of two standard deviations, below a frame that carries them along."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _ABOVE_M, _LAYERS = 1e-4, 20
 
 
 class ModelDrawing:
-    """The components of one model in the coordinates of a node: its first task frame.
+    """Components of one model in the coordinates of a node: its first task frame.
 
     Args:
-        scene: Of the server.
+        scene: Scene of the server.
         parent: Name of the node that is the task frame.
     """
 
@@ -32,7 +32,7 @@ class ModelDrawing:
         self._marked: viser.LineSegmentsHandle | None = None
 
     def show(self, model: TPHSMM | None, active: int = -1) -> None:
-        """Show a model, or none, with the component that is being executed, or -1."""
+        """Show a model, or none, with the component in execution, or -1."""
         if model is self._model and active == self._active:
             return
         if model is None:
@@ -44,13 +44,13 @@ class ModelDrawing:
         self._mark(active)
 
     def _redraw(self, model: TPHSMM) -> None:
-        """Change what is drawn in place while the number of components stays: a new node would flicker."""
+        """Change the drawing in place while the number of components stays: a new node would flicker."""
         values, vectors = np.linalg.eigh(model.covariances[0, :, :2, :2])
         radii = _DEVIATIONS * np.sqrt(values)
         heights = MODEL_Z_M + _ABOVE_M * (np.arange(model.n_components) % _LAYERS)
         positions = np.column_stack([model.means[0, :, :2], heights]).astype(np.float32)
         colours = palette.many([palette.component_colour(float(p)) for p in model.phase])
-        angles = 0.5 * np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1])  # of the longer axis, halved
+        angles = 0.5 * np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1])  # half the length of the longer axis
         turns = np.column_stack([np.cos(angles), *np.zeros((2, angles.size)), np.sin(angles)])
         scales = np.column_stack([radii[:, 1], radii[:, 0], np.ones(angles.size)])
         rims = (shapes.circle() * radii[:, None, :]) @ np.swapaxes(vectors, 1, 2)
@@ -77,7 +77,7 @@ class ModelDrawing:
         self._drawn = None
 
     def _mark(self, active: int) -> None:
-        """Draw a white rim around the component that is being executed."""
+        """Draw a white rim around the component in execution."""
         if self._marked is not None:
             self._marked.remove()
             self._marked = None

@@ -1,4 +1,4 @@
-"""The planar task's scene: both boards with all that is on them, seen straight from above."""
+"""Scene of the planar task: both boards with everything on them, seen straight from above."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Act = Callable[[int, Callable[[], None]], None]
 
 
 class PlanarScene:
-    """The canvas of the planar task and the mouse's actions on it. Used by the page's thread.
+    """Canvas of the planar task with the mouse's actions on it. Used by the page's thread.
 
     Args:
-        scene: Of the server.
+        scene: Scene of the server.
         task: Its workspace is a board.
-        submit: To the console.
+        submit: Hands an intent to the console.
         explain: Tells the operator something.
-        act: Enqueues what a tab does.
+        act: Enqueues a tab's action.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class PlanarScene:
         explain: Callable[[str], None],
         act: Act,
     ):
-        # Light from everywhere alike: the boards keep the colours of the palette.
+        # Uniform light: the boards keep the colours of the palette.
         scene.configure_default_lights(enabled=False, cast_shadow=False)
         scene.add_light_ambient("/light", intensity=_LIGHT)
         scene.configure_environment_map(hdri=None)
@@ -61,17 +61,17 @@ class PlanarScene:
         remote.listen(self._robot.grip, lambda tab, *drag: act(tab, partial(target.drag, *drag)))
 
     def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
-        """Show the newest picture; returns where the robot is expected to be by now."""
+        """Show the newest picture; return where the robot is expected to be now."""
         self._model.show(picture.forming or (picture.learned.model if picture.learned else None))
         self._drawing.draw(picture)
         return self._robot.draw(picture, now_s)
 
     def let_go(self) -> None:
-        """End the drag of a tab that is gone."""
+        """End the drag of a closed tab."""
         self._drawing.let_go()
 
     def fit(self, camera: viser.CameraHandle) -> None:
-        """Have both boards fill a tab's canvas."""
+        """Fit both boards into a tab's canvas."""
         view = view_of(self._board_m, (camera.image_width, camera.image_height))
         x, y = view.centre_m
         camera.fov = FOV_RAD

@@ -1,4 +1,4 @@
-"""The robot's side as last reported: its point, its task frame with the model and the path, its ghost."""
+"""Robot's side as last reported: its point, its task frame with the model and the path, its ghost."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ _POINT_RADIUS_M = 0.018
 
 
 class RobotDrawing:
-    """Draws the remote board's contents. Used by the page's thread.
+    """Drawing of the remote board's contents. Used by the page's thread.
 
     Args:
-        scene: Of the server.
-        board: The remote one.
+        scene: Scene of the server.
+        board: Remote board.
     """
 
     def __init__(self, scene: viser.SceneApi, board: Board):
@@ -59,7 +59,7 @@ class RobotDrawing:
         self._old = False
 
     def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
-        """Show the newest report and the prediction; returns the prediction."""
+        """Show the newest report and the prediction; return the prediction."""
         robot = picture.robot
         if robot is None:
             return None
