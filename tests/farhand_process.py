@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from farhand.deploy.entry import own_command
 
 FARHAND = tuple(own_command())
-PATIENCE_S = 120.0
+PATIENCE_S = 240.0
 
 
 def put_foreign_code(folder: Path) -> None:

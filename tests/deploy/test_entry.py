@@ -14,7 +14,7 @@ from farhand.deploy.child import Child
 from farhand.deploy.entry import ROOT, own_command
 from tests.farhand_process import put_foreign_code
 
-PATIENCE_S = 120.0
+PATIENCE_S = 240.0
 LINK = ("link", "--listen=127.0.0.1:0", "--target=127.0.0.1:1", "--control=127.0.0.1:0", "--profile=lan")
 
 

@@ -12,7 +12,7 @@ from farhand.common.model.model_file import save
 from tests.farhand_process import refusal
 from tests.strategies import learned
 
-PATIENCE_S = 120.0
+PATIENCE_S = 240.0
 
 
 def without(package: str, *arguments: str) -> subprocess.CompletedProcess[str]:
