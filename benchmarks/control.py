@@ -120,10 +120,14 @@ def _ticks(name: str, model: TPHSMM) -> list[Row]:
             "solve": lambda: solve(still, still, np.zeros((n_steps, T)), Q, (1.0,) * T, n_steps, DT),
         }
     )
+    begin = best_times_us({"begin": lambda: executor.begin(point, still, FRAMES)})["begin"]
     what = f"whole tick, {name}, N_p = {n_steps}"
     return [
-        Row(f"{what}, {case} frame", best[case], "its solve", best["solve"], "<= 10 solves")
-        for case in ("still", "moving")
+        Row(f"beginning an execution, {name}", begin),
+        *(
+            Row(f"{what}, {case} frame", best[case], "its solve", best["solve"], "<= 10 solves")
+            for case in ("still", "moving")
+        ),
     ]
 
 

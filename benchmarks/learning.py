@@ -63,7 +63,28 @@ def rows() -> list[Row]:
     for name, space in SPACES.items():
         for K in (5, 15, 50, 200):
             found += _per_point(name, space, K)
-    return [*found, _task(), _growth()]
+    return [*found, *(_per_demonstration(name, space) for name, space in SPACES.items()), _task(), _growth()]
+
+
+def _per_demonstration(name: str, space: Manifold) -> Row:
+    points, n_points = path_with(space, 15), 200
+    learner, times = taught(space, points), PERIOD_S * np.arange(float(n_points))
+    between = learner.snapshot()
+    learner.start()
+    learner.observe_many(points[:: len(points) // n_points][:n_points], FRAMES, times)
+    whole = learner.snapshot()
+
+    def again() -> None:
+        learner.restore(between)
+        learner.start()
+        learner.restore(whole)
+
+    def end() -> None:
+        again()
+        learner.end()
+
+    best = best_times_us({"again": again, "end": end})
+    return Row(f"learning, {name}: the end of a demonstration, its way", best["end"] - best["again"])
 
 
 def _per_point(name: str, space: Manifold, K: int) -> list[Row]:

@@ -9,14 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.common.model.gaussian_product import frame_shares
+from farhand.common.model.gaussian_product import frame_shares, idle_frames
 from farhand.common.model.model_file import content_hash, encode, load, part_sizes, save
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.recordings.options import ImportOptions
 
 _MOST_SAMPLES = 1000
-# A frame that has no more than this share in any component says nothing: where no frame matters, all have alike.
-_IRRELEVANT = 0.6
 
 
 def learn(demonstrations: Sequence[Path], out: Path, max_distance_m: float | None) -> int:
@@ -95,11 +93,11 @@ def _say_relevance(model: TPHSMM) -> None:
     _say("  component  " + "  ".join(f"{name:>12s}" for name in model.frame_names))
     for i in range(model.n_components):
         _say(f"  {i + 1:9d}  " + "  ".join(f"{100 * share:10.0f} %" for share in shares[:, i]))
-    for name, most in zip(model.frame_names, shares.max(axis=1), strict=True):
-        if most < _IRRELEVANT:
-            _say(
-                f"  frame {name} has at most {100 * most:.0f} % in any component: drop it, it says nothing of this task"
-            )
+    means = shares @ model.counts / model.counts.sum()
+    _say("  the motion " + "  ".join(f"{100 * share:10.0f} %" for share in means))
+    for j in idle_frames(shares, model.counts):
+        name, share = model.frame_names[j], f"{100 * means[j]:.0f} % of the motion"
+        _say(f"  frame {name} has {share} and no component of its own: drop it, it says nothing of this task")
 
 
 def import_recordings(files: Sequence[Path], out: Path | None, preview: bool, options: ImportOptions) -> int:

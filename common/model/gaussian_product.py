@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 _MAX_STEPS = 20
 _CONVERGED = 1e-10
+# A frame is idle below both of these shares: of the whole motion, and of any component.
+_IDLE_MEAN, _IDLE_MOST = 0.15, 0.95
 
 
 def gaussian_product(means: Array, covariances: Array, frames: Sequence[TaskFrame]) -> tuple[Array, Array]:
@@ -56,7 +58,7 @@ def check_frames(frames: Sequence[TaskFrame], n_frames: int, n_dims: int) -> Non
 def frame_shares(covariances: Array) -> Array:
     """Return the share of each frame in the product of each component: of the trace of its precision, per part.
 
-    Of the two parts of a pose the larger share counts. A frame whose shares are small everywhere says nothing.
+    Of the two parts of a pose the larger share counts.
 
     Args:
         covariances: Sigma_i^(j) in each frame. Shape (P, K, T, T).
@@ -70,6 +72,20 @@ def frame_shares(covariances: Array) -> Array:
             precise = np.trace(inverse(covariances[..., part, part]), axis1=-2, axis2=-1)
             shares.append(precise / precise.sum(axis=0))
     return np.max(shares, axis=0)
+
+
+def idle_frames(shares: Array, counts: NDArray[np.int64]) -> list[int]:
+    """Return the frames that have no say in a task: a small share in the whole motion, and no component of their own.
+
+    In a component that one demonstration visited alone all frames are equally narrow, so that an idle frame's share
+    is not small everywhere.
+
+    Args:
+        shares: Of each frame in each component, from the residual covariances. Shape (P, K).
+        counts: Datapoints of the components. Shape (K,).
+    """
+    mean = shares @ counts / counts.sum()
+    return np.flatnonzero((mean < _IDLE_MEAN) & (shares.max(axis=1) < _IDLE_MOST)).tolist()
 
 
 def inverse(matrices: Array) -> Array:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
 from farhand.common.errors import InvalidInput
-from farhand.common.model.gaussian_product import frame_shares, gaussian_product
+from farhand.common.model.gaussian_product import frame_shares, gaussian_product, idle_frames
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
 from tests.strategies import dims, random_covariances, random_frame, random_points, seeds, spaces
@@ -109,3 +109,11 @@ def test_the_shares_of_the_frames_sum_to_one_and_the_narrow_one_has_most():
     shares = frame_shares(covariances)
     np.testing.assert_allclose(shares.sum(axis=0), 1.0)
     np.testing.assert_allclose(shares[1], [100 / 101, 1 / 101])
+
+
+def test_a_frame_is_idle_when_it_decides_neither_the_motion_nor_any_component():
+    counts = np.array([50, 50, 100])
+    base, bystander, handle = [0.98, 1 / 3, 0.02], [0.01, 1 / 3, 0.01], [0.01, 1 / 3, 0.97]
+    assert idle_frames(np.array([base, bystander, handle]), counts) == [1]
+    via = [0.01, 0.96, 0.01]  # short, but its own
+    assert idle_frames(np.array([base, via, handle]), np.array([100, 5, 100])) == []
