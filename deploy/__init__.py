@@ -1,4 +1,5 @@
-"""How Farhand is started: the command line, the processes and their configurations.
+"""Start of Farhand: the command line, the processes and their configurations.
 
-In: arguments and TOML files. Out: running sites, a link, results. Next: `farhand.local_site.site`, `farhand.remote_site.site`, `link`.
+In: arguments and TOML files. Out: running sites, a link, results. Next: `farhand.local_site.site`,
+`farhand.remote_site.site`, `link`.
 """

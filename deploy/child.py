@@ -15,23 +15,23 @@ from farhand.common.parent_process import end_with_parent
 from farhand.deploy.entry import own_command
 
 READY_FD = "FARHAND_READY_FD"
-"""Names the file descriptor on which a child says that it is ready."""
+"""Name of the variable with the file descriptor on which a child says that it is ready."""
 
 PARENT_PID = "FARHAND_PARENT_PID"
-"""Names the parent, so that a child sees that it has died."""
+"""Name of the variable with the parent's id, so that a child notices its death."""
 
 REFUSED = "farhand: "
-"""Begins the line that tells why a process ends."""
+"""Beginning of the line with the reason why a process ends."""
 
 _END_PATIENCE_S = 10.0
 _CHUNK_BYTES = 1 << 16
 
 
 def say_ready(**facts: Any) -> None:
-    """In a child: tell the parent, if there is one, that this process is ready.
+    """Tell the parent, if there is one, that this child process is ready.
 
     Args:
-        facts: What the parent needs to know, such as the port that was taken.
+        facts: Facts that the parent needs, such as the port that was taken.
     """
     if (fd := os.environ.pop(READY_FD, None)) is not None:
         with os.fdopen(int(fd), "w", encoding="utf-8") as pipe:
@@ -39,17 +39,17 @@ def say_ready(**facts: Any) -> None:
 
 
 def follow_parent() -> None:
-    """In a child: be ended when the parent dies. A process of its own is no child, and goes on."""
+    """End this child process when its parent dies. A process without a parent of ours continues."""
     if (parent_pid := os.environ.pop(PARENT_PID, None)) is not None:
         end_with_parent(int(parent_pid))
 
 
 class Child:
-    """One process.
+    """Child process.
 
     Args:
-        name: For messages.
-        arguments: Of the `farhand` command.
+        name: Name for messages.
+        arguments: Arguments of the `farhand` command.
     """
 
     def __init__(self, name: str, arguments: Sequence[str]):
@@ -106,7 +106,7 @@ class Child:
         return status
 
     async def end(self) -> None:
-        """End it: politely, and by force when it does not listen."""
+        """End it, by force when it does not react."""
         if self._process is None or self._process.returncode is not None:
             return
         with contextlib.suppress(ProcessLookupError):
@@ -118,7 +118,7 @@ class Child:
         await self.wait()
 
     def exit_message(self) -> str:
-        """Return in one line how it ended: why it says so, or its last line."""
+        """Return its end in one line: its own reason, or its last line."""
         if self.refusal:
             return f"the {self.name} process: {self.refusal}"
         status = self._process.returncode if self._process else None

@@ -31,7 +31,7 @@ class Up:
     port: int = 8080
     """Port of the web page on this machine; 0 takes a free one, which is said when the page is there."""
     seed: int = 0
-    """Of everything random."""
+    """Seed of all random numbers."""
     data_dir: str = ""
     """Where demonstrations, models and events are kept; empty: ~/.local/share/farhand."""
 
@@ -55,7 +55,7 @@ class Demo:
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
     seed: int = 0
-    """Of the hand's tremor, the target's phase, the noise and the link's jitter."""
+    """Seed of the hand's tremor, the target's phase, the noise and the link's jitter."""
     transport: Literal["tcp", "quic"] = "tcp"
     """quic encrypts, with certificates that are made for this run alone; lost packets of the simulated link are lost."""
     outage: str = "none"
@@ -112,7 +112,7 @@ class Local:
     connect_timeout_s: float | None = None
     """How long to wait for the robot's first report [s], 0 for ever; 60 when not said."""
     seed: int | None = None
-    """Of the scripted operator's hand."""
+    """Seed of the scripted operator's hand."""
     demo: bool = False
     """Have a scripted operator do the job once; the last line printed is the result as JSON."""
     outage: str = "none"
@@ -158,7 +158,7 @@ class Remote:
     data_dir: str | None = None
     """Where the events and the state of the simulated robot are kept; ~/.local/share/farhand when not said."""
     seed: int | None = None
-    """Of the simulated noise and of the target's phase."""
+    """Seed of the simulated noise and of the target's phase."""
 
     def run(self) -> int:
         """Do it."""
@@ -189,7 +189,7 @@ class Link:
     profile: str = "geo"
     """lan, geo, leo or acoustic."""
     seed: int = 0
-    """Of jitter, loss and all else that is random."""
+    """Seed of jitter, loss and all other random numbers."""
 
     def run(self) -> int:
         """Do it."""

@@ -1,4 +1,4 @@
-"""What is wrong with the processes of this machine: from their facts to causes, with the consequences left out."""
+"""Diagnosis of this machine's processes: from their facts to causes, without the consequences."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from farhand.common.process_status import LinkFacts, OperatorFacts, ProcessStatu
 from farhand.deploy.neighbours import Entry
 
 LOW_BYTES = 64_000_000
-"""Less space than this is as good as none: recordings and events need some [B]."""
+"""Free space below which writing is expected to fail: recordings and events need some [B]."""
 STANDSTILL_S = 1.5
-"""A loop that has not begun a new period for so long stands still [s]."""
+"""Time without a new period after which a loop counts as standing still [s]."""
 
 
 class Trouble(Struct, frozen=True, kw_only=True):
-    """Something that is wrong, and what to do about it.
+    """Fault with its remedy.
 
     Args:
-        code: Its kind, for programs.
-        role: Of the process that tells it.
-        name: Of that process.
-        text: What is wrong.
-        remedy: What to do.
+        code: Kind of the fault, for programs.
+        role: Role of the process that reports it.
+        name: Name of that process.
+        text: Fault.
+        remedy: Remedy.
     """
 
     code: str
@@ -52,7 +52,7 @@ def diagnose(found: Sequence[Entry]) -> list[Trouble]:
 
 
 def _of_ended(entry: Entry) -> Iterator[Trouble]:
-    """A process that does not answer."""
+    """Return the trouble of a process that does not answer."""
     about = f"the {entry.role} process {entry.name!r} ({entry.pid})"
     match entry.fault:
         case "dead":
@@ -78,7 +78,7 @@ def _of_ended(entry: Entry) -> Iterator[Trouble]:
 
 
 def _of_process(status: ProcessStatus) -> Iterator[Trouble]:
-    """What does not depend on other processes."""
+    """Return the troubles that do not depend on other processes."""
     data, facts = status.data, status.facts
     if data is not None and (data.full or data.free_bytes < LOW_BYTES):
         left = f"{data.path} is on a disk with {data.free_bytes / 1e6:.0f} MB left"
@@ -104,7 +104,7 @@ def _of_process(status: ProcessStatus) -> Iterator[Trouble]:
 
 
 def _of_versions(found: Sequence[Entry]) -> Iterator[Trouble]:
-    """Processes of one machine that are not of the same Farhand."""
+    """Return the trouble of processes on one machine with different versions of Farhand."""
     known = [entry.status for entry in found if entry.status is not None]
     versions = {(status.version, status.schema): status for status in known}
     if len(versions) > 1:
@@ -115,7 +115,7 @@ def _of_versions(found: Sequence[Entry]) -> Iterator[Trouble]:
 def _of_operator(
     status: ProcessStatus, facts: OperatorFacts, robots: Sequence[ProcessStatus], known: set[str]
 ) -> Iterator[Trouble]:
-    """What the operator's site sees of the robot."""
+    """Return the troubles in what the operator's site knows of the robot."""
     if facts.not_understood:
         yield _trouble(status, "version-differs", facts.not_understood, "install one version on both sites")
     elif facts.link in ("never", "lost"):
@@ -127,7 +127,7 @@ def _of_operator(
 def _of_silence(
     status: ProcessStatus, facts: OperatorFacts, robots: Sequence[ProcessStatus], known: set[str]
 ) -> Iterator[Trouble]:
-    """Why nothing is heard of the robot, as far as it can be told from here."""
+    """Return the cause why nothing is heard of the robot, as far as it can be told from here."""
     where, relay, seen_s = status.endpoint, facts.relay, facts.silent_s or 0.0
     if facts.relay_error:
         if "link-dead" not in known:
@@ -135,7 +135,7 @@ def _of_silence(
     elif relay is not None and relay.outage != "none":
         yield _cut(status, relay)
     elif known & {"robot-dead", "link-dead"} or ("stale" in known and not robots):
-        return  # the cause is told
+        return  # the cause is reported already
     elif facts.link == "never":
         why = f" ({relay.target}: {relay.target_error})" if relay is not None and relay.target_error else ""
         text = f"the site is up without a robot: nothing was ever heard at {where}{why}"
@@ -152,7 +152,7 @@ def _of_silence(
 
 
 def _of_robot(status: ProcessStatus, facts: OperatorFacts, known: set[str]) -> Iterator[Trouble]:
-    """What a robot that is heard says."""
+    """Return the troubles that a heard robot reports."""
     lacking = [task for task in status.tasks if facts.robot_tasks and task not in facts.robot_tasks]
     if lacking:
         text = f"the robot does {', '.join(facts.robot_tasks)}, this site teaches {', '.join(lacking)}"

@@ -1,7 +1,7 @@
-"""Where the processes of this user on this machine are found, and what each of them answers.
+"""Discovery of this user's processes on this machine, and their answers.
 
-Each has a Unix socket in the user's runtime folder: see `farhand.deploy.status_door`. A process that was killed leaves its
-socket behind, at which nobody answers; one that failed leaves its last words.
+Each has a Unix socket in the user's runtime folder: see `farhand.deploy.status_door`. A process that was
+killed leaves its socket behind, at which nobody answers; one that failed leaves its last words.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ ENDED = ".ended"
 
 
 class LastWords(Struct, frozen=True, kw_only=True):
-    """Why a process ended by an error.
+    """Reason why a process ended by an error.
 
     Args:
         pid: Its process id.
         code: `port-taken` or `failed`.
-        text: What it said.
+        text: Its message.
         at_s: When, in seconds of the epoch.
     """
 
@@ -43,14 +43,14 @@ class LastWords(Struct, frozen=True, kw_only=True):
 
 
 class Entry(Struct, frozen=True, kw_only=True):
-    """One process, as its door shows it.
+    """Process as found in the runtime folder.
 
     Args:
-        role: What it is.
+        role: Role of the process.
         name: See `ProcessStatus`.
         pid: Its process id.
         status: Its answer, None without one.
-        fault: Why there is no answer: `dead`, `ended`, `silent` or `foreign`; empty with one.
+        fault: Kind of missing answer: `dead`, `ended`, `silent` or `foreign`; empty with an answer.
         words: Its last words, when it ended by an error.
     """
 

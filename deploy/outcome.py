@@ -1,4 +1,4 @@
-"""How a command ends: its exit status, and one line that says why it failed."""
+"""End of a command: its exit status, and one line with the reason of a failure."""
 
 from __future__ import annotations
 

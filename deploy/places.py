@@ -1,4 +1,4 @@
-"""Where things are: tasks and demonstrations that come with Farhand, the user's data folder."""
+"""Places of files: tasks and demonstrations that come with Farhand, the user's data folder."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FORMER_NAMES = {"hot-unstab": "hot-stab-removal"}
 
 
 def find_task(name_or_file: str) -> AnyTask:
-    """A task by the name of one that comes with Farhand, or by its file.
+    """Return a task by the name of one that comes with Farhand, or by its file.
 
     Raises:
         InvalidConfiguration: When there is none, or it is malformed.
@@ -35,7 +35,7 @@ def find_task(name_or_file: str) -> AnyTask:
 
 
 def find_tasks(names: str) -> TaskSet:
-    """The tasks of one robot, by names or files with commas between them.
+    """Return the tasks of one robot, by names or files with commas between them.
 
     Raises:
         InvalidConfiguration: When there is none, one is malformed, or they are not for the same robot.
@@ -44,7 +44,7 @@ def find_tasks(names: str) -> TaskSet:
 
 
 def find_point_task(name_or_file: str) -> PointTask:
-    """As `find_task`, for what only a point can do.
+    """Return a task like `find_task`, for uses that only a point supports.
 
     Raises:
         InvalidConfiguration: Also when it is the task of another robot.
@@ -56,7 +56,10 @@ def find_point_task(name_or_file: str) -> PointTask:
 
 
 def sample_files(task_name: str) -> list[Path]:
-    """The demonstration files that come with a task, made by `farhand samples`; none for some tasks."""
+    """Return the demonstration files that come with a task, made by `farhand samples`.
+
+    None for some tasks.
+    """
     return sorted(_SAMPLES.glob(f"{task_name}-[0-9]*.npz"))
 
 
@@ -64,8 +67,8 @@ def check_writable(field: str, file: Path) -> None:
     """Refuse a file now that could not be written later, when the work for it is done.
 
     Args:
-        field: What the file was given as.
-        file: Where something will be written.
+        field: Name of the option that gave the file.
+        file: File that will be written.
 
     Raises:
         InvalidConfiguration: When its folder does not exist, or it must not be written.

@@ -32,7 +32,7 @@ S = TypeVar("S", bound=msgspec.Struct)
 
 
 def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
-    """A configuration: defaults, then the file, then what the command line names.
+    """Return a configuration from defaults, then the file, then the command line.
 
     Args:
         kind: Its type.
@@ -181,7 +181,7 @@ def run_link_process(listen: str, target: str, control: str, profile: str, seed:
 
 
 def parse_outage(text: str):
-    """A planned outage of `none`, kind:seconds or kind:seconds@part.
+    """Return a planned outage from `none`, kind:seconds or kind:seconds@part.
 
     Raises:
         InvalidConfiguration: When it is none of them.

@@ -40,7 +40,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Identity:
-    """What a process is, for as long as it lives; see `ProcessStatus`."""
+    """Constant part of a process's status; see `ProcessStatus`."""
 
     role: Role
     name: str

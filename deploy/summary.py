@@ -1,4 +1,4 @@
-"""The result of a job in words."""
+"""Result of a job in words."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def summary(result: dict[str, Any]) -> list[str]:
-    """The result of a job in a few lines for each of its tasks."""
+    """Return the result of a job in a few lines per task."""
     return [line for task in result.get("tasks", [result]) for line in _of_task(task, result["link"])]
 
 

@@ -39,12 +39,12 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Together:
-    """What all three processes need.
+    """Settings that all three processes share.
 
     Args:
-        task: Names of tasks, or their files, with commas between.
+        task: Names or files of tasks, with commas between.
         link: Profile of the simulated link.
-        seed: Of everything random.
+        seed: Seed of all random numbers.
         transport: Scheme of the endpoints.
     """
 
@@ -65,7 +65,7 @@ class Together:
             raise InvalidConfiguration("command line", "seed", f"zero or more, got {self.seed}")
 
     def rate_bps(self) -> float:
-        """What the simulated link carries in its slower direction [bit/s]; 0: more than enough.
+        """Return the rate of the simulated link's slower direction [bit/s]; 0: more than enough.
 
         Raises:
             InvalidConfiguration: When there is no such profile.
@@ -76,7 +76,7 @@ class Together:
 
 
 def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: str) -> int:
-    """The scripted job on this machine.
+    """Run the scripted job on this machine.
 
     Args:
         settings: Task, link, seed.
@@ -117,7 +117,7 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
 
 
 def run_up(settings: Together, port: int, data_dir: str) -> int:
-    """Both sites and the link, with the page of the local site, until Ctrl-C.
+    """Run both sites and the link, with the page of the local site, until Ctrl-C.
 
     Args:
         settings: Task, link, seed.
@@ -241,7 +241,7 @@ async def _patiently(starting: asyncio.Future[T], children: Sequence[Child]) -> 
 
 
 def first_steps(page: str) -> list[str]:
-    """What the user does first; nothing without a page."""
+    """Return the user's first steps; nothing without a page."""
     if not page:
         return []
     return [

@@ -34,7 +34,7 @@ class LinkProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         return LinkSettings(uplink=self.uplink, downlink=self.downlink)
 
     def over_time(self, source: str = "link") -> Timeline:
-        """The profile's settings with its timeline.
+        """Return the profile's settings with its timeline.
 
         Raises:
             InvalidConfiguration: A step is malformed; names it. A loaded profile has none of these.

@@ -226,7 +226,7 @@ class CommandReply(Message, frozen=True, kw_only=True):
 
     @property
     def measured(self) -> float | None:
-        """What was measured, if anything was."""
+        """Measured value; None without one."""
         return self.reason.measured if self.reason is not None else None
 
 
@@ -280,7 +280,7 @@ class Event(Message, frozen=True, kw_only=True):
 
     @property
     def measured(self) -> float | None:
-        """What was measured, if anything was."""
+        """Measured value; None without one."""
         return self.reason.measured
 
 

@@ -64,7 +64,7 @@ class Relay:
 
     @property
     def address(self) -> Address:
-        """Where the relay listens, with the port that it got."""
+        """Address on which the relay listens, with the port that it got."""
         return self._listen
 
     @property
@@ -147,7 +147,7 @@ class Relay:
         log.info("datagrams go on from other ports")
 
     def status(self) -> dict[str, Any]:
-        """The settings, the outage, the traffic and the relay's own lateness, fit for JSON."""
+        """Return the settings, the outage, the traffic and the relay's own lateness, fit for JSON."""
         remaining_s = 0.0
         if self._outage_end:
             remaining_s = max(0.0, self._outage_end.when() - asyncio.get_running_loop().time())

@@ -94,7 +94,7 @@ class Dialler:
         """Why the newest connection was not made; empty when it was."""
 
     async def dial(self) -> socket.socket:
-        """A non-blocking socket connected to the target.
+        """Return a non-blocking socket connected to the target.
 
         Raises:
             OSError: Its name is unknown, or nobody answers within `DIAL_TIMEOUT_S`.

@@ -52,7 +52,7 @@ class ControlServer:
 
     @property
     def address(self) -> Address:
-        """Where it listens, with the port that it got."""
+        """Address on which it listens, with the port that it got."""
         return self._listen
 
     async def start(self) -> None:

@@ -23,7 +23,7 @@ RESET: Chunk = None
 
 
 class Meter:
-    """What has passed in one direction, over all connections."""
+    """Statistics of one direction, over all connections."""
 
     def __init__(self) -> None:
         self.delivered_bytes = 0
@@ -34,7 +34,7 @@ class Meter:
         """The largest since the beginning [s]."""
 
     def forwarded(self, lateness_s: float) -> None:
-        """A chunk leaves so much later than it was due [s]."""
+        """Note a chunk with its lateness [s]."""
         self.lateness_s.append(lateness_s)
         self.most_late_s = max(lateness_s, self.most_late_s or 0.0)
 

@@ -50,7 +50,7 @@ class Streams:
 
     @property
     def target_error(self) -> str:
-        """Why the newest connection to the remote site was not made; empty when it was."""
+        """Reason why the newest connection to the remote site failed; empty if it succeeded."""
         return self._dialler.problem
 
     def queued_bytes(self, direction: int) -> int:

@@ -33,7 +33,7 @@ class Hang(BaseException):
 
 
 class Outcome(NamedTuple):
-    """What became of an attempt.
+    """Outcome of an attempt.
 
     Args:
         number: Of the attempt.
@@ -148,7 +148,7 @@ def peak_mb() -> float:
 
 
 def _where(error: BaseException) -> str:
-    """The innermost line of the project's own code."""
+    """Return the innermost line of the project's own code."""
     found, trace = "", error.__traceback__
     while trace is not None:
         file = Path(trace.tb_frame.f_code.co_filename)

@@ -82,7 +82,7 @@ def _take_recorded(data: bytes) -> bool:
 
 
 def _sound(kind: type[Any]) -> Any:
-    """A message, or a part of one, made from the types of its fields."""
+    """Return a message, or a part of one, made from the types of its fields."""
     described = inspect.type_info(kind)
     assert isinstance(described, inspect.StructType)
     return kind(**{field.name: _value(field.type) for field in described.fields if field.name != "schema"})

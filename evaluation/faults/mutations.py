@@ -74,7 +74,7 @@ def _outcomes(attempt: Callable[[Random], bool], seed: int, numbers: range) -> I
 
 
 def _attempt_of(kind: str, folder: Path) -> Callable[[Random], bool]:
-    """What is done with one mutant."""
+    """Return what is done with one mutant."""
     if kind == OPTIONS:
         return option_values.attempts(folder)
     if kind in MESSAGES:
@@ -97,7 +97,7 @@ def _attempt_of(kind: str, folder: Path) -> Callable[[Random], bool]:
 
 @contextlib.contextmanager
 def _folder() -> Iterator[Path]:
-    """A folder in memory where there is one: whole files are synchronised with the disk."""
+    """Return a folder in memory, if there is one: whole files are synchronised with the disk."""
     memory = Path("/dev/shm")
     with (
         tempfile.TemporaryDirectory(dir=memory if memory.is_dir() else None) as folder,

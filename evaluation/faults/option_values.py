@@ -128,7 +128,7 @@ def _run(command: str, values: dict[str, str], folder: Path) -> bool:
 
 @contextlib.contextmanager
 def _surroundings(folder: Path) -> Iterator[None]:
-    """A folder with sound files, and nothing that goes on for long."""
+    """Prepare a folder with valid files, and replace everything that runs for long."""
     here, deep = Path.cwd(), folder / "a" / "b"
     deep.mkdir(parents=True, exist_ok=True)
     for name, content in sound_files().items():

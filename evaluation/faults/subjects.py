@@ -214,7 +214,7 @@ def _begin_library(name: str, file: Path) -> bool:
 
 @cache
 def _library_files() -> dict[str, bytes]:
-    """A task's folder after two demonstrations, with one under way."""
+    """Return a task's folder after two demonstrations, with one in progress."""
     from tempfile import TemporaryDirectory
 
     with TemporaryDirectory() as data_dir:

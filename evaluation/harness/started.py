@@ -27,7 +27,7 @@ _INDENTED = " " * 8
 
 
 class ProcessOutcome(NamedTuple):
-    """What became of a process.
+    """Outcome of a process.
 
     Args:
         verdict: `works`, `refused` (with one line), `fault`, `skipped` (cannot be arranged here), or `interpreter`

@@ -1,7 +1,7 @@
-"""Where a `farhand` process may be started: users, disks, folders, descriptors, terminals, networks.
+"""Surroundings in which a `farhand` process may be started: users, disks, folders, terminals, networks.
 
-Each surrounding is arranged for real: by a shell that prepares namespaces, limits and descriptors and then becomes
-the process, by variables, and by what its standard streams are.
+Each surrounding is arranged for real: by a shell that prepares namespaces, limits and descriptors and then
+becomes the process, by variables, and by what its standard streams are.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _SOMEBODY, _SOMEBODY_ELSE = 12345, 12346
 
 @dataclass(frozen=True)
 class Surrounding:
-    """What is unusual where a process is started.
+    """Unusual surroundings of a process.
 
     Args:
         prepare: Lines of a shell that has the folder of the trial in `$FOLDER`, run before the process.
@@ -53,7 +53,7 @@ class Surrounding:
 
     @property
     def is_heard(self) -> bool:
-        """Whether anybody can read what the process says on its standard error."""
+        """True if anybody can read what the process writes to its standard error."""
         return self.streams[1] in ("read", "terminal") and 2 not in self.closed
 
     def command(self, command: list[str]) -> list[str]:

@@ -115,7 +115,10 @@ def _dwell(entered, p, survival, stays, leaves):
 
 @kernel
 def _dwell_on(p, survival, elapsed, stays, leaves):
-    """The same for the component of the beginning, which has lasted for `elapsed` steps. Shapes (n_steps + 1,)."""
+    """Spread the probability of the first component, which has lasted `elapsed` steps.
+
+    Shapes (n_steps + 1,).
+    """
     left = survival[elapsed]
     if left <= 0.0:  # longer than any duration: it leaves at once
         leaves[1] = 1.0

@@ -51,7 +51,7 @@ _KNOWN = (
 
 
 class Label(NamedTuple):
-    """What a header says: a role of `options.ROLES`, the body, and the unit or an empty string."""
+    """Meaning of a header: a role of `options.ROLES`, the body, and the unit or an empty string."""
 
     role: str
     body: str

@@ -1,7 +1,4 @@
-"""What a user says about a recording that the recording does not say: columns, units, task frames.
-
-It imports nothing heavy, so that the command line has its help texts from here.
-"""
+"""User's additions to a recording that does not describe itself: columns, units, task frames."""
 
 from __future__ import annotations
 
@@ -24,7 +21,7 @@ _EULER = frozenset("".join(axes) for text in ("xyz", "XYZ") for axes in itertool
 
 @dataclass(frozen=True, kw_only=True)
 class ImportOptions:
-    """How a recording is to be understood; what is not given is taken from the recording."""
+    """Interpretation of a recording; missing options are taken from the recording."""
 
     kind: Kind = "auto"
     """Format; auto: told by the name. bag: rosbag2 and MCAP. The research sets lasa (mm), robotasks and letters (cm) must

@@ -27,7 +27,7 @@ _UNIT_TOLERANCE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Where a body was.
+    """Motion of a body.
 
     Args:
         name: Of the body.
@@ -51,7 +51,7 @@ class Track:
 
     @property
     def fixed(self) -> bool:
-        """Whether every sample has the same pose, so that it holds at all times: TF repeats what stands still."""
+        """True if every sample has the same pose, which holds at all times: TF repeats what stands still."""
         poses = (self.position_m,) if self.quat_wxyz is None else (self.position_m, self.quat_wxyz)
         return not any(np.ptp(array, axis=0).any() for array in poses)
 

@@ -72,7 +72,7 @@ def default_gateway() -> str:
 
 
 def is_loopback(address: str) -> bool:
-    """Decide whether an IP address is this machine's own; a host name is not an address."""
+    """True if it can only mean the machine that the browser runs on."""
     try:
         found = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:

@@ -126,7 +126,7 @@ class Lease:
         return (session, self.holder) in self._replaced
 
     def _is_earlier(self, session: str, site_name: str) -> bool:
-        """Whether the holder is a later process of the same site: then this is an echo of the past."""
+        """Decide whether the holder is a later process of the same site: then this is an echo of the past."""
         if not self.lease_id or self.holder != site_name or self.session not in self._sessions:
             return False
         return self._sessions.index(session) < self._sessions.index(self.session)
