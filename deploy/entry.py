@@ -7,6 +7,12 @@ everything that is imported, and a PYTHONPATH with an empty part does so too: a 
 
 from __future__ import annotations
 
+import _signal  # pyright: ignore[reportMissingImports]  (the interpreter's: what `signal` imports takes long enough for a Ctrl-C)
+
+if __name__ == "__main__" and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+    # Until something needs an orderly end, Ctrl-C simply ends the process: imports take a second.
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+
 import os
 import signal
 import sys
@@ -43,7 +49,6 @@ def own_command(*arguments: str) -> list[str]:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line, see `farhand.deploy.cli.main`."""
-    # Until something needs an orderly end, Ctrl-C simply ends the process: imports take a second.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     # On small matrices more BLAS threads only cost time. numpy reads this when it is imported.

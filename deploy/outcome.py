@@ -33,11 +33,7 @@ def status_of(command: CliCommand) -> int:
         The exit status: the command's own, 2 for input that is wrong, 130 for Ctrl-C, 143 for SIGTERM, 1 for
         what else failed.
     """
-    sys.unraisablehook = _end_when_interrupted
-    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-        signal.signal(signal.SIGTERM, _terminate)
+    _hear_signals()
     try:
         return command.run()
     except Terminated:
@@ -55,6 +51,20 @@ def status_of(command: CliCommand) -> int:
         return _failed(
             f"{package} is not installed: pip install 'farhand[evaluation]' brings it along", FAILED
         )
+    except Exception:
+        if not _asked_to_end:
+            raise
+        # Foreign code makes something else of a signal, such as a library whose "initialization failed".
+        status = _asked_to_end[0]
+        return _failed("terminated" if status == TERMINATED else "interrupted", status)
+
+
+def _hear_signals() -> None:
+    sys.unraisablehook = _end_when_interrupted
+    _asked_to_end.clear()
+    for number, handler in ((signal.SIGINT, _interrupt), (signal.SIGTERM, _terminate)):
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, handler)
 
 
 def _on_one_line(text: str) -> str:
@@ -67,7 +77,17 @@ def _failed(why: str, status: int) -> int:
     return status
 
 
+_asked_to_end: list[int] = []
+"""Exit statuses of the signals to end that came, in order."""
+
+
+def _interrupt(*_: object) -> None:
+    _asked_to_end.append(INTERRUPTED)
+    raise KeyboardInterrupt
+
+
 def _terminate(*_: object) -> None:
+    _asked_to_end.append(TERMINATED)
     raise Terminated
 
 

@@ -238,6 +238,8 @@ async def _patiently(starting: asyncio.Future[T], children: Sequence[Child]) -> 
         return starting.result()
     finally:
         starting.cancel()
+        with contextlib.suppress(asyncio.CancelledError, ProcessFailed):
+            await starting  # else asyncio logs that nobody asked what became of it
 
 
 def first_steps(page: str) -> list[str]:

@@ -119,9 +119,10 @@ class Started:
             return ProcessOutcome("fault", words[-1000:]) if ours else ProcessOutcome("interpreter")
         lines = spoken(words)
         if interrupted:
-            good = status in _ENDED_BY_CTRL_C and not [
-                line for line in lines if "farhand: interrupted" not in line
-            ]
+            # A process that is about to end with a line of its own may be interrupted after that line.
+            good = (
+                status in _ENDED_BY_CTRL_C and all("farhand: " in line for line in lines) and len(lines) <= 1
+            )
         else:
             good = status == 0 and not self._serves and not lines
         if good or (_NOBODY in words and status == 1):
@@ -179,6 +180,10 @@ def started(arguments: list[str], serves: bool, surrounding: Surrounding, folder
         surrounding: Where.
         folder: Folder of the trial.
     """
+    if (
+        signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    ):  # as in the background of a script: it would be inherited
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     ends = [open_stream(kind) for kind in surrounding.streams]
     ready, write_fd = os.pipe()
     process = subprocess.Popen(

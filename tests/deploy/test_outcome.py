@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from farhand.common.model.model_file import save
+from farhand.deploy.entry import ROOT
 from tests.farhand_process import refusal
 from tests.strategies import learned
 
@@ -57,3 +58,31 @@ def test_a_number_that_no_process_can_use_is_refused_with_its_field(arguments: t
     line = refusal(*arguments)
     field = arguments[1].removeprefix("--").partition("=")[0]
     assert field.rpartition("-")[2] in line or field.replace("-", "_") in line
+
+
+@pytest.mark.parametrize(("number", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize(
+    "made", ["ImportError('initialization failed')", "SystemError('x')", "RuntimeError()"]
+)
+def test_a_signal_of_which_foreign_code_makes_something_else_ends_as_a_signal(
+    number: str, status: int, made: str
+):
+    program = f"""
+import os, signal, sys
+sys.path.insert(0, {ROOT!r})
+from farhand.deploy.outcome import status_of
+class Command:
+    def run(self):
+        try:
+            os.kill(os.getpid(), signal.{number})
+            signal.pause()
+        except BaseException:
+            raise {made} from None
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+sys.exit(status_of(Command()))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == status
+    assert done.stderr == f"farhand: {'interrupted' if status == 130 else 'terminated'}\n"
