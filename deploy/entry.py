@@ -5,8 +5,6 @@ everything that is imported, and a PYTHONPATH with an empty part does so too: a 
 `queue.py` that happens to stand there would be run in place of ours.
 """
 
-from __future__ import annotations
-
 import _signal  # pyright: ignore[reportMissingImports]  (the interpreter's: what `signal` imports takes long enough for a Ctrl-C)
 
 if __name__ == "__main__" and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:

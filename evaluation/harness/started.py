@@ -98,6 +98,8 @@ class Started:
         if running:
             self._process.send_signal(self._end_signal)
         if (status := self._wait(_END_S)) is None:
+            if "KeyboardInterrupt" in self._words():  # it came, and the interpreter that was starting went on
+                return ProcessOutcome("interpreter")
             return ProcessOutcome("fault", f"does not end on a signal: {self._words()[-500:]}")
         return self._judge(status, running)
 
@@ -114,8 +116,8 @@ class Started:
         words = self._words()
         if status == CANNOT_ARRANGE:
             return ProcessOutcome("skipped", "cannot be arranged here")
-        if "Traceback" in words:
-            ours = ROOT in words.replace(f"{ROOT}/.venv", "")
+        if "Traceback" in words or words.strip() == "KeyboardInterrupt":
+            ours = f'File "{ROOT}' in words.replace(f"{ROOT}/.venv", "")
             return ProcessOutcome("fault", words[-1000:]) if ours else ProcessOutcome("interpreter")
         lines = spoken(words)
         if interrupted:
