@@ -42,7 +42,7 @@ class Name:
 
     @property
     def is_loopback(self) -> bool:
-        """Whether it can only mean the machine that the browser runs on."""
+        """True if it can only mean the machine that the browser runs on."""
         return self.host == "localhost" or is_loopback(self.host)
 
     @property
@@ -72,7 +72,7 @@ def default_gateway() -> str:
 
 
 def is_loopback(address: str) -> bool:
-    """True if it can only mean the machine that the browser runs on."""
+    """Decide whether an IP address is this machine's own; a host name is not an address."""
     try:
         found = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:
