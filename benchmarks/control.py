@@ -14,7 +14,7 @@ from benchmarks.timing import Row, best_times_us
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.evaluation.paper.forward_variable import forward_variable
+from farhand.evaluation.metrics.forward_variable import forward_variable
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 from farhand.remote_site.reproduction.mpc import solve
 

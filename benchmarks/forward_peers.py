@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.evaluation.paper.forward_variable import duration_probabilities
+from farhand.evaluation.metrics.forward_variable import duration_probabilities
 
 Array = NDArray[np.float64]
 

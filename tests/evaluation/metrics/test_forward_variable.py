@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.evaluation.paper.forward_variable import duration_probabilities, forward_variable
+from farhand.evaluation.metrics.forward_variable import duration_probabilities, forward_variable
 from tests.strategies import learned
 
 DT = 0.02
