@@ -22,7 +22,7 @@ from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ModelTransfer
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.common.wire.words import sentence
-from farhand.common.worker import Worker
+from farhand.remote_site.motion.worker import Worker
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 
 _log = loop_logger(__name__)

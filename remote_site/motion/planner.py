@@ -12,10 +12,10 @@ from farhand.common.model.ways import distance_from_taught
 from farhand.common.wire.messages import PlannedPath, Stamp
 from farhand.common.wire.path_points import packed
 from farhand.common.wire.reasons import Code, Reason, because
-from farhand.common.worker import Worker
 from farhand.remote_site.interface.embodiment import Check
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.model_trial import StoredModel
+from farhand.remote_site.motion.worker import Worker
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings, ExecutorState
 
 _log = loop_logger(__name__)
