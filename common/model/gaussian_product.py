@@ -1,8 +1,8 @@
-"""The product of a component's Gaussians over the task frames (Eqs. 8 and 9).
+"""Product of a component's Gaussians over the task frames (Eqs. 8 and 9).
 
-The mean is where the product of the densities is largest, found by Gauss-Newton steps from the first
-frame's mean; for positions the first step is the closed form of Eq. 9. Where frames disagree about an
-orientation by nearly half a turn, that maximum is the one nearest to the first frame's.
+The mean is where the product of the densities is largest, found by Gauss-Newton steps from the first frame's
+mean; for positions the first step is the closed form of Eq. 9. If frames disagree about an orientation by
+nearly half a turn, that maximum is the one nearest to the first frame's.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _IDLE_MEAN, _IDLE_MOST = 0.15, 0.95
 
 
 def gaussian_product(means: Array, covariances: Array, frames: Sequence[TaskFrame]) -> tuple[Array, Array]:
-    """Gaussians of all components in the world, given the present task frames.
+    """Return the Gaussians of all components in the world, given the present task frames.
 
     Args:
         means: Means mu_i^(j) in each frame [m]. Shape (P, K, C).
@@ -89,13 +89,13 @@ def idle_frames(shares: Array, counts: NDArray[np.int64]) -> list[int]:
 
 
 def inverse(matrices: Array) -> Array:
-    """Inverses of the matrices in the last two axes. Shape (..., T, T)."""
+    """Return the inverses of the matrices in the last two axes. Shape (..., T, T)."""
     return np.asarray(np.linalg.inv(matrices), dtype=np.float64)
 
 
 @kernel
 def product(means, precisions, frames):
-    """Means and precisions of the products, from those in the frames.
+    """Return means and precisions of the products from those in the frames.
 
     Args:
         means: Shape (P, K, C).
@@ -126,9 +126,9 @@ def product(means, precisions, frames):
 
 @kernel
 def _step(world, factors, x, H, room):
-    """Take one Gauss-Newton step of x towards the product, Eq.
+    """Take one Gauss-Newton step of x towards the product (Eq. 9 in the tangent space of x).
 
-    9 in the tangent space of x; return its length.
+    Return its length.
 
     The error in frame j is e_j = log(mu_j, x), and log(mu_j, exp(x, t)) = e_j + J(e_j)^-1 t.
     """

@@ -36,7 +36,7 @@ _SMALL = 1e-4
 
 @dataclass(frozen=True)
 class Manifold:
-    """A space of positions, or of poses.
+    """Space of positions, or of poses.
 
     Args:
         n_dims: Dimension D of positions and of the task frames.
@@ -70,12 +70,12 @@ class Manifold:
 
     @property
     def n_coordinates(self) -> int:
-        """Numbers of a point."""
+        """Number of coordinates of a point."""
         return self.n_dims + 4 * self.oriented
 
     @property
     def n_tangent(self) -> int:
-        """Numbers of a difference, a velocity or a side of a covariance."""
+        """Number of coordinates of a difference, a velocity or a side of a covariance."""
         return self.n_dims + 3 * self.oriented
 
     @property
@@ -84,7 +84,7 @@ class Manifold:
         return (slice(0, self.n_dims), slice(self.n_dims, None))[: 1 + self.oriented]
 
     def checked(self, points: ArrayLike, source: str, field: str) -> Array:
-        """Finite points with unit quaternions, as a new array. Shape (..., C).
+        """Return finite points with unit quaternions, as a new array. Shape (..., C).
 
         Raises:
             InvalidInput: When the last axis is wrong, a number is not finite, or the quaternion of a pose
@@ -101,7 +101,7 @@ class Manifold:
         return array
 
     def log(self, base: ArrayLike, point: ArrayLike) -> Array:
-        """Differences: the tangents at the bases that lead to the points. Shape (..., T)."""
+        """Return the tangents that lead from the bases to the points. Shape (..., T)."""
         both = np.broadcast_arrays(np.asarray(base, dtype=float), np.asarray(point, dtype=float))
         a, b = (np.array(array) for array in both)  # what was broadcast must not be given to a kernel
         out = np.empty((*a.shape[:-1], self.n_tangent))
@@ -134,7 +134,7 @@ class Manifold:
         return J
 
     def distance(self, a: ArrayLike, b: ArrayLike, metres_per_radian: float) -> Array:
-        """Length of the difference, where a radian is worth so many metres. Shape (...) [m]."""
+        """Return the length of the difference, with a weight of a radian in metres. Shape (...) [m]."""
         tangent = self.log(a, b)
         tangent[..., self.n_dims :] *= metres_per_radian
         return np.linalg.norm(tangent, axis=-1)
@@ -172,7 +172,7 @@ def _checked(points, n_dims):
 
 @kernel
 def log_at(base, point, out):
-    """Out = log(base, point). Shapes (C,), (C,), (T,)."""
+    """Write log(base, point) to out. Shapes (C,), (C,), (T,)."""
     n = out.size if base.size == out.size else base.size - 4
     for k in range(n):
         out[k] = point[k] - base[k]
@@ -195,7 +195,10 @@ def log_at(base, point, out):
 
 @kernel
 def exp_at(base, tangent, out):
-    """Out = exp(base, tangent), its quaternion of unit length; out may be base. Shapes (C,), (T,), (C,)."""
+    """Write exp(base, tangent), with a unit quaternion, to out, which may be base.
+
+    Shapes (C,), (T,), (C,).
+    """
     n = tangent.size if base.size == tangent.size else base.size - 4
     for k in range(n):
         out[k] = base[k] + tangent[k]

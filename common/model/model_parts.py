@@ -105,12 +105,12 @@ def _of_symmetric(matrices: NDArray, dtype: str = "<f4") -> bytes:
 
 
 def _of_factors(covariances: Array) -> bytes:
-    """Cholesky factors in half precision."""
+    """Encode Cholesky factors in half precision."""
     return _of_symmetric(np.linalg.cholesky(covariances), "<f2")
 
 
 def _of_rows(rows: Array) -> bytes:
-    """Rows that sum to one: how many entries each, their columns, and all of them but the last of each row."""
+    """Encode rows that sum to one: how many entries each, their columns, and all but the last of each row."""
     columns = [np.flatnonzero(row) for row in rows]
     values = [row[mine[:-1]] for row, mine in zip(rows, columns, strict=True)]
     counts = np.array([mine.size for mine in columns])
@@ -120,7 +120,7 @@ def _of_rows(rows: Array) -> bytes:
 
 
 class _Reader:
-    """Takes arrays off the bytes of one part."""
+    """Reader of arrays from the bytes of one part."""
 
     def __init__(self, source: str, name: str, data: bytes):
         self._source, self._name, self._data, self._at = source, name, data, 0
@@ -137,7 +137,7 @@ class _Reader:
         return array.astype(np.float64) if dtype in ("<f4", "<f2") else array
 
     def symmetric(self, *shape: int) -> Array:
-        """Symmetric matrices of shape (P, K, n, n), given as P, K, n."""
+        """Read symmetric matrices of shape (P, K, n, n), given as P, K, n."""
         *outer, n = shape
         rows, columns = np.tril_indices(n)
         matrices, lower = np.empty((*outer, n, n)), self.take("<f4", *outer, rows.size)
@@ -145,7 +145,7 @@ class _Reader:
         return matrices
 
     def factored(self, *shape: int) -> Array:
-        """Covariances of shape (P, K, n, n), given as P, K, n."""
+        """Read covariances of shape (P, K, n, n), given as P, K, n."""
         *outer, n = shape
         rows, columns = np.tril_indices(n)
         L = np.zeros((*outer, n, n))
@@ -153,7 +153,7 @@ class _Reader:
         return L @ np.swapaxes(L, -1, -2)
 
     def rows(self, n_rows: int, n_columns: int) -> Array:
-        """Rows that sum to one: the last entry of each is what is left."""
+        """Read rows that sum to one; the last entry of each is the remainder."""
         counts = self.take("<u2", n_rows).astype(int)
         columns = self.take("<u2", int(counts.sum())).astype(int)
         if (counts == 0).any() or (columns >= n_columns).any():
@@ -168,11 +168,11 @@ class _Reader:
 
     @property
     def at_end(self) -> bool:
-        """Whether all was taken."""
+        """True once everything was read."""
         return self._at == len(self._data)
 
     def end(self) -> None:
-        """Nothing may be left."""
+        """Check that nothing is left."""
         if self._at < len(self._data):
             raise self._wrong(f"{self._at} bytes for such a model, got {len(self._data)}")
 

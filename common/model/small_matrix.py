@@ -12,7 +12,7 @@ from farhand.common.model.kernel import kernel
 
 @kernel
 def cholesky(H, D):
-    """In place, H = L L^T in the lower triangle; the diagonal holds 1 / L_jj."""
+    """Factorise H = L L^T in place, in the lower triangle; the diagonal holds 1 / L_jj."""
     for j in range(D):
         for k in range(j):
             H[j, j] -= H[j, k] * H[j, k]
@@ -25,7 +25,7 @@ def cholesky(H, D):
 
 @kernel
 def forward_vector(L, b, D):
-    """B <- L^-1 b, in place."""
+    """Replace b by L^-1 b."""
     for i in range(D):
         for k in range(i):
             b[i] -= L[i, k] * b[k]
@@ -34,7 +34,7 @@ def forward_vector(L, b, D):
 
 @kernel
 def forward_columns(L, B, D):
-    """B <- L^-1 B, in place."""
+    """Replace B by L^-1 B."""
     for i in range(D):
         for k in range(i):
             for c in range(D):
@@ -63,7 +63,7 @@ def invert(matrix, L, out):
 
 @kernel
 def transform(Q, J, QJ):
-    """Q <- diag(I, J)^T Q diag(I, J), in place, for a symmetric Q. Shapes (T, T), (3, 3), room (T, 3)."""
+    """Replace a symmetric Q by diag(I, J)^T Q diag(I, J). Shapes (T, T), (3, 3), room (T, 3)."""
     T = Q.shape[0]
     n = T - 3
     for a in range(T):

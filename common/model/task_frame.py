@@ -26,7 +26,7 @@ _NO_ORIENTATION = np.zeros(4)
 
 @dataclass(frozen=True, eq=False)
 class TaskFrame:
-    """A candidate coordinate system at one instant.
+    """Candidate coordinate system at one instant.
 
     Args:
         A: Orientation of the frame in the world, orthonormal. Shape (D, D).
@@ -75,7 +75,7 @@ class TaskFrame:
 
     @cached_property
     def quat_wxyz(self) -> Array:
-        """Orientation A as a unit quaternion. Shape (4,).
+        """Return the orientation A as a unit quaternion. Shape (4,).
 
         Raises:
             InvalidInput: When the frame is not one of space, or a mirror image.
@@ -86,21 +86,21 @@ class TaskFrame:
         return quat
 
     def to_local(self, points: Array) -> Array:
-        """Points of the world seen from this frame, Eq. 1. Shape (..., D) [m], or (..., 7) for poses."""
+        """Return points of the world in this frame, Eq. 1. Shape (..., D) [m], or (..., 7) for poses."""
         points = np.array(points, dtype=float, order="C")  # a copy: one kind of array, one compiled function
         out = np.empty(points.shape)
         _rows_to_local(self.A, self.b, self._turn(points), _rows(points), _rows(out))
         return out
 
     def to_world(self, points: Array) -> Array:
-        """Points of this frame seen from the world, Eq. 8. Shape (..., D) [m], or (..., 7) for poses."""
+        """Return points of this frame in the world, Eq. 8. Shape (..., D) [m], or (..., 7) for poses."""
         points = np.array(points, dtype=float, order="C")  # a copy: one kind of array, one compiled function
         out = np.empty(points.shape)
         _rows_to_world(self.A, self.b, self._turn(points), _rows(points), _rows(out))
         return out
 
     def covariance_to_world(self, covariances: Array) -> Array:
-        """Covariances of this frame seen from the world, Eq. 8. Shape (..., T, T) [m, rad]."""
+        """Return covariances of this frame in the world, Eq. 8. Shape (..., T, T) [m, rad]."""
         covariances = np.asarray(covariances, dtype=float)
         turn = np.eye(covariances.shape[-1])
         turn[: self.n_dims, : self.n_dims] = self.A
@@ -121,7 +121,7 @@ def _rows(array: Array) -> Array:
 
 
 class FrameArrays(NamedTuple):
-    """P task frames as the kernels take them."""
+    """Task frames, P of them, as arrays for the kernels."""
 
     A: Array  # (P, D, D)
     b: Array  # (P, D)
@@ -140,7 +140,7 @@ class FrameArrays(NamedTuple):
 
 @kernel
 def point_to_local(A, b, quat, point, out):
-    """Eq. 1 for one frame and one point. Shapes (D, D), (D,), (4,), (C,), (C,)."""
+    """Apply Eq. 1 for one frame and one point. Shapes (D, D), (D,), (4,), (C,), (C,)."""
     D = b.size
     for k in range(D):
         out[k] = 0.0
@@ -152,7 +152,7 @@ def point_to_local(A, b, quat, point, out):
 
 @kernel
 def point_to_world(A, b, quat, point, out):
-    """Eq. 8 for one frame and one point. Shapes (D, D), (D,), (4,), (C,), (C,)."""
+    """Apply Eq. 8 for one frame and one point. Shapes (D, D), (D,), (4,), (C,), (C,)."""
     D = b.size
     for k in range(D):
         out[k] = b[k]
@@ -207,7 +207,7 @@ def _is_orthonormal(A):
 
 @kernel
 def _is_mirrored(A):
-    """Whether the determinant of an orthonormal matrix of the plane or of space is -1."""
+    """Decide whether the determinant of an orthonormal matrix of the plane or of space is -1."""
     if A.shape[0] == 2:
         return A[0, 0] * A[1, 1] < A[0, 1] * A[1, 0]
     if A.shape[0] != 3:
@@ -233,9 +233,9 @@ def _matrix(w, x, y, z, out):
 
 @kernel
 def _quaternion(A, out):
-    """Write the unit quaternion of a rotation to out; whether it is one, and no mirror image.
+    """Write the unit quaternion of a rotation to out; return whether it is one, and no mirror image.
 
-    Of the four ways to compute it the one that divides by the largest number (Shepperd).
+    Of the four ways to compute it this takes the one that divides by the largest number (Shepperd).
     """
     trace = A[0, 0] + A[1, 1] + A[2, 2]
     i = 0

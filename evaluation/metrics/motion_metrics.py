@@ -59,17 +59,17 @@ def at_phases(time_s: Array, position: Array, n_phases: int = _N_PHASES) -> Arra
 
 
 def rms(difference: Array) -> float:
-    """Root mean square of the length of vectors. Shape (T, D)."""
+    """Return the root mean square of the length of vectors. Shape (T, D)."""
     return float(np.sqrt(np.mean(np.sum(difference**2, axis=-1))))
 
 
 def time_rms(time_a: Array, a: Array, time_b: Array, b: Array) -> float:
-    """Root mean square distance of two motions at equal fractions of their durations [m]."""
+    """Return the root mean square distance of two motions at equal fractions of their durations [m]."""
     return rms(at_phases(time_a, a) - at_phases(time_b, b))
 
 
 def arc_rms(a: Array, b: Array, n_points: int = 100) -> float:
-    """Root mean square distance of two motions at equal fractions of their lengths [m]."""
+    """Return the root mean square distance of two motions at equal fractions of their lengths [m]."""
     return rms(resampled_by_length(a, n_points) - resampled_by_length(b, n_points))
 
 
@@ -109,7 +109,7 @@ _N = 100
 
 
 def turns_of(demonstration: Demonstration) -> Rotation:
-    """Orientations seen from the goal at equal fractions of the length. 100 of them."""
+    """Return 100 orientations seen from the goal at equal fractions of the length."""
     local = demonstration.frames_at(0)[-1].to_local(demonstration.points)
     steps = np.linalg.norm(np.diff(local[:, :3], axis=0), axis=1)
     travelled = np.concatenate([[0.0], np.cumsum(steps + 1e-12)])  # Slerp needs times that increase

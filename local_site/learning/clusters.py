@@ -40,7 +40,7 @@ class Clusters(NamedTuple):
 
     @classmethod
     def empty(cls, capacity: int, n_frames: int, space: Manifold) -> Clusters:
-        """No component yet."""
+        """Return statistics without a component."""
         rows = 2 * space.n_tangent + 1
         return cls(
             np.zeros(1, np.int64),
@@ -55,7 +55,7 @@ class Clusters(NamedTuple):
 
 @kernel
 def new_component(clusters):
-    """The index of a component that has no datapoint yet."""
+    """Return the index of a component that has no datapoint yet."""
     k = clusters.size[0]
     clusters.size[0] = k + 1
     return k
@@ -99,9 +99,9 @@ def _join(clusters, q, y, C, T, e):
 
 @kernel
 def _turn_axes(scatter, first, step):
-    """Carry the three rows and columns of a rotation along when its mean is turned by a step.
+    """Carry the three rows and columns of a rotation along when its mean is rotated by a step.
 
-    Seen from the new mean, small differences are turned back by half the step (parallel transport).
+    Seen from the new mean, small differences are rotated back by half the step (parallel transport).
     """
     x, y, z = 0.5 * step[first], 0.5 * step[first + 1], 0.5 * step[first + 2]
     square = x * x + y * y + z * z
@@ -113,7 +113,7 @@ def _turn_axes(scatter, first, step):
 
 @kernel
 def _turn_back(S, row, column, down, right, x, y, z, square):
-    """V <- v - h x v + h x (h x v) / 2 for three numbers of S, h = (x, y, z): a rotation by -h, to second order."""
+    """Rotate v, three numbers of S, by -h to second order: v - h x v + h x (h x v) / 2, h = (x, y, z)."""
     a, b, c = S[row, column], S[row + down, column + right], S[row + 2 * down, column + 2 * right]
     along, keep = 0.5 * (x * a + y * b + z * c), 1.0 - 0.5 * square
     S[row, column] = keep * a - (y * c - z * b) + along * x

@@ -114,9 +114,9 @@ def add_end(clusters, motion, max_distance, weights, rule):
 
 @kernel
 def _nearest(clusters, K, y, C, T, previous, max_distance, radian, hysteresis, rule, squares):
-    """Nearest component that is not terminal, with hysteresis; -1 when all are beyond lambda.
+    """Return the nearest component that is not terminal, with hysteresis; -1 when all are beyond lambda.
 
-    Most components are out of question by their position alone.
+    Most components are excluded by their position alone.
     """
     means, shares, terminal, bounds = clusters.means, clusters.shares, clusters.terminal, squares[0]
     _position_squares(clusters.places, shares, y, K, rule, bounds, squares[1])
@@ -137,7 +137,10 @@ def _nearest(clusters, K, y, C, T, previous, max_distance, radian, hysteresis, r
 
 @kernel
 def _position_squares(places, shares, y, K, rule, total, one):
-    """Squared distances of the positions alone to all components; inner loops over these, for the vector unit."""
+    """Compute squared distances of positions to all components.
+
+    Inner loops over these, for the vector unit.
+    """
     P, D = places.shape[:2]
     for p in range(P):
         square = total if p == 0 else one
@@ -156,13 +159,13 @@ def _position_squares(places, shares, y, K, rule, total, one):
 
 @kernel
 def _joined(so_far, square, share, rule):
-    """The squared distance with that of one more frame."""
+    """Return the squared distance including one more frame."""
     return min(so_far, square) if rule == _NEAREST else so_far + share * square
 
 
 @kernel
 def _square(means, shares, i, y, C, T, metres_per_radian, rule):
-    """Squared distance in point, distance travelled, and direction where both have one."""
+    """Return the squared distance in point, distance travelled, and direction if both have one."""
     total, first = 0.0 if rule != _NEAREST else np.inf, 2 * C + 1
     for p in range(y.shape[0]):
         square = _point_square(means, i, p, y, C, T, metres_per_radian)
@@ -180,7 +183,7 @@ def _square(means, shares, i, y, C, T, metres_per_radian, rule):
 
 @kernel
 def _point_square(means, i, p, y, C, T, metres_per_radian):
-    """Squared distance of the points x in one frame."""
+    """Return the squared distance of the points x in one frame."""
     square = 0.0
     for k in range(C if C == T else C - 4):
         square += (y[p, k] - means[i, p, k]) ** 2
@@ -194,7 +197,7 @@ def _point_square(means, i, p, y, C, T, metres_per_radian):
 
 @kernel
 def _weigh_frames(clusters, q, n_dims, max_distance, rule):
-    """The shares of the frames in the distance to a component, after its update; they sum to one."""
+    """Set the frames' shares in the distance to a component, after its update; they sum to one."""
     P, n = clusters.means.shape[1], clusters.counts[q]
     if P == 1 or rule != _RELEVANT:
         clusters.shares[q] = 1.0 / P
@@ -215,7 +218,7 @@ def _weigh_frames(clusters, q, n_dims, max_distance, rule):
 
 @kernel
 def _share_direction(means, q, y, C, T):
-    """Let the one that has no direction yet take that of the other."""
+    """Give the direction of the one that has it to the one that has none yet."""
     first = 2 * C + 1
     for p in range(y.shape[0]):
         mine = theirs = 0.0

@@ -36,7 +36,7 @@ class Dwell(NamedTuple):
 
     @classmethod
     def empty(cls, capacity: int) -> Dwell:
-        """Nothing counted yet."""
+        """Return empty counts."""
         starts, ends, visits, phase_count = np.zeros((4, capacity), np.int64)
         mean, m2, rested_s, phase_sum = np.zeros((4, capacity))
         transitions, stayed_s = np.zeros((capacity, capacity), np.int64), np.zeros((capacity, capacity))
@@ -44,7 +44,7 @@ class Dwell(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """The running demonstration and its open segment."""
+    """Running demonstration and its open segment."""
 
     component: Integers  # or -1 before the first datapoint, shape (1,)
     clock: (
@@ -55,7 +55,7 @@ class Segment(NamedTuple):
 
     @classmethod
     def begin(cls, capacity: int) -> Segment:
-        """Before the first datapoint."""
+        """Return the state before the first datapoint."""
         return cls(np.array([-1]), np.zeros(4), np.zeros(capacity), np.zeros(capacity, np.int64))
 
 
@@ -97,7 +97,7 @@ def finish(dwell, segment, terminal):
 
 @kernel
 def _close(dwell, segment, following):
-    """Count the transition; running mean and variance of the duration (Welford)."""
+    """Count the transition, and update mean and variance of the duration (Welford)."""
     i, d = segment.component[0], segment.clock[1] - segment.clock[2]
     dwell.transitions[i, following] += 1
     dwell.stayed_s[i, following] += d - segment.clock[3]
@@ -115,14 +115,17 @@ def moving_shares(dwell: Dwell, size: int) -> Array:
 
 
 def duration_variance(dwell: Dwell, size: int, relative_floor: float, floor_s: float) -> Array:
-    """Variance Sigma_i^D [s^2], floored: most components of a small model were visited once. Shape (K,)."""
+    """Return the variance Sigma_i^D [s^2], floored: most components of a small model were visited once.
+
+    Shape (K,).
+    """
     visits, mean = dwell.visits[:size], dwell.mean[:size]
     sample = np.where(visits > 1, dwell.m2[:size] / np.maximum(visits - 1, 1), 0.0)
     return np.maximum(sample, (relative_floor * mean) ** 2 + floor_s**2)
 
 
 def transition_probabilities(dwell: Dwell, size: int) -> tuple[Array, Array]:
-    """Transition (K, K) and exit (K,) probabilities; a component nobody left yet exits."""
+    """Return transition (K, K) and exit (K,) probabilities; a component that nobody has left yet exits."""
     counts = dwell.transitions[:size, :size].astype(float)
     ends = dwell.ends[:size].astype(float)
     ends[counts.sum(axis=1) + ends == 0] = 1.0
@@ -131,7 +134,7 @@ def transition_probabilities(dwell: Dwell, size: int) -> tuple[Array, Array]:
 
 
 def time_shares(dwell: Dwell, size: int) -> Array:
-    """Of the time spent in each component, the share before each transition; zeros for none. Shape (K, K)."""
+    """Return the share of the time in each component before each transition; zeros for none. Shape (K, K)."""
     stayed_s = dwell.stayed_s[:size, :size]
     total_s = stayed_s.sum(axis=1, keepdims=True)
     return stayed_s / np.where(total_s > 0.0, total_s, 1.0)

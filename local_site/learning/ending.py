@@ -1,10 +1,10 @@
-"""Where a demonstration ended, seen through the noise of its sensor.
+"""End of a demonstration, estimated through the noise of its sensor.
 
 The last datapoint alone is as wrong as the sensor. Therefore a line through the last tenth of a second is
-kept up to date (Holt's double exponential smoothing), and how much the sensor is to blame is read from the
-second differences, in which a hand's motion hardly shows. Where the line misses the last datapoint by no
-more than the noise explains, the line counts; where by more, the motion bends, and the datapoint counts. A
-sensor without noise gives the last datapoint.
+kept up to date (Holt's double exponential smoothing), and the sensor's noise is estimated from the second
+differences, in which a hand's motion hardly shows. If the line misses the last datapoint by no more than the
+noise explains, the line counts; if by more, the motion bends, and the datapoint counts. A sensor without
+noise gives the last datapoint.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _FITTED_S, _MISSED = 0.1, 3.0
 
 
 class Ending(NamedTuple):
-    """The line through the last datapoints, and what the sensor adds to them; in each frame."""
+    """Line through the last datapoints, and the sensor's noise, in each frame."""
 
     point: Array  # where the line is now, shape (P, C)
     velocity: Array  # its slope [m/s, rad/s], shape (P, T)
@@ -33,7 +33,7 @@ class Ending(NamedTuple):
 
     @classmethod
     def begin(cls, n_frames: int, space: Manifold) -> Ending:
-        """Before the first datapoint."""
+        """Return the state before the first datapoint."""
         P, C, T = n_frames, space.n_coordinates, space.n_tangent
         return cls(np.zeros((P, C)), np.zeros((P, T)), np.zeros((P, T)), np.zeros((P, 2)))
 

@@ -28,7 +28,7 @@ MOST_HELD = 256
 
 
 class Jumps(NamedTuple):
-    """The datapoints that are held back, and the last one that was not."""
+    """Datapoints that are held back, and the last one that was not."""
 
     counts: Integers  # how many datapoints have counted, up to two, and how many are held back; shape (2,)
     points: Array  # these, shape (MOST_HELD, P, C)
@@ -38,7 +38,7 @@ class Jumps(NamedTuple):
 
     @classmethod
     def begin(cls, n_frames: int, space: Manifold) -> Jumps:
-        """Before the first datapoint."""
+        """Return the state before the first datapoint."""
         shape = (n_frames, space.n_coordinates)
         counts = np.zeros(2, np.int64)
         return cls(counts, np.zeros((MOST_HELD, *shape)), np.zeros(MOST_HELD), np.zeros(shape), np.zeros(3))
@@ -91,7 +91,7 @@ def is_held_back(jumps, point, time, radian, max_distance, e):
 
 @kernel
 def _remember(jumps, point, time, away):
-    """Take a datapoint as the last one that counted."""
+    """Store a datapoint as the last one that counted."""
     if jumps.counts[0] > 0:
         jumps.step[0] = away / (time - jumps.step[1])
     jumps.step[1] = time
@@ -101,7 +101,7 @@ def _remember(jumps, point, time, away):
 
 @kernel
 def _distance(a, b, radian, e):
-    """The longest of the distances in the frames [m]. Shapes (P, C), (P, C), (T,)."""
+    """Return the longest of the distances in the frames [m]. Shapes (P, C), (P, C), (T,)."""
     longest, n = 0.0, e.size if e.size == a.shape[1] else e.size - 3
     for p in range(a.shape[0]):
         log_at(a[p], b[p], e)

@@ -18,7 +18,7 @@ _LEAST_ROTATION_WEIGHT = 0.4
 
 @dataclass(frozen=True)
 class LearnerSettings:
-    """The two numbers of the paper, and fixed weights.
+    """Two numbers of the paper, and fixed weights.
 
     Args:
         max_distance_m: Lambda, the distance beyond which a datapoint founds a component [m].

@@ -1,4 +1,4 @@
-"""All that a learner remembers, as one thing: copied, compared, and moved into larger arrays."""
+"""State of a learner as one object: copied, compared, and moved into larger arrays."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Arrays = TypeVar("Arrays", bound=tuple[np.ndarray, ...])
 
 
 class Snapshot(NamedTuple):
-    """Everything a learner is, as copies."""
+    """Complete state of a learner, as copies."""
 
     clusters: Clusters
     dwell: Dwell
@@ -24,7 +24,7 @@ class Snapshot(NamedTuple):
     segment: Segment | None
 
     def arrays(self) -> list[np.ndarray]:
-        """Everything, one array after the other."""
+        """Iterate over all arrays."""
         return _arrays(self)
 
 

@@ -31,7 +31,7 @@ _NEAR, _NEAR_DEVIATIONS, _MOVING_S = 0.02, 6.0, 0.5
 
 
 class Motion(NamedTuple):
-    """What is remembered of the running demonstration: a few vectors and a sketch, whatever its length."""
+    """State of the running demonstration: a few vectors and a sketch, whatever its length."""
 
     component: Integers  # q_{t-1}, or -1 before the first datapoint; shape (1,)
     clock: Array  # time of the last datapoint, when its component was entered, when the hand was seen moving last, and
@@ -48,7 +48,7 @@ class Motion(NamedTuple):
 
     @classmethod
     def begin(cls, n_frames: int, space: Manifold) -> Motion:
-        """Before the first datapoint."""
+        """Return the state before the first datapoint."""
         point, tangent = (n_frames, space.n_coordinates), (n_frames, space.n_tangent)
         return cls(
             component=np.array([-1]),
@@ -118,7 +118,7 @@ def _apart(a, b, radian, step):
 
 @kernel
 def describe(y, motion, max_distance, weights):
-    """The vector y of the present datapoint, but for the elapsed time."""
+    """Fill the vector y of the present datapoint, except the elapsed time."""
     C, T = motion.point.shape[1], motion.direction.shape[1]
     for p in range(y.shape[0]):
         square = 0.0

@@ -19,7 +19,7 @@ Frames = Sequence[TaskFrame] | Sequence[Sequence[TaskFrame]]
 
 
 class Observer:
-    """Turns datapoints of the world into those of the task frames.
+    """Converter of datapoints from the world to the task frames.
 
     Args:
         space: Of the datapoints.
@@ -34,7 +34,7 @@ class Observer:
     def seen(
         self, points: ArrayLike, frames: Frames, times_s: ArrayLike, after: float
     ) -> tuple[Array, Array]:
-        """Datapoints in each frame (T, P, C) and their times (T,).
+        """Return datapoints in each frame (T, P, C) and their times (T,).
 
         Args:
             points: Positions or poses in the world. Shape (T, C).
@@ -57,7 +57,7 @@ class Observer:
         return local, times
 
     def seen_in_frames(self, points: ArrayLike, times_s: ArrayLike, after: float) -> tuple[Array, Array]:
-        """The same for datapoints that were observed in each frame by itself. Shape (T, P, C)."""
+        """Return the same for datapoints that were observed in each frame. Shape (T, P, C)."""
         points = np.array(points, dtype=float, order="C")
         if points.ndim != 3 or points.shape[1] != self._n_frames:
             expected = f"shape (T, {self._n_frames}, {self._space.n_coordinates})"
@@ -73,7 +73,7 @@ class Observer:
         return points, times
 
     def _arrays(self, frames: Frames, n_points: int) -> tuple[Array, Array, Array]:
-        """The frames' arrays, with one axis more: of length one, or one for every datapoint."""
+        """Return the frames' arrays, with one axis more: of length one, or one for every datapoint."""
         if len(frames) > 0 and isinstance(frames[0], TaskFrame):
             fixed = cast(Sequence[TaskFrame], frames)
             known = len(fixed) == len(self._last_frames) and all(map(_is, fixed, self._last_frames))
@@ -113,7 +113,7 @@ _FAULTS = {
 
 @kernel
 def _fault(points, times, after, n_dims):
-    """The number of the first fault, or zero; mends the lengths of quaternions on the way."""
+    """Return the number of the first fault, or zero; normalise quaternions."""
     for t in range(times.size):
         if not np.isfinite(times[t]):
             return _NO_TIME
@@ -131,7 +131,7 @@ def _fault(points, times, after, n_dims):
 
 @kernel
 def _to_frames(points, times, after, A, b, quat, out):
-    """Write Eq. 1 for points of the world (T, C) to out (T, P, C); return the number of the first fault, or zero."""
+    """Apply Eq. 1 to points of the world (T, 1, C); write them to out (T, P, C)."""
     T, P, C = out.shape
     fault, none = _fault(points.reshape(T, 1, C), times, after, b.shape[2]), np.zeros(4)
     if fault != 0:
@@ -146,7 +146,7 @@ def _to_frames(points, times, after, A, b, quat, out):
 
 @kernel
 def _made_unit(point, n_dims):
-    """Mend the length of a quaternion that has nearly the right one; whether it had."""
+    """Normalise a quaternion whose length is nearly right; return whether it was."""
     square = 0.0
     for k in range(n_dims, point.size):
         square += point[k] * point[k]

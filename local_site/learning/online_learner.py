@@ -35,7 +35,7 @@ _FIRST_CAPACITY = 32
 
 
 class OnlineLearner:
-    """Learns one task from demonstrations, datapoint by datapoint.
+    """Learner of one task from demonstrations, datapoint by datapoint.
 
     Args:
         settings: Lambda and the rest.
@@ -60,7 +60,7 @@ class OnlineLearner:
 
     @property
     def demonstrating(self) -> bool:
-        """Whether a demonstration was started and not yet ended."""
+        """True between the start and the end of a demonstration."""
         return self._motion is not None
 
     @property
@@ -70,12 +70,12 @@ class OnlineLearner:
 
     @property
     def n_points(self) -> int:
-        """Datapoints learned."""
+        """Number of learned datapoints."""
         return int(self._clusters.counts[~self._clusters.terminal].sum())
 
     @property
     def n_demonstrations(self) -> int:
-        """Demonstrations ended."""
+        """Number of ended demonstrations."""
         return int(self._dwell.ends.sum())
 
     def start(self) -> None:
@@ -129,7 +129,7 @@ class OnlineLearner:
         return self._learn(*self._observer.seen_in_frames(_plain(points), _plain(times_s), self._after()))
 
     def _after(self) -> float:
-        """The time that the next datapoint must be later than [s]."""
+        """Return the time that the next datapoint must exceed [s]."""
         if self._motion is None:
             raise InvalidDemonstration("demonstration", "", "start the demonstration first")
         motion, held = self._motion, int(self._motion.jumps.counts[1])
@@ -190,7 +190,7 @@ class OnlineLearner:
         self.restore(self._before)
 
     def snapshot(self) -> Snapshot:
-        """A copy of all that the learner remembers."""
+        """Return a copy of the learner's complete state."""
         return Snapshot(
             deepcopy(self._clusters),
             deepcopy(self._dwell),
@@ -210,7 +210,7 @@ class OnlineLearner:
         self._motion, self._segment = deepcopy(snapshot.motion), deepcopy(snapshot.segment)
 
     def model(self) -> TPHSMM:
-        """The model learned so far.
+        """Return the model learned so far.
 
         Raises:
             InvalidModel: When no datapoint was learned yet.

@@ -1,4 +1,4 @@
-"""From sufficient statistics to the parameters theta of the TP-HSMM (Sec. III-A)."""
+"""Conversion of sufficient statistics to the parameters theta of the TP-HSMM (Sec. III-A)."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def parameters(
     frame_names: tuple[str, ...],
     space: Manifold,
 ) -> TPHSMM:
-    """The model that the statistics describe."""
+    """Return the model that the statistics describe."""
     size, C, T = int(clusters.size[0]), space.n_coordinates, space.n_tangent
     counts, terminal = clusters.counts[:size], clusters.terminal[:size]
     means = clusters.means[:size].swapaxes(0, 1)  # (P, K, Y)
@@ -88,11 +88,10 @@ def parameters(
 
 
 def _ramps(scatter: Array, T: int, prior: Array) -> tuple[Array, Array]:
-    """Regression of the point on the elapsed time, and the covariance that is left.
+    """Return the regression of the point on the elapsed time, and the residual covariance.
 
-    Demonstrations from elsewhere enter a component at another place and stay for another time. Therefore
-    the ramp is the slope among motions of one start: that of the regression on elapsed time and start. The mean
-    does not move with the start, so that what the starts explain is left as well.
+    Demonstrations from elsewhere enter a component at another place and stay for another time. Therefore the
+    ramp is the slope among motions of one start: that of the regression on elapsed time and start.
     """
     y, s = [*range(T), 2 * T], slice(T, 2 * T)  # point and elapsed time, start
     C_sy = scatter[..., s, y]

@@ -27,7 +27,7 @@ _TIME_SHARE = 0.2
 
 
 class Sketch(NamedTuple):
-    """The rows so far."""
+    """Rows so far."""
 
     size: Integers  # how many rows, and how often they were joined; shape (2,)
     counts: Array  # datapoints of each row, shape (N_ROWS,)
@@ -37,7 +37,7 @@ class Sketch(NamedTuple):
 
     @classmethod
     def begin(cls, n_frames: int, space: Manifold) -> Sketch:
-        """Before the first datapoint."""
+        """Return the state before the first datapoint."""
         C = space.n_coordinates
         return cls(
             np.zeros(2, np.int64),

@@ -14,9 +14,9 @@ from farhand.local_site.learning.jumps import is_held_back, let_go, stayed_away
 def learn_points(
     clusters, motion, dwell, segment, points, times, max_distance, weights, hysteresis, rule, labels
 ):
-    """Learn from the datapoints that are no jumps of the sensor, until there is no room; returns how many.
+    """Learn from the datapoints that are no sensor jumps, until the arrays are full. Return how many.
 
-    One that is held back is labelled with the component before it.
+    A datapoint that is held back is labelled with the component before it.
     """
     jumps, radian = motion.jumps, weights[2] * max_distance
     e, first = np.empty(motion.direction.shape[1]), 0

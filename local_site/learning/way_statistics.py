@@ -1,6 +1,6 @@
-"""The sufficient statistics of a way: Algorithm 1's count form at the phases of whole motions.
+"""Sufficient statistics of a way: Algorithm 1's count form at the phases of whole motions.
 
-No demonstration is kept, and how much is remembered does not depend on how many were shown.
+No demonstration is kept, and the size of the statistics does not depend on how many were shown.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ COARSE = np.arange(0, N_PHASES + 1, N_PHASES // N_COARSE)
 
 @dataclass(frozen=True, eq=False)
 class WholeMotion:
-    """One demonstration at equal phases.
+    """Demonstration at equal phases.
 
     Args:
         points: Seen from each frame. Shape (P, N + 1, C).
@@ -66,7 +66,7 @@ class WayStatistics:
 
     @classmethod
     def of(cls, motion: WholeMotion, space: Manifold) -> WayStatistics:
-        """The statistics of a single demonstration."""
+        """Return the statistics of a single demonstration."""
         P, T, M = len(motion.points), space.n_tangent, N_COARSE + 1
         zeros = np.zeros
         return cls(
@@ -83,7 +83,9 @@ class WayStatistics:
         )
 
     def merged(self, other: WayStatistics, space: Manifold) -> WayStatistics:
-        """The statistics of both ways' demonstrations, exactly (parallel axes); of a single one, an update.
+        """Return the statistics of both ways' demonstrations, exactly (parallel axes).
+
+        Of a single one, an update.
 
         Rotations are carried to the tangent space of the common mean (parallel transport by half the step).
         """
@@ -110,7 +112,7 @@ class WayStatistics:
         )
 
     def _carried(self, step: Array, space: Manifold) -> WayStatistics:
-        """The scatters in the axes of means that are moved by a step. Shape (P, N + 1, T)."""
+        """Return the scatters in the axes of means that are moved by a step. Shape (P, N + 1, T)."""
         if not space.oriented or self.n == 1:
             return self
         back = np.broadcast_to(np.eye(6), (*step.shape[:2], 6, 6)).copy()

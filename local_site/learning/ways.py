@@ -37,7 +37,10 @@ _TIME_SPREAD, _DURATION_SPREAD = 0.7, 1.0
 def joined(
     ways: tuple[WayStatistics, ...], motion: WholeMotion, space: Manifold, max_distance_m: float
 ) -> tuple[WayStatistics, ...]:
-    """The ways after one more demonstration: it joins the nearest, or founds one; then those that are one merge."""
+    """Return the ways after one more demonstration.
+
+    The demonstration joins the nearest way, or founds one; then ways that turn out to be one are merged.
+    """
     new = WayStatistics.of(motion, space)
     distances = [_distance(way, motion.points[-1], space, max_distance_m) for way in ways]
     if not ways or min(distances) > 1.0:
@@ -49,7 +52,7 @@ def joined(
 
 
 def _without_twins(ways: list[WayStatistics], space: Manifold, unit: float) -> tuple[WayStatistics, ...]:
-    """The ways, those that expect each other's mean merged."""
+    """Return the ways, merging those that expect each other's mean."""
     for a, b in combinations(range(len(ways)), 2):
         one, other = ways[a], ways[b]
         apart = [_distance(x, y.points[-1], space, unit) for x, y in ((one, other), (other, one))]
@@ -75,7 +78,7 @@ def _distance(way: WayStatistics, points: Array, space: Manifold, max_distance_m
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """Of the points on the start, for one way: position and rotation each by itself.
+    """Regression of the points on the start, for one way, separately for position and rotation.
 
     Args:
         gains: At the coarse phases. Shape (P, M + 1, T, T).
@@ -89,7 +92,7 @@ class Regression:
 
     @classmethod
     def of(cls, way: WayStatistics, space: Manifold, max_distance_m: float) -> Regression:
-        """The regression that a way's statistics give, without calm."""
+        """Return the regression that a way's statistics give, without calm."""
         P, M, T = way.C.shape[:3]
         gains, (deviations, spent) = np.zeros((P, M, T, T)), np.empty((2, P, M, len(space.parts)))
         for p in range(P):

@@ -1,7 +1,7 @@
-"""How the task frames move: velocity and acceleration estimated from successive frames.
+"""Motion of the task frames: velocity and acceleration estimated from successive frames.
 
-The controller's plant is a double integrator in the world. To follow a moving frame it must know the
-frame's velocity, and to follow it without lag its acceleration, which is fed forward.
+The controller's plant is a double integrator in the world. To follow a moving frame it must know the frame's
+velocity, and to follow it without lag its acceleration, which is fed forward.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ class FrameMotion(NamedTuple):
 
     @classmethod
     def still(cls, frames: FrameArrays) -> FrameMotion:
-        """Frames that are seen for the first time."""
+        """Return the motion of frames that are seen for the first time."""
         zeros = np.zeros_like(frames.b)
         return cls(frames, frames.b, zeros, zeros.copy(), np.zeros_like(frames.A))
 
     def updated(self, frames: FrameArrays, dt: float) -> FrameMotion:
-        """The estimate after the next frames (fading-memory filter of third order)."""
+        """Return the estimate after the next frames (fading-memory filter of third order)."""
         return FrameMotion(frames, *_updated(self, frames, dt))
 
     def velocity_at(self, point: Array, weights: Array) -> Array:
-        """Velocity of the weighted frames where a position or pose is [m/s, rad/s]. Shape (T,).
+        """Return the velocity of the weighted frames at a position or pose [m/s, rad/s]. Shape (T,).
 
         Args:
             point: In the world. Shape (C,).
@@ -51,10 +51,10 @@ class FrameMotion(NamedTuple):
         return _velocity_at(self, point, weights)
 
     def acceleration_at(self, point: Array, relative_velocity: Array, weights: Array) -> Array:
-        """Acceleration that keeps a motion relative to the frames unchanged. Shape (T,).
+        """Return the acceleration that keeps a motion relative to the frames unchanged. Shape (T,).
 
-        That of the origin, and the Coriolis and centripetal parts of the rotation; of an orientation, that
-        of the frame's rotation in the axes of a body that turns.
+        It is the origin's acceleration plus the Coriolis and centripetal parts of the rotation; for an
+        orientation, that of the frame's rotation in the axes of a rotating body.
         """
         return _acceleration_at(self, point, relative_velocity, weights)
 
@@ -119,7 +119,7 @@ def _rotation_in_body(spin, quat, out):
 
 @kernel
 def _updated(motion, frames, dt):
-    """Origin, velocity, acceleration and spin after the next frames."""
+    """Return origin, velocity, acceleration and spin after the next frames."""
     theta = np.exp(-_BANDWIDTH_RAD_S * dt)
     origin, velocity, acceleration = motion.origin.copy(), motion.velocity.copy(), motion.acceleration.copy()
     spin = motion.spin.copy()

@@ -1,4 +1,4 @@
-"""The components in the world at one instant, and distances to them."""
+"""Components in the world at one instant, and distances to them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Gaussians:
-    """The components in the world at this instant.
+    """Components in the world at one instant.
 
     A pose is as far away as the worse of its two parts, position and rotation, so that the gates mean the
     same in every space.
@@ -53,7 +53,10 @@ class Gaussians:
         exits: Array | None = None,
         way_precisions: Array | None = None,
     ) -> Gaussians:
-        """From means (K, C) and covariances (K, T, T); without a way it stands at the mean."""
+        """Return the components from means (K, C) and covariances (K, T, T).
+
+        Without a way each stands at its mean.
+        """
         space, precisions = Manifold.of(means.shape[1], covariances.shape[2]), inverse(covariances)
         parts = np.zeros_like(covariances)
         for part in space.parts:
@@ -69,23 +72,23 @@ class Gaussians:
         )
 
     def distance(self, component: int, point: Array) -> float:
-        """Mahalanobis distance of a point to one component."""
+        """Return the Mahalanobis distance of a point to one component."""
         return _distance(self.means, self.part_precisions, component, point)
 
     def lateral_distance(self, component: int, origin: int, point: Array) -> float:
-        """The same, without the part along the way from another component."""
+        """Return the same distance without the part along the way from another component."""
         return _lateral_distance(self.means, self.part_precisions, component, origin, point)
 
     def length(self, component: int, tangent: Array) -> float:
-        """Length of a tangent in standard deviations of one component, of its worse part."""
+        """Return the length of a tangent in standard deviations of one component, of its worse part."""
         return _length(self.part_precisions[component], tangent, self.space.n_coordinates)
 
     def distance_to_exit(self, component: int, point: Array) -> float:
-        """Mahalanobis distance to where the demonstrations left a component."""
+        """Return the Mahalanobis distance to where the demonstrations left a component."""
         return _distance(self.exits, self.way_precisions, component, point)
 
     def is_behind_way(self, component: int, fraction: float, point: Array, gate: float) -> bool:
-        """Whether a point is behind where the demonstrations were after a fraction of a component.
+        """Decide whether a point is behind the demonstrations after a fraction of a component.
 
         Args:
             component: Which one.
@@ -105,7 +108,7 @@ class Gaussians:
         return max(_distance_to_polyline(way[:, s], e[s], P[s, s]) for s in self.space.parts)
 
     def is_behind(self, component: int, end: int, point: Array, gate: float) -> bool:
-        """Whether a point is right behind an end, as seen along the way of the component that leads there.
+        """Decide whether a point is right behind an end, along the way of the component that leads there.
 
         Args:
             component: The last one before the end.
@@ -121,7 +124,7 @@ class Gaussians:
         return bool(behind > gate * deviation and 2.0 * behind**2 > (along @ along) * (e @ e))
 
     def most_likely(self, point: Array, among: NDArray[np.bool_]) -> int:
-        """Component of highest likelihood at a point. The choice has shape (K,)."""
+        """Return the component of highest likelihood at a point. The choice has shape (K,)."""
         e = self.space.log(self.means, point)
         mahalanobis = np.einsum("kd,kde,ke->k", e, self.precisions, e)
         surprise = mahalanobis - np.linalg.slogdet(self.precisions)[1]
@@ -129,7 +132,7 @@ class Gaussians:
 
 
 def _distance_to_polyline(corners: Array, point: Array, precision: Array) -> float:
-    """Least Mahalanobis distance of a point to a line through corners. Shapes (N, n), (n,), (n, n)."""
+    """Return the least Mahalanobis distance of a point to a polyline. Shapes (N, n), (n,), (n, n)."""
     best = np.inf
     for a, b in pairwise(corners):
         way, e = b - a, point - a
@@ -149,7 +152,7 @@ def _distance(means, precisions, component, point):
 
 @kernel
 def _is_behind_way(entries, exits, precisions, component, fraction, point, gate):
-    """Behind along the way, and outside the gate about where it should be."""
+    """Decide whether a point is behind along the way, and outside the gate about where it should be."""
     T = precisions.shape[1]
     ramp, e = np.empty(T), np.empty(T)
     log_at(entries[component], exits[component], ramp)
@@ -183,7 +186,7 @@ def _lateral_distance(means, precisions, component, origin, point):
 
 @kernel
 def _length(P, e, n_coordinates):
-    """Of the parts of a tangent the longer one, by their own blocks of a precision."""
+    """Return the longer part of a tangent, each measured by its own block of a precision."""
     T = e.size
     n = T if n_coordinates == T else T - 3
     worst = 0.0

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 @kernel
 def solve(position, velocity, targets, precisions, control_cost, n_controls, dt):
-    """Control commands that minimise Eq. 5.
+    """Return the control commands that minimise Eq. 5.
 
     Args:
         position: Present position [m], or for poses the present tangent [m, rad]. Shape (D,).
@@ -88,7 +88,7 @@ def _factors(targets, precisions, control_cost, n_controls, dt):
 
 @kernel
 def _factor(pp, pv, vv, sp, sv, control_cost, L, W_p, W_v, w, dt):
-    """L, W and w of one step."""
+    """Compute L, W and w of one step."""
     D, b_p, b_v = len(control_cost), 0.5 * dt * dt, dt
     for a in range(D):
         w[a] = b_p * sp[a] + b_v * sv[a]
@@ -108,7 +108,7 @@ def _factor(pp, pv, vv, sp, sv, control_cost, L, W_p, W_v, w, dt):
 
 @kernel
 def _propagate(pp, pv, vv, sp, sv, dt, D):
-    """A^T P A and A^T s."""
+    """Compute A^T P A and A^T s."""
     for a in range(D):
         sv[a] += dt * sp[a]
         for b in range(a + 1):
@@ -120,7 +120,7 @@ def _propagate(pp, pv, vv, sp, sv, dt, D):
 
 @kernel
 def _subtract_control(pp, pv, vv, sp, sv, W_p, W_v, w, D):
-    """P -= W^T W and s -= W^T w."""
+    """Subtract: P -= W^T W and s -= W^T w."""
     for c in range(D):
         for a in range(D):
             sp[a] -= W_p[c, a] * w[c]

@@ -1,8 +1,8 @@
-"""The reference of the next N_p steps: desired points and tracking costs Q_r (Sec. III-B).
+"""Reference of the next N_p steps: desired points and tracking costs Q_r (Sec. III-B).
 
-The labels walk along the chain of components with their mean durations. The paper's reference steps from
-mean to mean; here it ramps through each component as the demonstrations did (an extension), from where
-they entered it to where they left it. In a terminal component it stands still.
+The labels walk along the chain of components with their mean durations. The paper's reference steps from mean
+to mean; here it ramps through each component as the demonstrations did (an extension), from where they
+entered it to where they left it. In a terminal component it stands still.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _HOLD_S = 0.5
 
 @kernel
 def reference(component, elapsed, waiting, successors, durations, entries, ramps, precisions, n_steps, dt):
-    """Labels, desired points and their cost over the horizon.
+    """Return labels, desired points and their cost over the horizon.
 
     Args:
         component: Present component.
@@ -61,11 +61,11 @@ def reference(component, elapsed, waiting, successors, durations, entries, ramps
 
 @kernel
 def seen_from(point, targets, costs):
-    """The reference in the tangent space of a point, where the robot is a double integrator at zero.
+    """Return the reference in the tangent space of a point, where the robot is a double integrator at zero.
 
     The cost of missing a target is a quadratic form in its own axes; in those of the point it is J^T Q J,
-    with J the right Jacobian of the rotation to the target. A rotation that passes half a turn goes on
-    beyond it, so that the reference has no jump.
+    with J the right Jacobian of the rotation to the target. A rotation that passes half a turn goes on beyond
+    it, so that the reference has no jump.
 
     Args:
         point: The present position or pose. Shape (C,).
@@ -92,7 +92,7 @@ def seen_from(point, targets, costs):
 
 @kernel
 def _unwrap(v, previous):
-    """The same rotation as v, by the way nearer to the previous one."""
+    """Return the same rotation as v, nearer to the previous one."""
     square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
     along = v[0] * previous[0] + v[1] * previous[1] + v[2] * previous[2]
     if along < 0.0 and square > 0.0:

@@ -1,8 +1,4 @@
-"""The components of a model as the present task frames put them into the world.
-
-A tick needs few of them: the present one and those that follow within the horizon. While a task frame moves, only
-these are put into the world again at every tick; the others wait until somebody asks for them.
-"""
+"""Components of a model in the world, by the present task frames."""
 
 from __future__ import annotations
 
@@ -26,7 +22,7 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class LocalComponents:
-    """What is the same wherever the task frames are: all in the frames' own coordinates.
+    """Frame-independent part: everything in the frames' own coordinates.
 
     Args:
         space: Positions or poses.
@@ -46,7 +42,7 @@ class LocalComponents:
 
     @classmethod
     def of(cls, model: TPHSMM) -> LocalComponents:
-        """The components of a model."""
+        """Return the components of a model."""
         space, means = model.manifold, model.means
         before = model.slopes * model.elapsed_mean_s[:, None]
         after = model.slopes * (model.duration_mean_s - model.elapsed_mean_s)[:, None]
@@ -60,7 +56,7 @@ class LocalComponents:
         )
 
     def seen(self, frames: Sequence[TaskFrame], components: Integers | None = None) -> WorldComponents:
-        """Return the components for the present frames.
+        """Return the components for the present frames. Length P.
 
         Args:
             frames: The present task frames. Length P.
@@ -89,7 +85,7 @@ class LocalComponents:
 
 @dataclass(frozen=True, eq=False)
 class WorldComponents:
-    """What the tracker and the reference need, for one set of frames; only of components that were asked for.
+    """Inputs of the tracker and the reference, for one set of frames.
 
     Args:
         local: What they were made of.
@@ -110,14 +106,14 @@ class WorldComponents:
     precisions: Array
 
     def valid_for(self, frames: Sequence[TaskFrame]) -> bool:
-        """Whether these frames are the same."""
+        """Decide whether these frames are the same."""
         return all(
             a is b or (np.array_equal(a.b, b.b) and np.array_equal(a.A, b.A))
             for a, b in zip(frames, self.frames, strict=True)
         )
 
     def weights(self, component: int) -> Array:
-        """Share of each frame in a component's mean; they sum to the identity. Shape (P, T, T)."""
+        """Return the share of each frame in a component's mean; they sum to the identity. Shape (P, T, T)."""
         precisions = self.local.residual_precisions[:, component]
         if len(self.frames) == 1:
             return np.eye(precisions.shape[-1])[None]
@@ -171,7 +167,7 @@ def _see(which, seen, local, frames, world):
 
 @kernel
 def separate_parts(covariance, out):
-    """Write the precisions of position and rotation, each by itself, to the diagonal blocks of out."""
+    """Write the separate precisions of position and rotation to the diagonal blocks of out."""
     block, L, inverted = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     for first in (0, 3):
         for a in range(3):
