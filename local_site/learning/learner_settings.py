@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 # Below this no component could be kept from spanning half a turn, where differences lose their sign.
 _LEAST_ROTATION_WEIGHT = 0.4
 
+_LEAST_M = 1e-7
+"""What no sensor tells apart; covariances below its square cannot be inverted beside others [m]."""
+
 
 @dataclass(frozen=True)
 class LearnerSettings:
@@ -46,8 +49,8 @@ class LearnerSettings:
     def __post_init__(self) -> None:
         for name in ("max_distance_m", "min_std"):
             value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InvalidConfiguration("learner", name, f"a positive number of metres, got {value}")
+            if not (np.isfinite(value) and value >= _LEAST_M):
+                raise InvalidConfiguration("learner", name, f"{_LEAST_M:g} m or more, got {value} m")
         if not (np.isfinite(self.min_std_rad) and self.min_std_rad > 0):
             raise InvalidConfiguration("learner", "min_std_rad", f"a positive angle, got {self.min_std_rad}")
         if not (np.isfinite(self.rotation_weight) and self.rotation_weight >= _LEAST_ROTATION_WEIGHT):

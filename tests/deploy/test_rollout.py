@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from farhand.common.errors import InvalidDemonstration, InvalidModel
+from farhand.common.errors import InvalidConfiguration, InvalidDemonstration, InvalidModel
 from farhand.common.model.model_file import encode, save
 from farhand.deploy.offline import learn, rollout
 from farhand.deploy.rollout import reproduce
@@ -43,6 +43,12 @@ def test_a_lambda_that_no_motion_reaches_is_refused_and_nothing_is_written(
     with pytest.raises(InvalidDemonstration, match=r"d\.npz: position_m: .*smaller lambda"):
         learn([like], tmp_path / "model", lambda_m)
     assert not (tmp_path / "model").exists()
+
+
+@pytest.mark.parametrize("lambda_m", [1e-320, 1e-300, 1e-9, 1.9e-6])
+def test_a_lambda_below_what_any_sensor_tells_apart_is_refused(tmp_path: Path, like: Path, lambda_m: float):
+    with pytest.raises(InvalidConfiguration, match="1e-07 m or more"):
+        learn([like], tmp_path / "model", lambda_m)
 
 
 @pytest.mark.parametrize("field", ["elapsed_mean_s", "slopes", "duration_mean_s"])
