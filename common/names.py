@@ -62,7 +62,9 @@ def default_site_name(data_folder: Path, usual_folder: Path) -> str:
     plain = "-".join(filter(None, (_plain(_user()), _plain(socket.gethostname().partition(".")[0]))))
     if usual and whole.split("\n")[:2] == plain.split("-", 1) and len(plain) <= MOST_SITE_NAME:
         return plain
-    digest = hashlib.sha256(whole.encode()).hexdigest()[:6]
+    digest = hashlib.sha256(whole.encode(errors="surrogatepass")).hexdigest()[
+        :6
+    ]  # of folders that are not UTF-8
     return f"{plain[: MOST_SITE_NAME - 7].rstrip('.-_')}-{digest}".lstrip("-")
 
 

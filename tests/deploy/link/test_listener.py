@@ -180,7 +180,7 @@ def test_idle_connections_neither_end_the_link_nor_keep_anybody_out(descriptors,
             with idle_connections(data, idle), idle_connections(control, idle):
                 reader, writer = await asyncio.open_connection(HOST, data)
                 assert await answers(reader, writer)
-                status = await asyncio.to_thread(RelayControl(HOST, control).status)
+                status = await asyncio.to_thread(RelayControl(HOST, control, timeout_s=30.0).status)
                 assert status["connections"] <= 64
                 assert await answers(reader, writer)  # who speaks is not the one that gives way
                 writer.close()
