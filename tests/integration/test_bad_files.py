@@ -137,7 +137,7 @@ def test_a_bad_recording_is_refused_and_nothing_is_written(folder, tmp_path):
     np.savez(with_nan, **recorded)
     for file in (broken, with_nan, tmp_path / "none.npz"):
         with unchanged(tmp_path):
-            assert str(file) in refusal("import", "lasa", file, "--out", tmp_path / "out")
+            assert str(file) in refusal("import", file, "--kind=lasa", "--out", tmp_path / "out")
 
 
 def test_what_cannot_be_written_or_drawn_is_said_in_one_line(folder, tmp_path):
