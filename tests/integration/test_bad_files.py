@@ -11,7 +11,7 @@ import pytest
 
 from farhand.common.model.model_file import SCHEMA_VERSION
 from farhand.local_site.teaching.demonstration import Demonstration
-from tests.farhand_process import refusal
+from tests.farhand_process import farhand, refusal
 from tests.integration.files import demonstrations, unchanged
 
 
@@ -128,16 +128,19 @@ def test_a_demonstration_of_another_task_is_refused(folder, tmp_path):
     assert "dimension" in refusal("rollout", folder / "hook.model", "--like", tmp_path / "spatial.npz")
 
 
-def test_a_bad_recording_is_refused_and_nothing_is_written(folder, tmp_path):
+def test_a_bad_recording_is_refused_and_nothing_is_written_and_a_sample_left_out_is_told(folder, tmp_path):
     broken = tmp_path / "broken.npz"
     truncated(folder / "hook.npz", broken)
     with_nan = tmp_path / "nan.npz"
     recorded = dict(np.load(folder / "hook.npz"))
     recorded["pos"][1, 5, 0] = np.nan
     np.savez(with_nan, **recorded)
-    for file in (broken, with_nan, tmp_path / "none.npz"):
+    for file in (broken, tmp_path / "none.npz"):
         with unchanged(tmp_path):
             assert str(file) in refusal("import", file, "--kind=lasa", "--out", tmp_path / "out")
+    imported = farhand("import", with_nan, "--kind=lasa", "--out", tmp_path / "out")
+    assert imported.returncode == 0 and "from sample 6" in imported.stdout
+    assert imported.stdout.count("mended") == 1
 
 
 def test_what_cannot_be_written_or_drawn_is_said_in_one_line(folder, tmp_path):
