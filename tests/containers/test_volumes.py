@@ -15,7 +15,7 @@ pytestmark = [pytest.mark.containers, pytest.mark.soak, pytest.mark.timeout(BUIL
 
 
 def open_tab(browser: Browser, place: Place) -> ArmPage:
-    tab = ArmPage(browser.new_context(viewport={"width": 1000, "height": 620}).new_page())
+    tab = ArmPage(browser.new_context(viewport={"width": 840, "height": 560}).new_page())
     tab.open(place.address)
     return tab
 
