@@ -91,17 +91,30 @@ class Listener:
         self._inside: dict[asyncio.Task[None], Visitor] = {}
         self._leaving: set[asyncio.Task[None]] = set()
         self._exhausted = False
+        self._socket: socket.socket | None = None
+        self._accepting: asyncio.Task[None] | None = None
 
-    async def run(self, listener: socket.socket) -> None:
-        """Let connections in until cancelled.
+    def start(self, listening: socket.socket) -> None:
+        """Let connections in from now on; `close` closes the socket too."""
+        self._socket = listening
+        self._accepting = asyncio.create_task(self._run(listening), name=f"{self._name} accept")
+
+    async def wait(self) -> None:
+        """Return when `close` was called.
 
         Raises:
             LinkError: When the listening socket itself fails.
         """
+        if self._accepting:
+            await asyncio.wait([self._accepting])
+            if not self._accepting.cancelled():
+                self._accepting.result()
+
+    async def _run(self, listening: socket.socket) -> None:
         drops = asyncio.create_task(self._drop_silent(), name=f"{self._name} drops the silent")
         try:
             while True:
-                await self._let_in(listener)
+                await self._let_in(listening)
         finally:
             drops.cancel()
             await asyncio.wait([drops])
@@ -112,7 +125,11 @@ class Listener:
             self._drop(task)
 
     async def close(self) -> None:
-        """Drop every connection, and wait until all are gone."""
+        """Let nobody in any more, give the port back, drop every connection, and wait until all are gone."""
+        if self._accepting and self._socket:
+            self._accepting.cancel()
+            await asyncio.wait([self._accepting])
+            self._socket.close()
         self.empty()
         if self._leaving:
             await asyncio.wait(self._leaving)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import socket
 from collections.abc import Mapping
 
 import msgspec
@@ -46,9 +45,7 @@ class ControlServer:
 
     def __init__(self, relay: Relay, profiles: Mapping[str, LinkProfile], listen: Address):
         self._relay, self._profiles, self._listen = relay, profiles, listen
-        self._door = Listener("link's control", self._serve, _LIMITS)
-        self._listener: socket.socket | None = None
-        self._accepting: asyncio.Task[None] | None = None
+        self._listener = Listener("link's control", self._serve, _LIMITS)
 
     @property
     def address(self) -> Address:
@@ -61,18 +58,14 @@ class ControlServer:
         Raises:
             LinkError: The port is in use, or the address is not of this machine.
         """
-        self._listener = bind(self._listen)
-        host, port, *_ = self._listener.getsockname()
+        listening = bind(self._listen)
+        host, port, *_ = listening.getsockname()
         self._listen = (host, port)
-        self._accepting = asyncio.create_task(self._door.run(self._listener), name="control accept")
+        self._listener.start(listening)
 
     async def stop(self) -> None:
         """Give the port back and close what is open."""
-        if self._accepting and self._listener:
-            self._accepting.cancel()
-            await asyncio.wait([self._accepting])  # from here on nobody is let in
-            self._listener.close()
-        await self._door.close()
+        await self._listener.close()
 
     def answer(self, line: bytes | None) -> Answer:
         """Do what a line asks for, wholly or not at all; None is a line that is too long.

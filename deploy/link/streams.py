@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import math
 import socket
@@ -32,10 +31,8 @@ class Streams:
     def __init__(self, target: Address, settings: LinkSettings, seed: int, meters: tuple[Meter, Meter]):
         self._settings, self._seed, self._meters = settings, seed, meters
         self._connections: set[Connection] = set()
-        self._door = Listener("link", self._serve, _LIMITS)
+        self._listener = Listener("link", self._serve, _LIMITS)
         self._dialler = Dialler(target)
-        self._accepting: asyncio.Task[None] | None = None
-        self._listener: socket.socket | None = None
         self._outage: Outage = "none"
         self._outage_end_s = -math.inf
         self.accepted = 0
@@ -59,23 +56,15 @@ class Streams:
 
     def start(self, listener: socket.socket) -> None:
         """Let connections in."""
-        self._listener = listener
-        self._accepting = asyncio.create_task(self._door.run(listener), name="relay accept")
+        self._listener.start(listener)
 
     async def wait(self) -> None:
         """Return when `stop` was called; raise what ended the carrying if something did."""
-        if self._accepting:
-            await asyncio.wait([self._accepting])
-            if not self._accepting.cancelled():
-                self._accepting.result()
+        await self._listener.wait()
 
     async def stop(self) -> None:
         """Cut all connections and give the port back."""
-        if self._accepting and self._listener:
-            self._accepting.cancel()
-            await asyncio.wait([self._accepting])  # from here on nobody is let in
-            self._listener.close()
-        await self._door.close()
+        await self._listener.close()
 
     def change(self, settings: LinkSettings) -> None:
         """Replace the settings for what is sent from now on."""
@@ -92,7 +81,7 @@ class Streams:
         """
         self._outage, self._outage_end_s = outage, until_s
         if outage == "reset":
-            self._door.empty()  # a connection that does not end in order ends with a reset
+            self._listener.empty()  # a connection that does not end in order ends with a reset
         for connection in self._connections:
             self._interrupt(connection)
 
@@ -100,7 +89,7 @@ class Streams:
         """End the outage under way."""
         outage, self._outage = self._outage, "none"
         if outage == "blackhole":
-            self._door.empty()
+            self._listener.empty()
         elif outage == "stall":
             for connection in self._connections:
                 connection.stall(until_s=-math.inf)
@@ -138,7 +127,7 @@ class Streams:
             except OSError as error:
                 if not is_exhaustion(error):
                     raise
-                await self._door.wait_for_room(error)
+                await self._listener.wait_for_room(error)
 
     def _interrupt(self, connection: Connection) -> None:
         if self._outage == "stall":

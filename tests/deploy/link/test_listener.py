@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import pytest
 
 from farhand.common.address import bind
+from farhand.common.errors import LinkError
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.link_control import RelayControl
 from farhand.deploy.link.listener import Listener, ListenerLimits, Visitor
@@ -60,14 +61,12 @@ async def serve_echo(visitor: Visitor) -> None:
 async def open_door(limits: ListenerLimits, serve=serve_echo):
     listener = bind((HOST, 0))
     door = Listener("test", serve, limits)
-    running = asyncio.create_task(door.run(listener))
+    door.start(listener)
     try:
         yield listener.getsockname()[1]
     finally:
-        running.cancel()
-        await asyncio.wait([running])
         await door.close()
-        listener.close()
+    assert listener.fileno() == -1
 
 
 async def answers(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
@@ -156,7 +155,7 @@ def test_a_full_queue_of_the_relay_is_not_the_silence_of_its_source(run, linked)
             bench.relay.outage("stall", FOREVER_S)
             writer.write(bytes(10_000_000))
             await bench.until(lambda status: status["uplink"]["queued_bytes"] == 1000)
-            (visitor,) = bench.relay._streams._door._inside.values()
+            (visitor,) = bench.relay._streams._listener._inside.values()
             while visitor.silent_s() > 0.0:
                 await asyncio.sleep(0)
 
@@ -200,7 +199,10 @@ def test_a_broken_listening_socket_ends_the_door_with_its_reason(run):
         with socket.socket() as not_listening:
             not_listening.bind((HOST, free_port()))
             not_listening.setblocking(False)
-            with pytest.raises(Exception, match="can take no more connections"):
-                await Listener("test", serve_echo, PATIENT).run(not_listening)
+            door = Listener("test", serve_echo, PATIENT)
+            door.start(not_listening)
+            with pytest.raises(LinkError, match="can take no more connections"):
+                await door.wait()
+            await door.close()
 
     run(scenario)
