@@ -56,7 +56,7 @@ def neighbour(name: str, endpoint: str, folder: Path) -> Iterator[None]:
             watcher.kill()
         return
     over = threading.Event()
-    deaf = _DeafNetwork(endpoint) if name == "who reads nothing" else None
+    deaf = DeafNetwork(endpoint) if name == "who reads nothing" else None
     link = ZenohLink(EndpointSettings(connect=deaf.endpoint if deaf else endpoint))
     act = _ask_for_events if deaf else _send_garbage if name == "garbage" else MODELS[name]
     thread = threading.Thread(target=act, args=(link, over), daemon=True)
@@ -118,7 +118,7 @@ MODELS: dict[str, Callable[[ZenohLink, threading.Event], None]] = {
 }
 
 
-class _DeafNetwork:
+class DeafNetwork:
     """Carries a connection to a robot, and takes nothing from it any more when told so."""
 
     def __init__(self, endpoint: str):

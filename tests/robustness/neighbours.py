@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import socket
 import threading
 from typing import Any
 
 import zenoh
 
-from farhand.common.address import endpoint_address
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
+from farhand.evaluation.harness.bad_neighbours import DeafNetwork
 
 VEHICLE = "rov1"
 
@@ -78,38 +76,12 @@ class DeafPeer:
     """
 
     def __init__(self, endpoint: str):
-        self._robot = endpoint_address(endpoint)
-        self._reads = threading.Event()
-        self._reads.set()
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self._sockets = [self._listener]
-        threading.Thread(target=self._accept, daemon=True).start()
-        self.raw = RawPeer(f"tcp/127.0.0.1:{self._listener.getsockname()[1]}")
+        self._network = DeafNetwork(endpoint)
+        self.raw = RawPeer(self._network.endpoint)
 
     def stop_reading(self) -> None:
-        self._reads.clear()
+        self._network.stop_reading()
 
     def close(self) -> None:
-        self._reads.set()
-        for sock in self._sockets:
-            sock.close()
+        self._network.close()
         self.raw.close()
-
-    def _accept(self) -> None:
-        near, _ = self._listener.accept()  # one only: it does not come back
-        far = socket.socket()
-        far.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
-        far.connect(self._robot)
-        self._sockets += [near, far]
-        threading.Thread(target=self._carry, args=(near, far), daemon=True).start()
-        threading.Thread(target=self._carry_back, args=(far, near), daemon=True).start()
-
-    def _carry(self, near: socket.socket, far: socket.socket) -> None:
-        with contextlib.suppress(OSError):
-            while data := near.recv(65536):
-                far.sendall(data)
-
-    def _carry_back(self, far: socket.socket, near: socket.socket) -> None:
-        with contextlib.suppress(OSError):
-            while self._reads.wait() and (data := far.recv(65536)):
-                near.sendall(data)
