@@ -53,7 +53,7 @@ ARRAY_FIELDS = {
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Way:
-    """What demonstrations that went alike say of a motion's course.
+    """Course of a motion, as regressed from demonstrations that went alike.
 
     Args:
         n_demonstrations: How many they are.

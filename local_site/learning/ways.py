@@ -63,7 +63,7 @@ def _without_twins(ways: list[WayStatistics], space: Manifold, unit: float) -> t
 
 
 def _distance(way: WayStatistics, points: Array, space: Manifold, max_distance_m: float) -> float:
-    """How far a motion is from what its start lets expect of a way, in lambda or radians; the goal's frame. (N + 1, C)."""
+    """Return how far a motion in the goal's frame is from a way, given its start, in lambda or radians. (N + 1, C)."""
     regression, worst = Regression.of(way, space, max_distance_m), 0.0
     e = space.log(way.points[-1, 0], points[0])
     expected = space.exp(way.points[-1, COARSE], regression.gains[-1] @ e)
