@@ -24,10 +24,12 @@ def on_end_signal(end: Callable[[], None]) -> None:
     written.setblocking(False)
 
     def wait_and_end() -> None:
-        with heard:
-            while (number := heard.recv(1)) and number[0] not in END_SIGNALS:
-                pass
-        end()
+        ended = False
+        with heard:  # read on after the end: the interpreter complains of a byte that it cannot write
+            while number := heard.recv(1):
+                if number[0] in END_SIGNALS and not ended:
+                    ended = True
+                    end()
 
     threading.Thread(target=wait_and_end, name="end-signal", daemon=True).start()
     signal.set_wakeup_fd(written.detach(), warn_on_full_buffer=False)

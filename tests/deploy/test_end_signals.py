@@ -44,9 +44,10 @@ def test_a_second_signal_ends_nothing_twice():
         called.set()
 
     on_end_signal(end)
-    for number in END_SIGNALS:
-        signal.raise_signal(number)
+    signal.raise_signal(signal.SIGTERM)
     assert called.wait(PATIENCE_S)
+    for number in END_SIGNALS * 3:
+        signal.raise_signal(number)  # pytest fails if the interpreter complains that nobody reads any more
     assert len(calls) == 1
 
 
