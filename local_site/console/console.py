@@ -190,6 +190,7 @@ class Console:
                 intent = intents.CommandRobot(action)
             match intent:
                 case intents.CommandRobot():
+                    self._teleoperation.end_drag()
                     self._command(intent)
                 case intents.Hand():
                     self._hand(intent)
@@ -227,9 +228,11 @@ class Console:
     def _hand(self, intent: intents.Hand) -> None:
         """Let the hand drive the robot while coupled; otherwise let it move the workcell."""
         robot, lease_id = self._reports.robot, self._commanding.lease_id
-        if robot is not None and robot.coupling_id and lease_id and not self._library.recording:
+        coupling = robot.coupling_id if robot is not None and lease_id and not self._library.recording else 0
+        goes_on = self._teleoperation.goes_on(coupling, intent.released)
+        if robot is not None and coupling and goes_on:
             self._teleoperation.hand(intent.point, intent.released, robot, lease_id)
-        else:
+        elif goes_on or intent.released:
             self._place.hand(intent.point, intent.time_s, intent.released)
 
     # Reports of the robot -----------------------------------------------------------------------
@@ -238,6 +241,8 @@ class Console:
         if self._reports.on_telemetry(report, self._now_s()):
             self._commanding.on_report(report)
             self._catalogue.on_report(report)
+            if self._commanding.in_control(report):
+                self._sending.ask_what_it_has(report.stamp.boot)
 
     def _on_restart(self) -> None:
         self._models.forget_confirmed()

@@ -78,6 +78,8 @@ class ConsoleParts:
             learned=library.learned,
             forming=library.forming(),
             confirmed_sha256=self.models.confirmed_sha256(task.name),
+            robot_model=self.models.confirmed(task.name),
+            miss=self.teaching.miss,
             sending_model=self.models.sending(task.name),
             auto_send=self.sending.by_itself,
             revisions=library.revisions,
@@ -104,5 +106,6 @@ class ConsoleParts:
             model_bytes=len(learned.content) if learned is not None else 0,
             confirmed_sha256=self.models.confirmed_sha256(name),
             sending=self.models.sending(name),
+            asking=self.models.asking(name),
             robot_does=self.sending.robot_does(name),
         )

@@ -51,6 +51,7 @@ class TaskStanding:
         model_bytes: Size of the model [B].
         confirmed_sha256: SHA-256 of the model that the robot confirmed last; empty without one.
         sending: True while its model is being sent, or waits for another task's.
+        asking: True while the robot is asked whether it has the model.
         robot_does: True if the robot does this task, as far as is known.
     """
 
@@ -60,6 +61,7 @@ class TaskStanding:
     model_bytes: int
     confirmed_sha256: str
     sending: bool
+    asking: bool
     robot_does: bool
 
     @property
@@ -98,6 +100,9 @@ class ConsoleState:
         learned: Model of all ended demonstrations.
         forming: Model including the demonstration in progress, None without one.
         confirmed_sha256: SHA-256 of the model that the robot confirmed last.
+        robot_model: Model that the robot confirmed last; None without one.
+        miss: Distance of an ended demonstration from the goal, in words, while the operator is asked whether to
+            keep it; empty otherwise.
         sending_model: True while a model is being sent.
         auto_send: True if a model is sent whenever it changes.
         revisions: Newest revisions of the task, the newest last.
@@ -140,6 +145,8 @@ class ConsoleState:
     learned: LearnedModel | None
     forming: TPHSMM | None
     confirmed_sha256: str
+    robot_model: LearnedModel | None
+    miss: str
     sending_model: bool
     auto_send: bool
     revisions: tuple[Revision, ...]

@@ -38,9 +38,15 @@ class RecordDemonstration:
 
 @dataclass(frozen=True)
 class EndDemonstration:
-    """Request to end the demonstration that is being recorded and keep what was learned."""
+    """Request to end the demonstration that is being recorded and keep what was learned.
+
+    Args:
+        anyway: True to keep a motion that misses the task's goal; otherwise the operator is asked first.
+    """
 
     label: ClassVar[str] = "end"
+
+    anyway: bool = False
 
 
 @dataclass(frozen=True)

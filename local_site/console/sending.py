@@ -26,6 +26,7 @@ class Sending:
         self._library, self._models, self._tell = library, models, tell
         self._outcomes: dict[str, tuple[str, bool] | None] = {}
         self._robot_tasks: tuple[str, ...] = ()
+        self._asked_boot = ""
         self.by_itself = False
         """True if a model is sent whenever it changes."""
 
@@ -51,6 +52,18 @@ class Sending:
     def robot_does(self, name: str) -> bool:
         """Return whether the robot does a task, as far as is known."""
         return not self._robot_tasks or name in self._robot_tasks
+
+    def ask_what_it_has(self, boot: str) -> None:
+        """Ask a robot that was not asked yet which of the models it has: this site may have been restarted.
+
+        Args:
+            boot: Process life of the robot.
+        """
+        if boot != self._asked_boot:
+            self._asked_boot = boot
+            for name, learned in self._library.learned.items():
+                if self.robot_does(name):
+                    self._models.ask_whether_it_has(name, learned)
 
     def tick(self, robot_tasks: tuple[str, ...]) -> None:
         """Send changed models, if the operator chose so.

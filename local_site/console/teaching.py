@@ -28,6 +28,8 @@ class Teaching:
     def __init__(self, library: Library, place: Workcell, tell: Tell):
         self._library, self._place, self._tell = library, place, tell
         self._control_s: float | None = None
+        self.asks_to_keep = False
+        """True after an End away from the goal, until the demonstration is kept, discarded, or reaches the goal."""
         for each in library.by_task.values():
             for fault in each.faults:
                 tell("library", fault, good=False)
@@ -43,22 +45,15 @@ class Teaching:
         Raises:
             NotNow: When it is not possible at this moment.
         """
+        self.asks_to_keep = False
         match intent:
             case intents.RecordDemonstration():
                 self._task.record(self._place.frames)
                 self._tell("record", "recording a demonstration")
-            case intents.EndDemonstration():
-                learned = self._task.end()
-                self._tell("end", f"learned: {learned.model.n_components} components")
+            case intents.EndDemonstration(anyway):
+                self._end(anyway)
             case intents.Undo():
-                recording = self._task.recording
-                self._task.undo()
-                done = (
-                    "the recording under way was discarded"
-                    if recording
-                    else "the last demonstration was undone"
-                )
-                self._tell("undo", done)
+                self._undo()
             case intents.LoadSamples():
                 self._load_samples()
             case intents.Recover():
@@ -104,6 +99,28 @@ class Teaching:
             self._tell("recording", f"rolled back: {why}; what was recorded can be recovered")
 
     @property
+    def miss(self) -> str:
+        """Distance of an ended demonstration from the goal, in words, while the operator is asked about it."""
+        return self._task.miss() if self.asks_to_keep else ""
+
+    def _end(self, anyway: bool) -> None:
+        """Keep the demonstration; ask first if it misses the goal."""
+        if not anyway and (miss := self._task.miss()):
+            self.asks_to_keep = True
+            self._tell("end", f"it ends {miss}: go on, discard it, or keep it anyway", good=False)
+            return
+        learned = self._task.end()
+        n = len(self._task.demonstrations)
+        self._tell("end", f"learned demonstration {n}: {learned.model.n_components} components")
+
+    def _undo(self) -> None:
+        recording, before = self._task.recording, len(self._task.demonstrations)
+        self._task.undo()
+        n = before - len(self._task.demonstrations)
+        undone = "the last demonstration was undone" if n == 1 else f"the last {n} demonstrations were undone"
+        self._tell("undo", "the recording under way was discarded" if recording else undone)
+
+    @property
     def _task(self) -> TaskLibrary:
         return self._library.chosen
 
@@ -111,8 +128,10 @@ class Teaching:
         samples = self._place.samples()
         if not samples:
             raise NotNow("no demonstrations come with this task")
+        if not (samples := self._task.lacking(samples)):
+            raise NotNow("they are learned already: nothing was added")
         self._task.learn(samples)
-        self._tell("samples", "the samples were learned")
+        self._tell("samples", f"{len(samples)} samples were learned: Undo takes all of them back")
 
     def _move_arm(self, intent: intents.ResetArm | intents.Align) -> None:
         match intent:

@@ -21,6 +21,23 @@ class Teleoperation:
     def __init__(self, link: Link):
         self._link = link
         self._seq = 0
+        self._drag = 0
+        """Coupling in which the present drag moved the robot; 0 for none."""
+
+    def goes_on(self, coupling: int, released: bool) -> bool:
+        """Decide whether a drag still moves what it moved before: one that drove the robot never moves anything else.
+
+        Args:
+            coupling: Present coupling, 0 for none.
+            released: True when the hand let go: the next movement begins another drag.
+        """
+        began = self._drag or coupling
+        self._drag = 0 if released else began
+        return began == coupling
+
+    def end_drag(self) -> None:
+        """End the drag: the operator asks for something else, so the hand is free."""
+        self._drag = 0
 
     def hand(self, point: tuple[float, ...], released: bool, robot: Telemetry, lease_id: str) -> None:
         """Send the hand's point.

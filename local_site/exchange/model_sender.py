@@ -29,6 +29,7 @@ class _Transfer:
     settled: list[Settled]
     began_s: float = 0.0
     moved: bool = False  # part of its content was sent
+    only_asks: bool = False  # nothing is sent, whatever the answer
 
     def notify(self, text: str, good: bool) -> None:
         for settled in self.settled:
@@ -52,12 +53,16 @@ class ModelSender:
         self._session = session
         self._queue: list[_Transfer] = []  # the first one is being sent
         self._newest: dict[str, str] = {}
-        self._confirmed: dict[str, str] = {}
+        self._confirmed: dict[str, LearnedModel] = {}
         self._had: set[str] = set()  # confirmed earlier; a restarted robot may have lost it
 
     def sending(self, task: str) -> bool:
         """Return whether a task's model is being sent, or waits for another one's end."""
-        return any(transfer.task == task for transfer in self._queue)
+        return any(each.task == task and not each.only_asks for each in self._queue)
+
+    def asking(self, task: str) -> bool:
+        """Return whether the robot is being asked if it has a task's model."""
+        return any(each.task == task and each.only_asks for each in self._queue)
 
     def newest_sha256(self, task: str) -> str:
         """Return the hash of the task's model sent last, confirmed or not; empty before the first."""
@@ -65,7 +70,12 @@ class ModelSender:
 
     def confirmed_sha256(self, task: str) -> str:
         """Return the hash of the task's model that the robot confirmed last; empty without one."""
-        return self._confirmed.get(task, "")
+        confirmed = self.confirmed(task)
+        return confirmed.sha256 if confirmed is not None else ""
+
+    def confirmed(self, task: str) -> LearnedModel | None:
+        """Return the task's model that the robot confirmed last; None without one."""
+        return self._confirmed.get(task)
 
     def forget_confirmed(self) -> None:
         """Forget all confirmations: the robot restarted and may have lost its models."""
@@ -83,17 +93,26 @@ class ModelSender:
             ask_first: Whether to ask in any case.
         """
         ask_first = ask_first or learned.sha256 in self._had or len(learned.content) > self._part_bytes
-        transfer = _Transfer(task, learned, ask_first, [settled])
+        self._enqueue(_Transfer(task, learned, ask_first, [settled]))
+
+    def ask_whether_it_has(self, task: str, learned: LearnedModel) -> None:
+        """Ask the robot for a model by its hash, and send nothing: it may have it from before this site's start."""
+        if not any(each.task == task for each in self._queue):
+            self._enqueue(_Transfer(task, learned, True, [], only_asks=True))
+
+    def _enqueue(self, transfer: _Transfer) -> None:
+        task, learned = transfer.task, transfer.learned
         place = next((k for k, other in enumerate(self._queue) if other.task == task), None)
         if place is None:
             self._queue.append(transfer)
-        elif (older := self._queue[place]).learned.sha256 == learned.sha256:
-            older.settled.append(settled)
+        elif (older := self._queue[place]).learned.sha256 == learned.sha256 and not older.only_asks:
+            older.settled += transfer.settled
             return
         else:
             self._queue[place] = transfer
             older.notify("a newer one is sent in its place", True)
-        self._newest[task] = learned.sha256
+        if not transfer.only_asks:
+            self._newest[task] = learned.sha256
         if self._queue[0] is transfer:
             self._begin(transfer)
 
@@ -124,19 +143,23 @@ class ModelSender:
         if not self._on_its_way(transfer):
             return  # a newer one is being sent, or has arrived
         sha256 = transfer.learned.sha256
-        if reply is not None and reply.accepted and not reply.complete and reply.sha256 == sha256:
+        lacks_it = reply is not None and reply.accepted and not reply.complete and reply.sha256 == sha256
+        if reply is not None and lacks_it and not transfer.only_asks:
             # Also after a restart of the robot, from the beginning.
             self._send_part(transfer, reply.received, self._part_bytes)
             return
         self._queue.pop(0)
-        if reply is None:
+        if lacks_it:
+            pass  # it was only asked, and has to be sent
+        elif reply is None:
             transfer.notify("NOT DELIVERED: the robot did not confirm it", False)
         elif not reply.accepted or reply.sha256 != sha256:
             transfer.notify(
                 f"refused: {sentence(reply.reason) or 'the robot confirmed another model'}", False
             )
         else:
-            self._confirmed[transfer.task] = sha256
+            self._confirmed[transfer.task] = transfer.learned
+            self._newest[transfer.task] = sha256
             self._had.add(sha256)
             took_s = self._now_s() - transfer.began_s
             there = f"confirmed after {took_s:.2f} s" if transfer.moved else "the robot has it already"

@@ -137,6 +137,14 @@ class Demonstration:
         A = np.broadcast_to(self.frame_rotation[..., frame, :, :], (len(b), self.n_dims, self.n_dims))
         return np.einsum("tki,tk->ti", A, self.position_m - b)
 
+    def same_motion(self, other: Demonstration) -> bool:
+        """Decide whether another demonstration is the very same motion in the same frames."""
+        pairs = (
+            (self.time_s, other.time_s), (self.points, other.points),
+            (self.frame_origin_m, other.frame_origin_m), (self.frame_rotation, other.frame_rotation),
+        )  # fmt: skip
+        return all(np.array_equal(mine, its) for mine, its in pairs)
+
     def thinned(self, every: int) -> Demonstration:
         """Return every n-th sample, and always the last one: where a demonstration ends matters most."""
         keep = np.arange(0, self.time_s.size, every)

@@ -107,6 +107,29 @@ class Lesson:
         made = tuple(StoredDemonstration.made_now(prepared(each, self.settings)) for each in demonstrations)
         self.relearn((*self.demonstrations, *made))
 
+    def lacking(self, demonstrations: Sequence[Demonstration]) -> list[Demonstration]:
+        """Return those of some demonstrations that are not learned yet."""
+        known = [each.demonstration for each in self.demonstrations]
+        pairs = [(each, prepared(each, self.settings)) for each in demonstrations]
+        return [each for each, motion in pairs if not any(motion.same_motion(one) for one in known)]
+
+    def undo(self) -> None:
+        """Return to before the newest demonstrations: those that were learned at once are undone at once.
+
+        Raises:
+            NotSaved: When it was undone, but could not be written to disk.
+        """
+        names = tuple(each.name for each in self.demonstrations)
+        starts = [
+            len(r.demonstrations)
+            for r in self.revisions
+            if r.demonstrations == names[: len(r.demonstrations)]
+        ]
+        if self.revisions and self.revisions[0].number == 1:
+            starts.append(0)  # the state before the first revision
+        before = [n for n in starts if n < len(names)]
+        self.relearn(self.demonstrations[: max(before, default=len(names) - 1)])
+
     def relearn(self, demonstrations: tuple[StoredDemonstration, ...]) -> None:
         """Learn these demonstrations in place of all others.
 

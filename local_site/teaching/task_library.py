@@ -13,6 +13,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import AnyTask
 from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.goal import goal_miss
 from farhand.local_site.teaching.goal_view import seen_from_goal
 from farhand.local_site.teaching.lesson import LearnedModel, Lesson, NotNow
 from farhand.local_site.teaching.recording import Recording
@@ -33,7 +34,7 @@ class TaskLibrary:
 
     def __init__(self, task: AnyTask, data_dir: Path):
         folder = data_dir / task.name
-        self._taught = Lesson(task, folder)
+        self._task, self._taught = task, Lesson(task, folder)
         self._recording = Recording(folder, task.space, task.frame_names, self._taught.settings)
         self._forming: tuple[int, TPHSMM] | None = None
 
@@ -104,6 +105,13 @@ class TaskLibrary:
         if self._forming is None or self._forming[0] != n:
             self._forming = (n, self._taught.learner.model())
         return self._forming[1]
+
+    def miss(self) -> str:
+        """Return how the demonstration in progress misses the task's goal so far; empty at the goal or without one."""
+        if not self.recording or not self.current:
+            return ""
+        frame, point = self._recording.frames[-1], self.current[-1]
+        return goal_miss(self._task, frame.to_local(np.asarray(point)))
 
     # One demonstration --------------------------------------------------------------------------
 
@@ -178,6 +186,10 @@ class TaskLibrary:
         self._not_while_recording()
         self._taught.learn(demonstrations)
 
+    def lacking(self, demonstrations: Sequence[Demonstration]) -> list[Demonstration]:
+        """Return those of some demonstrations that are not learned yet."""
+        return self._taught.lacking(demonstrations)
+
     def set_aside(self) -> None:
         """Roll back to before the demonstration in progress, and keep its samples recoverable."""
         self._recording.set_aside()
@@ -186,7 +198,7 @@ class TaskLibrary:
     # Undo and revisions -------------------------------------------------------------------------
 
     def undo(self) -> None:
-        """Roll back to before the last demonstration, bit for bit.
+        """Roll back to before what was learned last, one demonstration or several at once, bit for bit.
 
         Raises:
             NotNow: When there is none.
@@ -196,7 +208,7 @@ class TaskLibrary:
             self._recording.forget()
             self._discard()
         elif self.can_undo:
-            self._taught.relearn(self._taught.demonstrations[:-1])
+            self._taught.undo()
         else:
             raise NotNow("there is no demonstration to undo")
 

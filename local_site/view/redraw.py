@@ -16,9 +16,9 @@ AT_REST_S = 0.25
 _equal = operator.attrgetter(
     "mode", "phase", "link.health", "in_control", "why_not_in_control", "wish", "asked_by", "pending", "notices",
     "task", "tasks", "sending_library", "recording", "n_demonstrations", "can_recover", "auto_send", "revisions",
-    "revision", "plan_id", "stop", "robot_records", "fetching", "scene_fetching",
+    "revision", "plan_id", "stop", "robot_records", "fetching", "scene_fetching", "miss",
 )  # fmt: skip
-_identical = operator.attrgetter("learned", "forming", "own_arm", "path", "robot_scene")
+_identical = operator.attrgetter("learned", "robot_model", "forming", "own_arm", "path", "robot_scene")
 
 
 class Redraw:

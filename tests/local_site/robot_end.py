@@ -57,6 +57,7 @@ class RobotEnd:
         self._link = link
         self.boot, self.mode = "boot", ControlMode.DISARMED
         self.tasks: tuple[str, ...] = (TASK.name,)
+        self.models: set[str] = set()
         self.refusal: Reason | None = None
         self.lease_refusal: Reason | None = None
         self.on_command: Callable[[Command], None] = lambda command: None
@@ -112,6 +113,7 @@ class RobotEnd:
     def restart(self) -> None:
         """Another process life of the robot."""
         self.boot, self.mode, self._t_ns, self._seq = self.boot + "'", ControlMode.DISARMED, 0, 0
+        self.models.clear()
 
     def _serving(self, kind: type[M], answer: Callable[[M], Message]) -> Callable[[Request], None]:
         def serve(request: Request) -> None:
@@ -144,8 +146,15 @@ class RobotEnd:
         )  # fmt: skip
 
     def _on_model(self, transfer: ModelTransfer) -> ModelReply:
+        complete = bool(transfer.content) or transfer.sha256 in self.models
+        if complete and not self.refusal:
+            self.models.add(transfer.sha256)
         return ModelReply(
-            accepted=not self.refusal, sha256=transfer.sha256, reason=self.refusal, stamp=self.now()
+            accepted=not self.refusal,
+            sha256=transfer.sha256,
+            complete=complete,
+            reason=self.refusal,
+            stamp=self.now(),
         )
 
 

@@ -84,6 +84,9 @@ TEACH = (
         "Record", lambda _: intents.RecordDemonstration(), _can_record, lambda p: Action.RECORD in p.pending
     ),
     ButtonSpec("End", lambda _: intents.EndDemonstration(), lambda p: p.recording or p.robot_records),
+    ButtonSpec(
+        "Keep anyway", lambda _: intents.EndDemonstration(anyway=True), lambda p: bool(p.miss), colour="gray"
+    ),
     ButtonSpec("Undo", lambda _: intents.Undo(), lambda p: p.can_undo or p.robot_records, colour="gray"),
     ButtonSpec("Load samples", lambda _: intents.LoadSamples(), lambda p: not p.recording, colour="gray"),
     ButtonSpec("Send model", lambda _: intents.SendModel(), _can_send, lambda p: p.sending_model),

@@ -67,6 +67,8 @@ def advice(picture: ConsoleState) -> str:
         return f"{picture.asked_by} asks for the control of the robot: press Hand over, or go on."
     if picture.mode is ControlMode.STOPPED:
         return "Stopped. Press Reset when it is safe to go on."
+    if picture.miss:
+        return f"It ends {picture.miss}. Go on and press End again, Undo to discard it, or Keep anyway."
     if picture.recording:
         return f"{words.teach}, then press End."
     return _moving_advice(picture, words) or _teaching_advice(picture, words) or _executing_advice(picture)

@@ -172,6 +172,8 @@ def _model_words(picture: ConsoleState) -> str:
         return ""
     if picture.confirmed_sha256 == picture.learned.sha256:
         return ", robot has it"
+    if picture.standing.asking:
+        return ", asking the robot"
     return ", on its way" if picture.sending_model else ", robot lacks it"
 
 

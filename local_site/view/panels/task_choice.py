@@ -56,5 +56,13 @@ def standing_words(task: TaskStanding) -> str:
         return "not done by this robot"
     if not n:
         return "not taught"
-    robot = "on its way" if task.sending else "robot lacks it" if task.differs else "robot has it"
+    robot = (
+        "on its way"
+        if task.sending
+        else "asking the robot"
+        if task.asking
+        else "robot lacks it"
+        if task.differs
+        else "robot has it"
+    )
     return f"{n} demo{'' if n == 1 else 's'}, {robot}"

@@ -13,6 +13,7 @@ from farhand.common.wire.messages import ModelTransfer
 from farhand.local_site.console import intents
 from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
+from tests.local_site.console.test_console import teach
 from tests.local_site.robot_end import FRAMES, TASK, Desk, desk, stroke
 
 
@@ -113,14 +114,14 @@ def test_the_revisions_are_shown_and_gone_back_to(tmp_path: Path):
         it.console.submit(intents.LoadSamples())
         three = it.until(lambda p: p.n_demonstrations == 3)
         assert [revision.number for revision in three.revisions] == [1] and three.revision == 1
-        it.console.submit(intents.Undo())
-        two = it.until(lambda p: p.n_demonstrations == 2)
+        teach(it)
+        four = it.until(lambda p: p.n_demonstrations == 4)
         it.console.submit(intents.StartAnew())
         assert it.until(lambda p: p.n_demonstrations == 0).learned is None
         it.console.submit(intents.SelectRevision(2))
-        again = it.until(lambda p: p.n_demonstrations == 2)
-        assert again.learned is not None and two.learned is not None
-        assert again.learned.sha256 == two.learned.sha256
+        again = it.until(lambda p: p.n_demonstrations == 4)
+        assert again.learned is not None and four.learned is not None
+        assert again.learned.sha256 == four.learned.sha256
         it.console.submit(intents.Delete(1))
         it.until(lambda p: [revision.number for revision in p.revisions] == [2, 3])
         it.console.submit(intents.SelectRevision(1))
@@ -133,6 +134,7 @@ def test_a_model_is_sent_by_itself_whenever_it_changes_if_so_chosen(tmp_path: Pa
         it.console.submit(intents.LoadSamples())
         it.until(lambda p: p.n_demonstrations == 3)
         assert not it.robot.heard(ModelTransfer)
+        teach(it)
         it.console.submit(intents.AutoSend(True))
         first = it.until(lambda p: bool(p.confirmed_sha256)).confirmed_sha256
         it.console.submit(intents.Undo())

@@ -54,8 +54,8 @@ def test_the_samples_are_learned_as_poses_and_undone_bit_for_bit(tmp_path: Path)
         it.console.submit(intents.LoadSamples())
         two = it.until(lambda p: p.n_demonstrations == 2)
         it.console.submit(intents.Undo())
-        one = it.until(lambda p: p.n_demonstrations == 1)
-        assert one.learned is not None and two.learned is not None
+        none = it.until(lambda p: p.n_demonstrations == 0)
+        assert none.learned is None and two.learned is not None
         it.console.submit(intents.SelectRevision(1))
         back = it.until(lambda p: p.revision == 1).learned
         assert back is not None and back.content == two.learned.content

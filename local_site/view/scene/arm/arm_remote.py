@@ -56,9 +56,8 @@ class RemoteArm:
         if robot is None:
             return None
         self._draw_report(robot, old=picture.link.health is not LinkHealth.OK)
-        learned = picture.learned
-        confirmed = learned is not None and learned.sha256 == picture.confirmed_sha256
-        self._model.show(learned.model if learned else None, robot.component if confirmed else -1)
+        has = picture.robot_model
+        self._model.show(has.model if has is not None else None, robot.component)
         arrived = picture.phase.at_end
         self._draw_path(None if arrived else shown_path(picture))
         ghost = None if arrived else predict(picture, now_s)
