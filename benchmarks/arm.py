@@ -10,8 +10,7 @@ import numpy as np
 from benchmarks.timing import Row, best_times_us
 from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.dimensions import Dimensions
-from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.poses import compose
+from farhand.common.arm.kinematics import Kinematics, compose
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
 from farhand.common.arm.velocity_ik import VelocityIk

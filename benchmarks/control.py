@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks import forward_peers
 from benchmarks.learning import FRAMES, SPACES, path_with, taught
 from benchmarks.mpc_peers import BandedMpc, DenseMpc, OsqpMpc, SemiImplicitMpc
 from benchmarks.timing import Row, best_times_us
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.evaluation.metrics.forward_variable import forward_variable
+from farhand.evaluation.metrics.forward_variable import duration_probabilities, forward_variable
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 from farhand.remote_site.reproduction.mpc import solve
 
@@ -81,13 +80,13 @@ def _mpc(name: str, D: int, n_steps: int) -> list[Row]:
 def _forward(model: TPHSMM) -> list[Row]:
     first, n_steps = int(np.argmax(model.initial)), 100
     ours = forward_variable(model, first, 0.0, n_steps, DT)
-    for peer in (forward_peers.naive, forward_peers.vectorised):
+    for peer in (naive, vectorised):
         np.testing.assert_allclose(peer(model, first, n_steps, DT), ours, atol=1e-12)
     best = best_times_us(
         {
             "ours": lambda: forward_variable(model, first, 0.0, n_steps, DT),
-            "naive": lambda: forward_peers.naive(model, first, n_steps, DT),
-            "vectorised": lambda: forward_peers.vectorised(model, first, n_steps, DT),
+            "naive": lambda: naive(model, first, n_steps, DT),
+            "vectorised": lambda: vectorised(model, first, n_steps, DT),
         }
     )
     what = f"forward variable, K = {model.n_components}, {n_steps} steps"
@@ -139,3 +138,44 @@ def _moving_frames() -> list[list[TaskFrame]]:
 def _resident_bytes() -> int:
     fields = Path("/proc/self/statm").read_text().split()
     return int(fields[1]) * 4096
+
+
+def naive(model: TPHSMM, component: int, n_steps: int, dt: float) -> Array:
+    """Compute the forward variable by three nested loops over time, component and duration, from the entry of a component."""
+    p = duration_probabilities(model, dt)
+    K, d_max = p.shape
+    survival = 1.0 - np.cumsum(p, axis=1)
+    entered, alpha, ended = np.zeros((n_steps + 1, K)), np.zeros((n_steps, K)), np.zeros(K)
+    entered[0, component] = 1.0
+    for t in range(1, n_steps + 1):
+        for i in np.flatnonzero(~model.terminal):
+            stays = leaves = 0.0
+            for d in range(1, min(t, d_max) + 1):
+                stays += entered[t - d, i] * survival[i, d - 1]
+                leaves += entered[t - d, i] * p[i, d - 1]
+            alpha[t - 1, i] += stays
+            ended[i] += leaves * model.exit[i]
+            for j in range(K):
+                entered[t, j] += leaves * model.transition[i, j]
+        ended[model.terminal] += entered[t, model.terminal]
+        alpha[t - 1] += np.where(model.terminal, 0.0, entered[t]) + ended
+    return alpha
+
+
+def vectorised(model: TPHSMM, component: int, n_steps: int, dt: float) -> Array:
+    """Compute the forward variable by whole-array operations over components and durations."""
+    p = duration_probabilities(model, dt)
+    K, d_max = p.shape
+    p = np.where(model.terminal[:, None], 0.0, p)
+    survival = np.where(model.terminal[:, None], 0.0, 1.0 - np.cumsum(p, axis=1))
+    backwards, stay_backwards = p[:, ::-1].T.copy(), survival[:, ::-1].T.copy()
+    entered, alpha, ended = np.zeros((n_steps + d_max, K)), np.zeros((n_steps, K)), np.zeros(K)
+    entered[d_max - 1, component] = 1.0
+    for t in range(n_steps):
+        window = entered[t : t + d_max]
+        leaves = (window * backwards).sum(axis=0)
+        now = leaves @ model.transition
+        entered[t + d_max] = now
+        ended += leaves * model.exit + np.where(model.terminal, now, 0.0)
+        alpha[t] = (window * stay_backwards).sum(axis=0) + np.where(model.terminal, 0.0, now) + ended
+    return alpha

@@ -1,10 +1,12 @@
-"""Queue of jobs from any thread, run one after the other by one thread, or in virtual time."""
+"""Hand-over between threads: a bounded mailbox, a worker for long jobs, and a loop that one thread owns."""
 
 from __future__ import annotations
 
 import queue
 import threading
+from collections import deque
 from collections.abc import Callable
+from typing import Generic, TypeVar
 
 from farhand.common.log import loop_logger
 
@@ -96,3 +98,78 @@ class EventLoop:
         except Exception:
             # One bad message or intent must not end the loop.
             _log.exception("something could not be done")
+
+
+T = TypeVar("T")
+
+
+class Mailbox(Generic[T]):
+    """Bounded queue that never blocks its writer.
+
+    Args:
+        keep: Largest number of waiting items; with one, the reader sees the newest only.
+    """
+
+    def __init__(self, keep: int = 1):
+        self._items: deque[T] = deque(maxlen=keep)
+        self._arrived = threading.Event()
+
+    def put(self, item: T) -> None:
+        """Add an item; drop the oldest one when the mailbox is full."""
+        self._items.append(item)
+        self._arrived.set()
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def take_all(self, most: int | None = None) -> list[T]:
+        """Return everything that waits, or at most `most` items, oldest first. Never blocks."""
+        self._arrived.clear()
+        items: list[T] = []
+        while self._items and (most is None or len(items) < most):
+            items.append(self._items.popleft())
+        return items
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait until an item is there. Return False on a time-out."""
+        return self._arrived.wait(timeout_s)
+
+
+class Worker(Generic[T]):
+    """Thread that does its jobs one after the other; the mailboxes bound how many wait.
+
+    Args:
+        name: Name of the thread.
+        do: Does one job; an error in it is logged, and the next one is done.
+        boxes: Waiting jobs; those of the first mailbox come before those of the second.
+    """
+
+    def __init__(self, name: str, do: Callable[[T], None], *boxes: Mailbox[T]):
+        self._do, self._boxes = do, boxes
+        self._wanted = threading.Semaphore(0)
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def submit(self, job: T, box: int = 0) -> None:
+        """Have a job done. Never blocks."""
+        self._boxes[box].put(job)
+        self._wanted.release()
+
+    def close(self) -> None:
+        """End the worker."""
+        self._closed = True
+        self._wanted.release()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while True:
+            self._wanted.acquire()
+            if self._closed:
+                return
+            for job in [job for box in self._boxes for job in box.take_all()]:
+                try:
+                    self._do(job)
+                except Exception:
+                    _log.exception("a job could not be done")
+                job = None  # its references end now, not with the next job

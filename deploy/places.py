@@ -9,8 +9,7 @@ from pathlib import Path
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.names import PATTERN, default_site_name
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import AnyTask, PointTask, load_task
+from farhand.common.task import AnyTask, PointTask, TaskSet, load_task
 
 _REMEDY = "a folder that can be written, which --data-dir or the variable XDG_DATA_HOME names"
 _TASKS = Path(__file__).with_name("tasks")

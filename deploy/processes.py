@@ -20,7 +20,7 @@ from farhand.common.process_status import LinkFacts
 from farhand.common.whole_file import write_whole
 from farhand.common.wire.codec import field_of
 from farhand.deploy.child import follow_parent, say_ready
-from farhand.deploy.end_signals import on_end_signal
+from farhand.deploy.outcome import on_end_signal
 from farhand.deploy.status_door import Identity, status_door
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ def parse_outage(text: str):
     Raises:
         InvalidConfiguration: When it is none of them.
     """
-    from farhand.local_site.script.operators_place import PlannedOutage
+    from farhand.local_site.script.scripted_actions import PlannedOutage
 
     if text in ("", "none"):
         return None

@@ -22,10 +22,10 @@ from farhand.common.temporary_folder import temporary_folder
 from farhand.common.whole_file import write_whole
 from farhand.deploy.child import Child, say_ready
 from farhand.deploy.link.link_process import PROFILES_FILE
+from farhand.deploy.outcome import summary
 from farhand.deploy.pki.throw_away import Identities, Transport, throw_away_identities
 from farhand.deploy.places import check_writable, data_folder, find_tasks, site_name
 from farhand.deploy.status_door import last_words
-from farhand.deploy.summary import summary
 
 _log = logging.getLogger(__name__)
 

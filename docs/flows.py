@@ -17,7 +17,7 @@ from types import FrameType
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.model.manifold import POSE
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.deploy.places import find_task, sample_files
 from farhand.evaluation.harness.virtual_job import VirtualPlace
 from farhand.evaluation.harness.virtual_sites import VirtualSites

@@ -42,7 +42,7 @@ The robot lists what it looks like and the motions that it recorded (`op/catalog
 first report of a boot and after each event `recorded` of its own. A content is fetched in parts (`op/blob`), each asked for
 when the one before has come, after an outage from where it was; it counts when its hash is right.
 
-A content of `farhand.common.wire.recorded_motion` is a MessagePack map: `task`, `frame_names`, `n_dims`, `oriented`, `began` (a stamp)
+A content of `farhand.common.wire.motion_encoding` is a MessagePack map: `task`, `frame_names`, `n_dims`, `oriented`, `began` (a stamp)
 and `rows`, single precision, little-endian: for each sample the time since the first one [s], the position [m] or pose, and
 for each task frame, as perceived at that moment, its origin [m] and one angle [rad] or a quaternion. At most 100 samples in
 a second, none more than 0.1 s after the one before, at most 120 s.

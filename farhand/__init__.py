@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from farhand.local_site.teaching.demonstration import Demonstration as Demonstration
     from farhand.local_site.teaching.offline_learning import learn as learn
     from farhand.remote_site.interface.embodiment import Embodiment as Embodiment
-    from farhand.remote_site.interface.perception import Perception as Perception
     from farhand.remote_site.interface.plant import EffectorState as EffectorState
     from farhand.remote_site.interface.plant import Plant as Plant
+    from farhand.remote_site.interface.sensing import Perception as Perception
     from farhand.remote_site.reproduction.executor import Executor as Executor
     from farhand.remote_site.reproduction.executor_settings import ExecutorSettings as ExecutorSettings
     from farhand.remote_site.reproduction.rollout import Rollout as Rollout
@@ -52,7 +52,7 @@ _PUBLIC = {
     "roll_out": "farhand.remote_site.reproduction.rollout",
     "EffectorState": "farhand.remote_site.interface.plant",
     "Plant": "farhand.remote_site.interface.plant",
-    "Perception": "farhand.remote_site.interface.perception",
+    "Perception": "farhand.remote_site.interface.sensing",
     "Embodiment": "farhand.remote_site.interface.embodiment",
     "FarhandError": "farhand.common.errors",
     "InvalidInput": "farhand.common.errors",

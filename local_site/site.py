@@ -10,21 +10,20 @@ from typing import TYPE_CHECKING, Any
 
 from farhand.common.address import parse_address
 from farhand.common.errors import LinkError
-from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_control import RelayControl
+from farhand.common.link.connection_faults import explain_silence
 from farhand.common.link.link import ZenohLink
-from farhand.common.link.refusal import explain_silence
+from farhand.common.log import EventLog
 from farhand.common.process_status import DataFolder, OperatorFacts
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import ArmTask
+from farhand.common.task import ArmTask, TaskSet
 from farhand.common.whole_file import Claim
 from farhand.common.wire.messages import Wish
 from farhand.local_site.config import LocalConfig
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.facts import operator_facts
-from farhand.local_site.exchange.robot_scene import KnownScenes
+from farhand.local_site.exchange.fetching import KnownScenes
 from farhand.local_site.learning.warm_up import warm_up
-from farhand.local_site.script.operators_place import PlannedOutage
+from farhand.local_site.script.scripted_actions import PlannedOutage
 from farhand.local_site.script.scripted_operator import ScriptedOperator
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.workcell import SampleFiles, Workcell, make_workcell, no_files

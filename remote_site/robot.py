@@ -13,11 +13,11 @@ import numpy as np
 
 from farhand.common.clock import BootClock
 from farhand.common.errors import InvalidMessage
+from farhand.common.event_loop import Mailbox
 from farhand.common.link.budget import limit_flows, part_bytes
 from farhand.common.link.link import Link, Request
 from farhand.common.log import loop_logger
-from farhand.common.mailbox import Mailbox
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.keys import Channel
@@ -40,7 +40,7 @@ from farhand.common.wire.messages import (
     ReportRequest,
     Stop,
 )
-from farhand.common.wire.path_points import thinned
+from farhand.common.wire.motion_encoding import thinned
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment

@@ -1,4 +1,7 @@
-"""Remote process: the robot with its transport, its files, its planner's thread and its control loop."""
+"""Remote process: the robot with its transport, its files, its planner's thread and its control loop.
+
+Durations and lateness of control periods, as numbers that are written once a minute.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,16 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from farhand.common.clock import BootClock, Rate, SuspendWatch
 from farhand.common.control_mode import ControlMode
-from farhand.common.event_log import EventLog
 from farhand.common.link.link import ZenohLink
-from farhand.common.log import loop_logger
+from farhand.common.log import EventLog, loop_logger
 from farhand.common.process_status import DataFolder, RobotFacts
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.whole_file import Claim
 from farhand.common.wire.messages import EventKind, PlannedPath
 from farhand.common.wire.reasons import Code, Reason, because
@@ -26,7 +31,50 @@ from farhand.remote_site.motion.planner import Planner, PlanRequest
 from farhand.remote_site.reproduction.warm_up import warm_up
 from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.plant_memory import PERIOD_S, PlantMemory, PlantState
-from farhand.remote_site.supervision.tick_times import TickTimes
+
+LINE_PERIOD_S = 60.0
+"""Time that one line is about [s]."""
+
+
+class TickTimes:
+    """Collector of the times of control periods.
+
+    Args:
+        write: Writes one line, from its fields; never blocks.
+        control_hz: Control periods per second [Hz].
+    """
+
+    def __init__(self, write: Callable[..., Any], control_hz: float):
+        self._write, self._n = write, round(LINE_PERIOD_S * control_hz)
+        self._cpu_s: list[float] = []
+        self._late_s: list[float] = []
+
+    def add(self, cpu_s: float, late_s: float, overruns: int) -> None:
+        """Add one control period.
+
+        Args:
+            cpu_s: Processor time of the control loop's own thread [s].
+            late_s: How late it began [s].
+            overruns: How many came so late in this boot that they were left out.
+        """
+        self._cpu_s.append(cpu_s)
+        self._late_s.append(late_s)
+        if len(self._cpu_s) >= self._n:
+            self.tell(overruns)
+
+    def tell(self, overruns: int) -> None:
+        """Write the numbers, and start again from zero."""
+        if not self._cpu_s:
+            return
+        fields: dict[str, float] = {"n": len(self._cpu_s), "overruns": overruns}
+        for name, times_s in (("cpu", self._cpu_s), ("late", self._late_s)):
+            for part, value in zip(
+                ("p50", "p99", "max"), np.quantile(times_s, (0.5, 0.99, 1.0)), strict=True
+            ):
+                fields[f"{name}_{part}_ms"] = round(1e3 * float(value), 3)
+            times_s.clear()
+        self._write(kind="ticks", **fields)
+
 
 _log = loop_logger(__name__)
 

@@ -12,8 +12,7 @@ import numpy as np
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.link import Answered, Deliver, Request
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import PointTask
+from farhand.common.task import PointTask, TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.keys import Channel

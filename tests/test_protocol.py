@@ -14,7 +14,7 @@ from docs.protocol_page import FLOWS, PAGE, meaning, page
 from docs.protocol_words import ERRORS, SHARED_FIELDS
 from farhand.common.clock import BootClock
 from farhand.common.link.link import Answered
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import Message

@@ -2,21 +2,87 @@
 
 An arm that can no longer turn its tool freely jams in the bore; the check finds this before the motion
 starts.
+
+Straight trajectory into a receptacle, computed without moving: joint angles for successive poses.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.arm.insertion_trajectory import InsertionTrajectory
-from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.poses import difference
+from farhand.common.arm import arm
+from farhand.common.arm.engine import mink
+from farhand.common.arm.kinematics import Kinematics, compose, difference, moved
 from farhand.common.wire.reasons import Code, Reason, because
 
 Array = NDArray[np.float64]
+
+WAY_M = 0.20
+"""Length of the trajectory: it begins this far before the bottom [m]."""
+
+_STEP_M, _STEP_RAD = 0.005, 0.05
+_ITERATIONS = 4
+_DAMPING = 1e-6
+
+
+class InsertionTrajectory:
+    """Trajectory of one arm into a receptacle.
+
+    Args:
+        kinematics: A copy for this purpose alone.
+    """
+
+    def __init__(self, kinematics: Kinematics):
+        self.kinematics = kinematics
+        """Kinematics at the point of the trajectory reached so far."""
+        self._limits = [mink.ConfigurationLimit(kinematics.model)]
+        self._task = mink.FrameTask(arm.TIP, "site", position_cost=1.0, orientation_cost=0.3)
+
+    def go(self, joints_rad: Array, receptacle: Array) -> Iterator[Array]:
+        """Move from these angles straight to a point before the receptacle, then to its bottom.
+
+        Args:
+            joints_rad: Present joint angles. Shape (6,) [rad].
+            receptacle: Pose of the receptacle. Shape (7,).
+
+        Yields:
+            Each pose where the tip should be. Shape (7,).
+        """
+        self.kinematics.update(joints_rad)
+        depth_m = self.kinematics.dimensions.receptacle.depth_m
+        for pose in _straight(self.kinematics.tip, in_bore(receptacle, depth_m - WAY_M)):
+            self.reach(pose)
+        for depth in np.linspace(depth_m - WAY_M, depth_m, round(WAY_M / _STEP_M) + 1):
+            pose = in_bore(receptacle, depth)
+            self.reach(pose)
+            yield pose
+
+    def reach(self, pose: Array) -> None:
+        """Move to a nearby pose, as closely as the joints allow. Shape (7,)."""
+        configuration = self.kinematics.configuration
+        self._task.set_target(mink.SE3(np.concatenate([pose[3:], pose[:3]])))
+        for _ in range(_ITERATIONS):
+            velocity = mink.solve_ik(
+                configuration, [self._task], 1.0, "daqp", damping=_DAMPING, limits=self._limits
+            )
+            configuration.integrate_inplace(velocity, 1.0)
+
+
+def in_bore(receptacle: Array, depth_m: float) -> Array:
+    """Return a pose on the axis of a receptacle, at this depth behind its mouth [m]. Shape (7,)."""
+    return compose(receptacle, np.array([0.0, 0.0, depth_m, 1.0, 0.0, 0.0, 0.0]))
+
+
+def _straight(start: Array, end: Array) -> list[Array]:
+    """Interpolate poses between two poses, at most a step apart."""
+    way = difference(start, end)
+    steps = max(np.linalg.norm(way[:3]) / (4 * _STEP_M), np.linalg.norm(way[3:]) / _STEP_RAD, 1.0)
+    return [moved(start, part * way) for part in np.linspace(0.0, 1.0, int(np.ceil(steps)) + 1)[1:]]
+
 
 REFUSED_BELOW = 0.02
 """Least singular value below which an insertion is refused."""

@@ -8,13 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.arm.compliance import ComplianceSettings, Governor, SeenReceptacle, admittance
+from farhand.common.arm.compliance import ComplianceSettings, Governor, SeenReceptacle, Wrist, admittance
 from farhand.common.arm.dimensions import Dimensions
-from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.poses import difference, shortened
+from farhand.common.arm.kinematics import Kinematics, difference, shortened
 from farhand.common.arm.setpoint import MotionLimits, Setpoint
 from farhand.common.arm.velocity_ik import Solution, VelocityIk, ramped
-from farhand.common.arm.wrist import Wrist
 
 Array = NDArray[np.float64]
 

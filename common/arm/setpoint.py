@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.arm.poses import difference, moved, shortened
+from farhand.common.arm.kinematics import difference, moved, shortened
 from farhand.common.errors import InvalidConfiguration
 
 Array = NDArray[np.float64]

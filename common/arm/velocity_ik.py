@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from farhand.common.arm import arm
 from farhand.common.arm.engine import daqp, mink
-from farhand.common.arm.kinematics import BOARD, Kinematics
-from farhand.common.arm.poses import moved
+from farhand.common.arm.kinematics import BOARD, Kinematics, moved
 
 Array = NDArray[np.float64]
 

@@ -3,12 +3,11 @@
 Names and units are those of netem (ms, %, bit/s). The models that apply them are pure, seeded and without a
 clock; the caller passes the time, so that the same model runs in real and in virtual time:
 
-    jitter.py        the scatter of the delay
-    loss.py          random loss and bursts of loss
-    delay_line.py    a stream, which keeps its order: what the relay is to a TCP connection
-    message_line.py  messages, which may be lost, duplicated, corrupted and overtaken: what the relay is to UDP
+    delay_line.py    a stream, which keeps its order, and the scatter of its delay: what the relay is to a TCP
+                     connection
+    message_line.py  messages, which may be lost, duplicated, corrupted and overtaken, at random or in bursts: what the relay is to UDP
                      datagrams, and what the in-process link is
-    timeline.py      settings that change with time
+    link_profile.py  named settings, and those that change with time
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from functools import partial
 from itertools import count
 
+from farhand.common.clock import VirtualTime
 from farhand.common.impairment.impairment import LinkSettings
-from farhand.common.impairment.virtual_time import VirtualTime
 from farhand.common.impairment.virtual_way import Kind, OneWay, Packet
 from farhand.common.link.link import Answered, Deliver, Request
 from farhand.common.wire.keys import Channel

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from functools import partial
 
+from farhand.common.clock import VirtualTime
 from farhand.common.impairment.impairment import DirectionSettings
 from farhand.common.impairment.message_line import MessageLine
-from farhand.common.impairment.virtual_time import VirtualTime
 from farhand.common.link.link import OVERHEAD_BYTES
-from farhand.common.link.send_queue import SendQueue
+from farhand.common.link.outbox import SendQueue
 from farhand.common.wire.keys import Channel, Urgency
 
 

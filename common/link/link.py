@@ -18,10 +18,9 @@ import zenoh
 from farhand.common.address import listening_fault
 from farhand.common.errors import LinkError, PortTaken
 from farhand.common.link.certificates import check_site_certificate
-from farhand.common.link.deaf_listeners import DeafListeners
+from farhand.common.link.connection_faults import DeafListeners
 from farhand.common.link.endpoint import EndpointSettings, scheme_of, zenoh_configuration
-from farhand.common.link.outbox import Outbox
-from farhand.common.link.silence import SilenceGate
+from farhand.common.link.outbox import Outbox, SilenceGate
 from farhand.common.log import loop_logger
 from farhand.common.wire.keys import Channel, Urgency
 

@@ -1,13 +1,83 @@
-"""Sending thread, so that the control loop never waits for the transport."""
+"""Sending thread, so that the control loop never waits for the transport.
+
+Queue of messages to send: in order, newest-only if that suffices, within byte budgets. It has no clock.
+
+Reduction of sending while nothing is heard, so that the link is found open as soon as it is.
+"""
 
 from __future__ import annotations
 
 import logging
 import threading
 import time
+from collections import OrderedDict
 from collections.abc import Callable
+from typing import Generic, TypeVar
 
-from farhand.common.link.send_queue import SendQueue
+T = TypeVar("T")
+
+_MOST_WAITING = 1024
+"""Messages that may wait for a blocked transport; those that must arrive are sent again anyway."""
+
+
+class SendQueue(Generic[T]):
+    """Queue of messages for one sender.
+
+    Of messages with the same `newest_only` name only the newest waits; a message with a byte budget is sent
+    no faster than that budget allows, and later ones replace it, so none are queued. Times are on any clock
+    that does not go back [s].
+    """
+
+    def __init__(self) -> None:
+        self._waiting: OrderedDict[object, tuple[T, str | None, int]] = OrderedDict()
+        self._budgets: dict[str, float] = {}
+        self._not_before_s: dict[str, float] = {}
+
+    def put(self, item: T, newest_only: str | None = None, n_bytes: int = 0) -> bool:
+        """Add an item.
+
+        Args:
+            item: The message.
+            newest_only: Name under which only the newest waits, or None for every message.
+            n_bytes: Size, for the budget of that name.
+
+        Returns:
+            Whether there was room; if not, the oldest was dropped for it.
+        """
+        key = newest_only if newest_only is not None else object()
+        self._waiting[key] = (item, newest_only, n_bytes)
+        if len(self._waiting) > _MOST_WAITING:
+            self._waiting.popitem(last=False)
+            return False
+        return True
+
+    def limit(self, newest_only: str, bytes_per_s: float) -> None:
+        """Give a name its byte budget [B/s]; zero or less lifts it."""
+        self._budgets[newest_only] = bytes_per_s
+        self._not_before_s.pop(newest_only, None)
+
+    def clear(self) -> None:
+        """Drop what waits; budgets stay."""
+        self._waiting.clear()
+
+    def take(self, now_s: float) -> T | None:
+        """Return the oldest item that may go now, or None."""
+        for key, (item, name, n_bytes) in self._waiting.items():
+            if self._remaining_s(name, now_s) <= 0.0:
+                del self._waiting[key]
+                if name and (budget := self._budgets.get(name, 0.0)) > 0.0:
+                    self._not_before_s[name] = now_s + n_bytes / budget
+                return item
+        return None
+
+    def ready_in_s(self, now_s: float) -> float | None:
+        """Return the time until an item may go [s]; None when nothing waits."""
+        waits_s = (self._remaining_s(name, now_s) for _, name, _ in self._waiting.values())
+        return min(waits_s, default=None)
+
+    def _remaining_s(self, name: str | None, now_s: float) -> float:
+        return max(0.0, self._not_before_s.get(name, now_s) - now_s) if name else 0.0
+
 
 Send = Callable[[], None]
 
@@ -72,3 +142,50 @@ class Outbox:
                     return send
                 self._changed.wait(self._queue.ready_in_s(now_s))
             return None
+
+
+_SMALL_BYTES = 128
+_SMALL_PAUSE_S, _LARGE_PAUSE_S = 1 / 3, 5.0
+"""Pauses between probes. In half a minute, after which QUIC gives the connection up, they stay within 12 kB, its first window."""
+_SILENT_AFTER_S, _NARROW_SILENT_AFTER_S = 0.5, 2.0
+_NARROW_BPS = 100_000.0
+
+
+class SilenceGate:
+    """Gate that passes all messages while the other site is heard, and few small ones while it is not.
+
+    Over QUIC, data sent into an outage stays unacknowledged and fills the congestion window. Then only the
+    transport's own probes leave, at intervals that double each time: the link would be found open after a
+    time as long as the outage was.
+
+    Args:
+        rate_bps: Capacity of the link [bit/s]; 0: more than enough. On a narrow link messages are rarer,
+            and silence is longer.
+        clock: Returns the time, on a clock that does not go back [s].
+    """
+
+    def __init__(self, rate_bps: float = 0.0, clock: Callable[[], float] = time.monotonic):
+        self._silent_after_s = _NARROW_SILENT_AFTER_S if 0 < rate_bps < _NARROW_BPS else _SILENT_AFTER_S
+        self._clock, self._lock = clock, threading.Lock()
+        self._heard_s = clock()
+        self._probed_s = {True: -_LARGE_PAUSE_S, False: -_LARGE_PAUSE_S}
+
+    def heard(self) -> None:
+        """Note that something arrived."""
+        self._heard_s = self._clock()
+
+    def lets_out(self, n_bytes: int) -> bool:
+        """Decide whether a message that the next one replaces may be sent now.
+
+        Args:
+            n_bytes: Size of the message.
+        """
+        with self._lock:
+            now_s = self._clock()
+            if now_s - self._heard_s <= self._silent_after_s:
+                return True
+            small = n_bytes < _SMALL_BYTES
+            if now_s - self._probed_s[small] < (_SMALL_PAUSE_S if small else _LARGE_PAUSE_S):
+                return False
+            self._probed_s[small] = now_s
+            return True

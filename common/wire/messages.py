@@ -339,7 +339,7 @@ class RecordingOffer(Struct, frozen=True, forbid_unknown_fields=True, array_like
     """Motion that the robot recorded while it was driven."""
 
     sha256: Sha256
-    """Of its content, see `farhand.common.wire.recorded_motion`."""
+    """Of its content, see `farhand.common.wire.motion_encoding`."""
     site_name: Id
     """Site that drove."""
     whole: bool
@@ -397,7 +397,7 @@ class PlannedPath(Message, frozen=True, kw_only=True):
     """Coordinates per point: two or three of a position [m], seven of a pose."""
     step_s: Annotated[float, Meta(gt=0, le=10)]
     points: Annotated[bytes, Meta(max_length=200 * 7 * 2)]
-    """Shape (N, n_coordinates); see `farhand.common.wire.path_points`."""
+    """Shape (N, n_coordinates); see `farhand.common.wire.motion_encoding`."""
     reaches_end: bool
     away: Annotated[float, Meta(ge=0, le=1e6)] = 0.0
     """How many times further away than in the demonstrations a previewed motion begins or ends; 0: no preview."""

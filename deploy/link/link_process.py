@@ -1,4 +1,7 @@
-"""`farhand link`: the relay and its control socket, until a signal ends them."""
+"""`farhand link`: the relay and its control socket, until a signal ends them.
+
+The control socket of the link process: the server's side of `farhand.common.impairment.link_control`.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +9,139 @@ import asyncio
 import logging
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from farhand.common.address import Address
-from farhand.common.impairment.link_control import CONTROL_PORT
-from farhand.common.impairment.link_profile import find_profile, load_profiles
+import msgspec
+
+from farhand.common.address import Address, bind
+from farhand.common.errors import InvalidInput
+from farhand.common.impairment.link_control import (
+    CONTROL_PORT,
+    MAX_LINE_BYTES,
+    Answer,
+    ForeignLine,
+    OutageRequest,
+    ProfileRequest,
+    RebindRequest,
+    Request,
+    SetRequest,
+    StatusRequest,
+    decode_request,
+    refuse,
+)
+from farhand.common.impairment.link_profile import LinkProfile, find_profile, load_profiles, update_settings
+from farhand.deploy.link.listener import Listener, ListenerLimits, Visitor
 from farhand.deploy.link.relay import Relay
-from farhand.deploy.link.relay_control import ControlServer
 
 log = logging.getLogger(__name__)
+
+_LIMITS = ListenerLimits(most=16, first_word_s=10.0, silence_s=60.0)
+
+
+class ControlServer:
+    """Answers the requests of `farhand.common.impairment.link_control` for a relay in the same event loop.
+
+    Args:
+        relay: What is controlled.
+        profiles: The profiles that a request may name.
+        listen: Host and port; port 0 takes a free one. There is no access control: keep it on loopback or
+            on a network of its own.
+    """
+
+    def __init__(self, relay: Relay, profiles: Mapping[str, LinkProfile], listen: Address):
+        self._relay, self._profiles, self._listen = relay, profiles, listen
+        self._listener = Listener("link's control", self._serve, _LIMITS)
+
+    @property
+    def address(self) -> Address:
+        """Address on which it listens, with the port that it got."""
+        return self._listen
+
+    async def start(self) -> None:
+        """Bind and begin to answer.
+
+        Raises:
+            LinkError: The port is in use, or the address is not of this machine.
+        """
+        listening = bind(self._listen)
+        host, port, *_ = listening.getsockname()
+        self._listen = (host, port)
+        self._listener.start(listening)
+
+    async def stop(self) -> None:
+        """Give the port back and close what is open."""
+        await self._listener.close()
+
+    def answer(self, line: bytes | None) -> Answer:
+        """Do what a line asks for, wholly or not at all; None is a line that is too long.
+
+        Raises:
+            ForeignLine: When it is not of this protocol at all.
+        """
+        try:
+            self._do(decode_request(line))
+        except ForeignLine:
+            raise
+        except InvalidInput as error:
+            return refuse(error)
+        return Answer(status=self._relay.status())
+
+    def _do(self, request: Request) -> None:
+        relay = self._relay
+        match request:
+            case ProfileRequest(name=name):
+                relay.change(find_profile(self._profiles, name).over_time(f"link profile {name}"), name)
+            case SetRequest(uplink=uplink, downlink=downlink):
+                relay.change(update_settings(relay.settings, uplink=uplink, downlink=downlink))
+            case OutageRequest(kind=kind, duration_s=duration_s):
+                relay.outage(kind, duration_s)
+            case RebindRequest():
+                relay.rebind()
+            case StatusRequest():
+                pass
+            case _:
+                relay.clear()
+
+    async def _serve(self, visitor: Visitor) -> None:
+        reader, writer = await asyncio.open_connection(sock=visitor.sock, limit=MAX_LINE_BYTES)
+        try:
+            while (line := await _next_line(reader)) != b"":
+                visitor.heard()
+                try:
+                    answer = self.answer(line)
+                except ForeignLine as error:
+                    await _see_out(reader, writer, error)
+                    return
+                writer.write(msgspec.json.encode(answer) + b"\n")
+                await writer.drain()
+        except ConnectionError as error:
+            log.debug("a control client has gone: %s", error)
+        finally:
+            writer.close()
+
+
+async def _next_line(reader: asyncio.StreamReader) -> bytes | None:
+    """Return the next line, empty at the end; None for one that is too long."""
+    try:
+        return await reader.readline()
+    except ValueError:  # how asyncio says that the line is too long
+        return None
+
+
+async def _see_out(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, error: ForeignLine) -> None:
+    """Refuse a client who speaks another protocol.
+
+    A web page's form may carry a line of ours further down, so nothing that follows is understood; it is
+    read, since closing on unread bytes would lose the answer.
+    """
+    writer.write(msgspec.json.encode(refuse(error)) + b"\n")
+    await writer.drain()
+    writer.write_eof()
+    while await reader.read(MAX_LINE_BYTES):
+        pass
+
 
 PROFILES_FILE = Path(__file__).parents[1] / "link_profiles.toml"
 

@@ -3,6 +3,8 @@
 The local site dials the relay, which dials the remote site. It carries TCP connections and UDP datagrams that come
 to the same port. The sites cannot tell it from a slow network, except that TCP's own handshake is not delayed, and
 that TCP loses nothing: loss, duplicates, corruption and reordering are done to datagrams alone.
+
+Plays a link's timeline in real time.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import asyncio
 import contextlib
 import logging
 import socket
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -18,12 +21,41 @@ import msgspec
 from farhand.common.address import Address, bind, show_address
 from farhand.common.errors import InvalidConfiguration, PortTaken
 from farhand.common.impairment.impairment import LinkSettings, Outage
-from farhand.common.impairment.timeline import Timeline
+from farhand.common.impairment.link_profile import Timeline
 from farhand.deploy.link.datagrams import Datagrams
 from farhand.deploy.link.relay_connection import SOCKET_BUFFER_BYTES
 from farhand.deploy.link.relay_pipe import Meter
 from farhand.deploy.link.streams import Streams
-from farhand.deploy.link.timeline_player import TimelinePlayer
+
+
+class TimelinePlayer:
+    """Applies the settings of a timeline, each when its time has come, in the running event loop.
+
+    Args:
+        apply: Puts settings into force.
+    """
+
+    def __init__(self, apply: Callable[[LinkSettings], None]):
+        self._apply = apply
+        self._next: asyncio.TimerHandle | None = None
+
+    def play(self, timeline: Timeline) -> None:
+        """Begin a timeline now, instead of the one under way."""
+        self.stop()
+        self._take(timeline, asyncio.get_running_loop().time(), 0.0)
+
+    def stop(self) -> None:
+        """Leave the settings as they are."""
+        if self._next:
+            self._next.cancel()
+        self._next = None
+
+    def _take(self, timeline: Timeline, began_s: float, elapsed_s: float) -> None:
+        self._apply(timeline.at(elapsed_s))
+        if (next_s := timeline.next_change_s(elapsed_s)) is not None:
+            loop = asyncio.get_running_loop()
+            self._next = loop.call_at(began_s + next_s, self._take, timeline, began_s, next_s)
+
 
 log = logging.getLogger(__name__)
 

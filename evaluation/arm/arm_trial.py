@@ -9,17 +9,15 @@ from dataclasses import dataclass, replace
 from msgspec import structs
 
 from farhand.common.arm.compliance import ComplianceSettings
-from farhand.common.arm.poses import compose, difference, inverse
-from farhand.common.arm.simulation.goals import Goal, Seated
-from farhand.common.arm.simulation.placement import Placement
+from farhand.common.arm.kinematics import compose, difference, inverse
 from farhand.common.arm.simulation.simulation import TICK_S
+from farhand.common.arm.simulation.starts_and_goals import Goal, Placement, Seated
+from farhand.common.clock import VirtualTime
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_link import VirtualLink
-from farhand.common.impairment.virtual_time import VirtualTime
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import ArmTask
+from farhand.common.task import ArmTask, TaskSet
 from farhand.deploy.places import find_task
 from farhand.evaluation.arm.arm_record import HELD_S, TrialRecord
 from farhand.evaluation.harness.commander import Commander, NotDone

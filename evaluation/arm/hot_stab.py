@@ -21,14 +21,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from farhand.common.arm.dimensions import Dimensions
-from farhand.common.arm.simulation.placement import ACCEPTANCE, Placement
 from farhand.common.arm.simulation.simulation import TICK_S
+from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE, Placement
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.deploy.places import sample_files
-from farhand.evaluation.arm.arm_record import TrialRecord
-from farhand.evaluation.arm.arm_table import HEADER, row_of, summary_of
+from farhand.evaluation.arm.arm_figures import draw_motions
+from farhand.evaluation.arm.arm_record import HEADER, TrialRecord, row_of, summary_of
 from farhand.evaluation.arm.arm_trial import Conditions, Trial
-from farhand.evaluation.arm.hot_stab_figure import draw_motions
 from farhand.evaluation.metrics.motion_metrics import dtw_rms, time_rms
 from farhand.evaluation.metrics.sensor import TRACKER, Sensor
 from farhand.evaluation.metrics.tables import table
@@ -36,7 +35,7 @@ from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
-from farhand.remote_site.perception.marker_tracker import PRESETS
+from farhand.remote_site.perception.simulated_sight import PRESETS
 
 LAMBDA_M = 0.10  # the paper's
 CONDITIONS = {name: Conditions(noise=noise) for name, noise in PRESETS.items()}

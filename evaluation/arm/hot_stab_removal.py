@@ -27,27 +27,79 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.simulation.disturbances import DisturbanceSettings, Sway
-from farhand.common.arm.simulation.goals import MAX_DRAGGED_M, STANDOFF_M, Withdrawn
-from farhand.common.arm.simulation.placement import ACCEPTANCE, Placement
 from farhand.common.arm.simulation.simulation import TICK_S
+from farhand.common.arm.simulation.starts_and_goals import (
+    ACCEPTANCE,
+    MAX_DRAGGED_M,
+    STANDOFF_M,
+    Placement,
+    Withdrawn,
+)
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.deploy.places import sample_files
 from farhand.evaluation.arm import hot_stab
-from farhand.evaluation.arm.arm_record import TrialRecord
+from farhand.evaluation.arm.arm_figures import draw_motions
+from farhand.evaluation.arm.arm_record import TrialRecord, outcome_cells, outcome_of
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import LAMBDA_M
-from farhand.evaluation.arm.hot_stab_figure import draw_motions
-from farhand.evaluation.arm.removal_table import HEADER, row_of, summary_of
 from farhand.evaluation.metrics.motion_metrics import dtw_rms, time_rms
 from farhand.evaluation.metrics.tables import table
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
-from farhand.remote_site.perception.marker_tracker import TYPICAL
+from farhand.remote_site.perception.simulated_sight import TYPICAL
+
+Array = NDArray[np.float64]
+
+HEADER = (
+    "",
+    "success",
+    "required",
+    "peak force, median / 95 % / most [N]",
+    "receptacle dragged, median / most [mm]",
+    "from the stand-off, median / 95 % [mm]",
+    "out of the mouth after [s]",
+    "at the stand-off after [s]",
+)
+
+
+def summary_of(part: list[Case], required: float) -> Case:
+    """Summarise the trials of one scenario, with the required rate of success."""
+    dragged, away, out, reached = (
+        np.array([r[key] for r in part]) for key in ("dragged_m", "away_m", "out_s", "reached_s")
+    )
+    return {
+        **outcome_of(part, required),
+        "dragged_median_m": float(np.median(dragged)),
+        "dragged_max_m": float(dragged.max()),
+        "away_median_m": float(np.median(away)),
+        "away_p95_m": float(np.quantile(away, 0.95)),
+        "out_median_s": _median_of_known(out),
+        "reached_median_s": _median_of_known(reached),
+    }
+
+
+def _median_of_known(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else math.nan
+
+
+def row_of(name: str, part: list[Case], summary: Case) -> tuple[str, ...]:
+    """Return the row under `HEADER`."""
+    return (
+        *outcome_cells(name, part, summary),
+        f"{summary['peak_median_n']:.0f} / {summary['peak_p95_n']:.0f} / {summary['peak_max_n']:.0f}",
+        f"{summary['dragged_median_m'] * 1e3:.1f} / {summary['dragged_max_m'] * 1e3:.1f}",
+        f"{summary['away_median_m'] * 1e3:.1f} / {summary['away_p95_m'] * 1e3:.1f}",
+        f"{summary['out_median_s']:.1f}",
+        f"{summary['reached_median_s']:.1f}",
+    )
+
 
 _SWAYING = Conditions(noise=TYPICAL, disturbances=DisturbanceSettings(receptacle=Sway(0.020, 0.1)))
 _BIASED = replace(TYPICAL, bias_m=0.005, bias_rad=math.radians(4.0))

@@ -24,15 +24,14 @@ from pathlib import Path
 import numpy as np
 
 from farhand.common.arm.simulation.disturbances import PRESETS, DisturbanceSettings, Sway
-from farhand.common.arm.simulation.placement import WIDE
-from farhand.evaluation.arm.arm_record import TrialRecord
-from farhand.evaluation.arm.arm_table import HEADER, row_of, summary_of
+from farhand.common.arm.simulation.starts_and_goals import WIDE
+from farhand.evaluation.arm.arm_figures import SuccessRate, draw_rates
+from farhand.evaluation.arm.arm_record import HEADER, TrialRecord, row_of, summary_of
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught
-from farhand.evaluation.arm.robustness_figure import SuccessRate, draw_rates
 from farhand.evaluation.metrics.tables import rate, table, wilson_interval
 from farhand.evaluation.study import Case, reporting_seeds
-from farhand.remote_site.perception.marker_tracker import CLEAN, TYPICAL
+from farhand.remote_site.perception.simulated_sight import CLEAN, TYPICAL
 
 _TRIALS = 100  # trials of each scenario; half as many of each bias, a fifth of each point of the grid
 _JUMP_M = (0.035, 0.135)

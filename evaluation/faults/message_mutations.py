@@ -14,7 +14,7 @@ from msgspec import inspect
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.codec import decode, encode, leaves
 from farhand.common.wire.messages import Message, Stamp
-from farhand.common.wire.recorded_motion import RecordedMotion, packed_row
+from farhand.common.wire.motion_encoding import RecordedMotion, packed_row
 from farhand.evaluation.faults.bounds import WrongResult
 from farhand.evaluation.faults.mutants import Random, bytes_mutant, tree_mutant
 

@@ -17,9 +17,9 @@ import msgpack
 import msgspec
 import numpy as np
 
-from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_profile import load_profiles
 from farhand.common.link.endpoint import zenoh_configuration
+from farhand.common.log import EventLog
 from farhand.common.model.model_file import decode, encode, load
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
@@ -43,7 +43,7 @@ from farhand.local_site.teaching.offline_learning import learn_files
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.teaching.task_library import TaskLibrary
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.interface.arm_memory import ArmMemory
+from farhand.remote_site.interface.embodiment import ArmMemory
 from farhand.remote_site.robots.plant_memory import PlantMemory, PlantState
 
 _DEPLOY = Path(__file__).resolve().parents[2] / "deploy"

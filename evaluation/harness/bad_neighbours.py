@@ -1,4 +1,7 @@
-"""Bad neighbours of a robot's port: suspended, deaf, generous with models, or talking nonsense."""
+"""Bad neighbours of a robot's port: suspended, deaf, generous with models, or talking nonsense.
+
+A model as wide as may be, and with cycles: valid, and the most that somebody can make a robot try.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import msgpack
@@ -19,15 +23,48 @@ from farhand.common.link.link import ZenohLink
 from farhand.common.model.model_file import content_hash
 from farhand.common.model.model_file import encode as encode_model
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.model.tphsmm import MAX_COMPONENTS
+from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import SCHEMA, EventsRequest
 from farhand.deploy.places import find_point_task
-from farhand.evaluation.harness.cyclic_model import cyclic_model
 from farhand.evaluation.harness.real_process import HOST, Process
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.samples import sample_strokes
+
+
+def cyclic_model(base: TPHSMM, n: int) -> TPHSMM:
+    """Return a valid model whose components lead to each other in a circle, each with a way out to the last one.
+
+    Args:
+        base: Model whose components are taken, again and again.
+        n: Number of components.
+    """
+    rng, pick = np.random.default_rng(1), np.arange(n) % (base.n_components - 1)
+    transition = np.zeros((n, n))
+    for i in range(n - 1):
+        transition[i, (i + 1) % (n - 1)] = 0.9
+        transition[i, n - 1] += 0.1
+    arrays = {
+        name: np.array(np.take(getattr(base, name), pick, axis=0 if getattr(base, name).ndim == 1 else 1))
+        for name in ("initial", "means", "covariances", "duration_mean_s", "duration_variance_s2", "counts", "phase",
+                     "elapsed_mean_s", "slopes", "residual_covariances", "start_means", "start_covariances")
+    }  # fmt: skip
+    initial = np.zeros(n)
+    initial[0] = 1.0
+    terminal, leaves = np.arange(n) == n - 1, np.zeros(n)
+    leaves[-1] = 1.0
+    arrays |= {"initial": initial, "phase": rng.permutation(np.linspace(0.0, 1.0, n))}
+    return replace(
+        base,
+        transition=transition,
+        time_share=transition / 2.0,
+        exit=leaves,
+        terminal=terminal,
+        ways=(),
+        **arrays,
+    )
+
 
 _PATIENCE_S = 60.0
 _N_MODELS, _PERIOD_S = 100, 0.03

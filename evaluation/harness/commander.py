@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+from farhand.common.clock import VirtualTime
 from farhand.common.control_mode import Action
 from farhand.common.errors import FarhandError
-from farhand.common.impairment.virtual_time import VirtualTime
 from farhand.common.link.link import Link
 from farhand.common.model.model_file import content_hash
 from farhand.common.model.model_file import encode as encode_model

@@ -17,7 +17,7 @@ from farhand.common.errors import ProcessFailed
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Telemetry, Wish

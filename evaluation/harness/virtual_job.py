@@ -13,7 +13,7 @@ from farhand.common.wire.messages import ExecutionReport
 from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intents import Intent
-from farhand.local_site.script.operators_place import OutageKind, PlannedOutage
+from farhand.local_site.script.scripted_actions import OutageKind, PlannedOutage
 from farhand.local_site.script.scripted_operator import ScriptedOperator
 
 _STEP_S = 0.02

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from farhand.common.clock import BootClock
+from farhand.common.clock import BootClock, VirtualTime
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_link import VirtualLink
-from farhand.common.impairment.virtual_time import VirtualTime
 from farhand.common.link.link import Link
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.local_site.console.console import PERIOD_S, Console
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.workcell import SampleFiles, make_workcell, no_files

@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from farhand.deploy.rollout import roll_out
 from farhand.evaluation.human import human_report
-from farhand.evaluation.human.human_data import SETS, files, fold, recordings
+from farhand.evaluation.human.human_report import SETS, files, fold, recordings
 from farhand.evaluation.metrics.baselines import GRID, PAPER, PrompBaseline, mean_warp
 from farhand.evaluation.metrics.motion_metrics import (
     arc_rms,

@@ -24,13 +24,13 @@ from msgspec import structs
 
 from farhand.common.errors import FarhandError
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.deploy.places import find_point_task
 from farhand.evaluation.harness.virtual_job import do_job
 from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.evaluation.metrics.tables import rate, table, wilson_interval
 from farhand.evaluation.study import reporting_seeds
-from farhand.local_site.script.operators_place import OutageKind, PlannedOutage
+from farhand.local_site.script.scripted_actions import OutageKind, PlannedOutage
 from farhand.local_site.teaching.library import Library
 from farhand.remote_site.config import RemoteConfig
 

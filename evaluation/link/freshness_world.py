@@ -19,12 +19,11 @@ from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.impairment.delay_line import DelayLine
 from farhand.common.impairment.impairment import DirectionSettings
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import PointTask, Target
+from farhand.common.task import PointTask, Target, TaskSet
 from farhand.common.wire.messages import Command, Heartbeat, LeaseRequest, OperatorInput, Stamp
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.plant import PointPlant
-from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
+from farhand.remote_site.perception.simulated_sight import OscillatingTarget, SimulatedPerception
 from farhand.remote_site.robots.point_embodiment import point_embodiment
 from farhand.remote_site.supervision.supervisor import Supervisor
 

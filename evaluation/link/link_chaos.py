@@ -20,12 +20,10 @@ from typing import Any
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_way import Packet
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import PointTask, load_toml
+from farhand.common.task import PointTask, TaskSet, load_toml
 from farhand.common.wire.messages import Wish
 from farhand.evaluation.harness.virtual_sites import Hooks, VirtualSites
-from farhand.evaluation.link.chaos_operator import ChaosOperator
-from farhand.evaluation.link.chaos_schedule import DURATION_S, Mishap, Schedule, random_schedule
+from farhand.evaluation.link.chaos import DURATION_S, ChaosOperator, Mishap, Schedule, random_schedule
 from farhand.evaluation.link.chaos_watch import ChaosWatch
 from farhand.evaluation.metrics.tables import wilson_interval
 from farhand.evaluation.modes.invariants import NOT_HERE, Violation, all_invariants

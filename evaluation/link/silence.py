@@ -26,8 +26,7 @@ from farhand.common.control_mode import Action, ControlMode
 from farhand.common.errors import FarhandError
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.virtual_way import Packet
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import PointTask, Target
+from farhand.common.task import PointTask, Target, TaskSet
 from farhand.common.wire import keys
 from farhand.evaluation.harness.virtual_job import VirtualPlace
 from farhand.evaluation.harness.virtual_sites import Hooks, VirtualSites
@@ -35,7 +34,7 @@ from farhand.evaluation.metrics.tables import quantiles, rate, table
 from farhand.evaluation.study import reporting_seeds
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.script.operators_place import OutageKind
+from farhand.local_site.script.scripted_actions import OutageKind
 from farhand.local_site.teaching.library import Library
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.motion.coupling import INPUT_SILENCE_S

@@ -27,7 +27,7 @@ import numpy as np
 from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.errors import FarhandError
 from farhand.common.wire.messages import PlannedPath, Telemetry, Wish
-from farhand.common.wire.path_points import duration_s
+from farhand.common.wire.motion_encoding import duration_s
 from farhand.deploy.places import find_task
 from farhand.evaluation.harness.real_process import Process
 from farhand.evaluation.harness.real_sites import Heard, RealSites

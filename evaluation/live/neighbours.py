@@ -6,7 +6,7 @@ models of 3.8 MB, of parts of 2 MB, or of the most components; garbage on every 
 STOPs, each again every 0.2 s as a site does, and waits for its acknowledgement.
 
 On the same machine another robot's process runs that nobody speaks to: how late its periods begin is what the machine
-costs, and the peer of the figures. Both write down their own times, see `remote_site/supervision/tick_times.py`.
+costs, and the peer of the figures. Both write down their own times, see `remote_site/site.py`.
 """
 
 from __future__ import annotations

@@ -31,8 +31,7 @@ import numpy as np
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import ArmTask
+from farhand.common.task import ArmTask, TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Stop
@@ -46,7 +45,7 @@ from farhand.local_site.console.console import Console
 from farhand.local_site.learning.warm_up import warm_up
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.workcell.live_arm import LiveArm
+from farhand.local_site.workcell.arm_drivers import LiveArm
 
 Case = dict[str, Any]
 

@@ -28,9 +28,8 @@ import numpy as np
 
 from farhand.common.model.model_file import encode
 from farhand.deploy.places import sample_files
-from farhand.evaluation.harness.page_visitor import visit
+from farhand.evaluation.harness.page_visitor import reverse_proxy, visit
 from farhand.evaluation.harness.real_process import HOST, Process, free_port
-from farhand.evaluation.harness.reverse_proxy import reverse_proxy
 from farhand.evaluation.harness.started import ProcessOutcome, started
 from farhand.evaluation.harness.surrounding import NAMED, SURROUNDINGS, Surrounding
 from farhand.evaluation.metrics.tables import table

@@ -14,8 +14,7 @@ import numpy as np
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.task import Task
 from farhand.common.wire.messages import OperatorInput, Stop
-from farhand.evaluation.modes.driving_rules import INPUT_SILENCE_S, AtMostOnce, DeadMan
-from farhand.evaluation.modes.period import Invariant, Period
+from farhand.evaluation.modes.period import INPUT_SILENCE_S, AtMostOnce, DeadMan, Invariant, Period
 
 _MOVING = (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
 _MANOEUVRES = (Phase.RETRACTING, Phase.GOING_TO_READY, Phase.BACKING_OFF)

@@ -15,7 +15,7 @@ import numpy as np
 
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode, Phase
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import (
     Command,

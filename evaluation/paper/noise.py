@@ -20,7 +20,7 @@ import numpy as np
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.deploy.rollout import roll_out
 from farhand.evaluation.arm.hot_stab import recorded
-from farhand.evaluation.human.human_data import SETS, files, fold, recordings
+from farhand.evaluation.human.human_report import SETS, files, fold, recordings
 from farhand.evaluation.metrics.motion_metrics import MAX_ANGLE_DEG, MAX_LATERAL_M, approach_of, arc_rms
 from farhand.evaluation.metrics.sensor import EXACT, TRACKER, Sensor
 from farhand.evaluation.metrics.tables import quantiles, rate, table

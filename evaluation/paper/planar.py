@@ -29,7 +29,7 @@ from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.samples import sample_strokes
-from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
+from farhand.remote_site.perception.simulated_sight import OscillatingTarget, SimulatedPerception
 
 Array = NDArray[np.float64]
 

@@ -6,10 +6,9 @@ from farhand.common.version import installed_version
 from farhand.common.wire import keys
 from farhand.common.wire.messages import CatalogueReply, CatalogueRequest, Event, Telemetry
 from farhand.local_site.console.robot_recordings import RobotRecordings
-from farhand.local_site.exchange.blob_fetcher import BlobFetcher
+from farhand.local_site.exchange.fetching import BlobFetcher, KnownScenes, RobotScene
 from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.exchange.requests import Requests
-from farhand.local_site.exchange.robot_scene import KnownScenes, RobotScene
 from farhand.local_site.teaching.library import Library
 
 _GIVE_UP_S = 60.0

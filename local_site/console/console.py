@@ -15,11 +15,11 @@ from functools import partial
 from farhand.common.clock import SuspendWatch, elapsed_s
 from farhand.common.control_mode import Action
 from farhand.common.errors import FarhandError
-from farhand.common.event_log import EventLog
 from farhand.common.event_loop import EventLoop
 from farhand.common.link.budget import limit_flows
 from farhand.common.link.link import Link
 from farhand.common.link.link_monitor import LinkMonitor
+from farhand.common.log import EventLog
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Event, ExecutionReport, PlannedPath, ReportRequest, Telemetry, Wish
 from farhand.common.wire.reasons import Code, because
@@ -32,13 +32,11 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.sending import Sending
 from farhand.local_site.console.teaching import Teaching
 from farhand.local_site.console.teleoperation import Teleoperation
-from farhand.local_site.exchange.event_follower import EventFollower
-from farhand.local_site.exchange.listening import listen
+from farhand.local_site.exchange.fetching import KnownScenes
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.notices import Notice, Notices
-from farhand.local_site.exchange.reports import Reports
+from farhand.local_site.exchange.reports import EventFollower, Reports, listen
 from farhand.local_site.exchange.requests import Requests
-from farhand.local_site.exchange.robot_scene import KnownScenes
 from farhand.local_site.exchange.stop_sender import StopLane
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.workcell import Workcell, make_workcell

@@ -8,10 +8,10 @@ from functools import partial
 from farhand.common.control_mode import Action
 from farhand.common.errors import FarhandError
 from farhand.common.wire.messages import Event, EventKind, RecordingOffer
-from farhand.common.wire.recorded_motion import RecordedMotion
+from farhand.common.wire.motion_encoding import RecordedMotion
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.exchange.blob_fetcher import BlobFetcher
+from farhand.local_site.exchange.fetching import BlobFetcher
 from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.lesson import NotNow

@@ -1,14 +1,92 @@
-"""Newest reports of the robot: its state, its path, every event once."""
+"""Newest reports of the robot: its state, its path, every event once.
+
+Follower of the robot's events: tells each once, and requests those that an outage has swallowed.
+
+Reception of the robot's messages, each on its way to the one thread that may handle it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
+from typing import TypeVar
 
 from farhand.common.control_mode import ControlMode
 from farhand.common.errors import InvalidMessage
+from farhand.common.event_loop import Job
+from farhand.common.link.link import Link
 from farhand.common.link.link_monitor import LinkMonitor
-from farhand.common.wire.messages import PlannedPath, Telemetry
-from farhand.local_site.exchange.event_follower import EventFollower
+from farhand.common.log import loop_logger
+from farhand.common.wire import keys
+from farhand.common.wire.codec import decode
+from farhand.common.wire.keys import Channel
+from farhand.common.wire.messages import Event, EventsReply, EventsRequest, Message, PlannedPath, Telemetry
+from farhand.local_site.exchange.requests import Requests
+
+_GIVE_UP_S = 60.0
+
+
+class EventFollower:
+    """Follower of the events' numbers. Used by the console's thread alone.
+
+    Args:
+        inquiries: Asks the robot.
+        tell: Takes each new event.
+    """
+
+    def __init__(self, inquiries: Requests, tell: Callable[[Event], None]):
+        self._inquiries, self._tell = inquiries, tell
+        self._boot = ""
+        self._complete_to = 0
+        """All events up to this number were told."""
+        self._ahead: set[int] = set()
+        self._asking = False
+
+    def received(self, event: Event) -> None:
+        """Process an event that the robot announced."""
+        if event.stamp.boot != self._boot:
+            self._begin(event.stamp.boot)
+        if event.seq <= self._complete_to or event.seq in self._ahead:
+            return
+        self._ahead.add(event.seq)
+        self._tell(event)
+        while self._complete_to + 1 in self._ahead:
+            self._complete_to += 1
+            self._ahead.remove(self._complete_to)
+        if self._ahead:
+            self.catch_up(self._boot)
+
+    def catch_up(self, boot: str) -> None:
+        """Request events that may have been missed: after a gap in the numbers, and after every outage.
+
+        Args:
+            boot: Present boot of the robot.
+        """
+        if boot != self._boot:
+            self._begin(boot)
+        if not self._asking:
+            self._asking = True
+            request = EventsRequest(after_seq=self._complete_to)
+            answered = partial(self._on_reply, boot)
+            self._inquiries.ask(keys.EVENTS, request, EventsReply, _GIVE_UP_S, answered)
+
+    def _begin(self, boot: str) -> None:
+        self._boot, self._complete_to = boot, 0
+        self._ahead.clear()
+
+    def _on_reply(self, asked_boot: str, reply: EventsReply | None, _took_s: float) -> None:
+        more = asked_boot != self._boot  # the robot restarted meanwhile: its numbers began again
+        if reply is not None and reply.stamp.boot == asked_boot == self._boot and reply.events:
+            # The robot keeps no older ones.
+            self._complete_to = max(self._complete_to, reply.events[0].seq - 1)
+            self._ahead = {seq for seq in self._ahead if seq > self._complete_to}
+            for event in reply.events:
+                self.received(event)
+            more = reply.events[-1].seq < reply.newest_seq
+        self._asking = False
+        if more:
+            self.catch_up(self._boot)
+
 
 PLAN_GOOD_S = 60.0
 """The robot executes a preview for so long after it was made [s]."""
@@ -84,3 +162,38 @@ def _moves(robot: Telemetry) -> bool:
     return robot.mode is ControlMode.DIRECT or (
         robot.mode is ControlMode.AUTONOMOUS and not robot.phase.at_end
     )
+
+
+_log = loop_logger(__name__)
+M = TypeVar("M", bound=Message)
+
+
+def listen(
+    link: Link,
+    put: Callable[[Job], None],
+    dropped: Callable[[InvalidMessage], None],
+    channel: Channel,
+    kind: type[M],
+    handle: Callable[[M], None],
+) -> None:
+    """Have messages handled as they come; drop and log malformed ones.
+
+    Args:
+        link: To the robot.
+        put: Has a function called in the right thread.
+        dropped: Takes the reason why a message was not understood.
+        channel: Channel of the messages.
+        kind: Type of the messages.
+        handle: Handles each message.
+    """
+
+    def deliver(data: bytes) -> None:
+        try:
+            message = decode(data, kind)
+        except InvalidMessage as error:
+            _log.warning("dropped: %s", error)
+            put(partial(dropped, error))
+        else:
+            put(partial(handle, message))
+
+    link.subscribe(channel, deliver)

@@ -19,7 +19,7 @@ from farhand.common.link.link import Link
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import Stamp, Stop, StopAck, Telemetry
-from farhand.local_site.exchange.listening import listen
+from farhand.local_site.exchange.reports import listen
 
 RESEND_S = 0.2
 _LOOK_S = 0.05

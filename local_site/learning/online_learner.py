@@ -20,10 +20,9 @@ from farhand.local_site.learning.clusters import Clusters
 from farhand.local_site.learning.dp_means import FRAME_RULES, add_end
 from farhand.local_site.learning.dwell_statistics import Dwell, Segment, finish
 from farhand.local_site.learning.learner_settings import LearnerSettings
-from farhand.local_site.learning.memory import Snapshot, filled
+from farhand.local_site.learning.learner_state import Snapshot, filled, parameters
 from farhand.local_site.learning.motion import Motion
 from farhand.local_site.learning.observation import Frames, Observer
-from farhand.local_site.learning.parameters import parameters
 from farhand.local_site.learning.sketch import whole_motion
 from farhand.local_site.learning.stream import learn_points
 from farhand.local_site.learning.way_statistics import WayStatistics

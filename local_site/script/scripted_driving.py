@@ -18,7 +18,7 @@ from farhand.local_site.console import intents
 from farhand.local_site.script.scripted_actions import JobFailed, ScriptedActions
 
 if TYPE_CHECKING:
-    from farhand.local_site.workcell.scripted_paths import ScriptedPath
+    from farhand.local_site.workcell.scripted_hand import ScriptedPath
 
 Array = NDArray[np.float64]
 Hand = Callable[[float, Telemetry], tuple[float, ...]]
@@ -98,7 +98,7 @@ def _hand_for(task: AnyTask, robot: Telemetry, seed: int) -> tuple[Hand, float]:
 def _way(task: ArmTask, start: Array, random: np.random.Generator) -> ScriptedPath:
     # Importing the physics takes a second, and a board does not need them.
     from farhand.common.arm.dimensions import Dimensions
-    from farhand.local_site.workcell.scripted_paths import ScriptedExtraction, ScriptedInsertion
+    from farhand.local_site.workcell.scripted_hand import ScriptedExtraction, ScriptedInsertion
 
     return (
         ScriptedInsertion(start, Dimensions().receptacle.depth_m, random)

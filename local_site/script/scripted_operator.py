@@ -15,14 +15,16 @@ from farhand.common.control_mode import Action, ControlMode
 from farhand.common.task import AnyTask
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.script.operators_place import (
+from farhand.local_site.script.scripted_actions import (
+    ATTEMPTS,
     CuttableLink,
+    JobFailed,
     OperatedConsole,
     OperatorsTime,
     PlannedOutage,
     RealTime,
+    ScriptedActions,
 )
-from farhand.local_site.script.scripted_actions import ATTEMPTS, JobFailed, ScriptedActions
 from farhand.local_site.script.scripted_result import link_result, whole_result
 from farhand.local_site.script.scripted_task import ScriptedTask
 

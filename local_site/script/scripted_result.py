@@ -12,7 +12,7 @@ from farhand.common.arm.dimensions import Dimensions
 from farhand.common.task import AnyTask, ArmTask, PointTask
 from farhand.common.wire.messages import ExecutionReport
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.script.operators_place import PlannedOutage
+from farhand.local_site.script.scripted_actions import PlannedOutage
 
 
 def job_result(task: AnyTask, picture: ConsoleState, report: ExecutionReport) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.workcell.arm_view import ArmView
 
 if TYPE_CHECKING:
-    from farhand.local_site.workcell.scripted_paths import ScriptedPath
+    from farhand.local_site.workcell.scripted_hand import ScriptedPath
 
 Array = NDArray[np.float64]
 
@@ -168,7 +168,7 @@ class LeadingSkill:
         return _arm(self._actions.until(f"demonstration {number}", _let_go_after(number)))
 
     def _way(self, start: Array, random: np.random.Generator) -> ScriptedPath:
-        from farhand.local_site.workcell.scripted_paths import ScriptedExtraction, ScriptedInsertion
+        from farhand.local_site.workcell.scripted_hand import ScriptedExtraction, ScriptedInsertion
 
         return (
             ScriptedInsertion(start, self._depth_m, random)

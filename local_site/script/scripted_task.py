@@ -7,11 +7,18 @@ from typing import Any
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.task import AnyTask, ArmTask, PointTask
 from farhand.common.wire.messages import ExecutionReport
-from farhand.common.wire.path_points import duration_s
+from farhand.common.wire.motion_encoding import duration_s
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.script.operators_place import CuttableLink, OperatedConsole, PlannedOutage
-from farhand.local_site.script.scripted_actions import ATTEMPTS, PATIENCE_S, JobFailed, ScriptedActions
+from farhand.local_site.script.scripted_actions import (
+    ATTEMPTS,
+    PATIENCE_S,
+    CuttableLink,
+    JobFailed,
+    OperatedConsole,
+    PlannedOutage,
+    ScriptedActions,
+)
 from farhand.local_site.script.scripted_result import job_result
 from farhand.local_site.script.scripted_skills import skill_for
 

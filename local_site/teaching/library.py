@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import AnyTask
+from farhand.common.task import AnyTask, TaskSet
 from farhand.local_site.teaching.lesson import LearnedModel, NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.model.manifold import Manifold
-from farhand.common.wire.recorded_motion import MAX_GAP_S
+from farhand.common.wire.motion_encoding import MAX_GAP_S
 from farhand.local_site.learning.learner_settings import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 

@@ -17,25 +17,19 @@ from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.door import Door
 from farhand.local_site.view.panels import buttons
-from farhand.local_site.view.panels.auto_send import AutoSendSwitch
 from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec
-from farhand.local_site.view.panels.event_panel import EventPanel
+from farhand.local_site.view.panels.charts import LinkHistory, TransitionGraph
+from farhand.local_site.view.panels.choices import AutoSendSwitch, PaceSlider, TaskChoice
 from farhand.local_site.view.panels.guidance import AdvicePanel
 from farhand.local_site.view.panels.html import Html, element
-from farhand.local_site.view.panels.library_panel import LibraryPanel
-from farhand.local_site.view.panels.link_history import LinkHistory
-from farhand.local_site.view.panels.link_panel import LinkPanel
-from farhand.local_site.view.panels.link_worker import LinkWorker
-from farhand.local_site.view.panels.pace import PaceSlider
+from farhand.local_site.view.panels.link_panel import LinkPanel, LinkWorker
+from farhand.local_site.view.panels.list_panels import EventPanel, LibraryPanel
 from farhand.local_site.view.panels.status_strip import StatusStrip
-from farhand.local_site.view.panels.task_choice import TaskChoice
-from farhand.local_site.view.panels.transition_graph import TransitionGraph
 from farhand.local_site.view.redraw import Redraw
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
 from farhand.local_site.view.scene.board.planar_scene import PlanarScene
 from farhand.local_site.view.server import PageServer
-from farhand.local_site.view.sessions import Sessions
-from farhand.local_site.view.tabs import Tabs
+from farhand.local_site.view.tabs import Sessions, Tabs
 
 _log = loop_logger(__name__)
 

@@ -25,7 +25,7 @@ from farhand.common.address import bind
 from farhand.common.log import loop_logger
 from farhand.local_site.view.door import Door, Visit
 from farhand.local_site.view.incoming import LARGEST_BYTES, Incoming
-from farhand.local_site.view.sessions import Sessions
+from farhand.local_site.view.tabs import Sessions
 
 _log = loop_logger(__name__)
 

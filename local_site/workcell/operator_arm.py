@@ -11,15 +11,15 @@ from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.servo import Servo, ServoSettings
 from farhand.common.arm.simulation.disturbances import Surroundings
-from farhand.common.arm.simulation.placement import ACCEPTANCE, Placement
 from farhand.common.arm.simulation.simulation import TICK_S, Insertion, Simulation
+from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE, Placement
 from farhand.common.errors import FarhandError
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.workcell.scripted_hand import ScriptedHand
-from farhand.local_site.workcell.scripted_paths import (
+from farhand.local_site.workcell.scripted_hand import (
     STANDOFF_M,
     ScriptedExtraction,
+    ScriptedHand,
     ScriptedInsertion,
     ScriptedPath,
 )

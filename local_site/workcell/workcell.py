@@ -147,7 +147,6 @@ def make_workcell(
     if isinstance(task, PointTask):
         return BoardWorkcell(task)
     # Importing the physics takes a second, and a board does not need them.
-    from farhand.local_site.workcell.live_arm import LiveArm
-    from farhand.local_site.workcell.stepped_arm import SteppedArm
+    from farhand.local_site.workcell.arm_drivers import LiveArm, SteppedArm
 
     return (SteppedArm if stepped else LiveArm)(task, sample_files, seed)

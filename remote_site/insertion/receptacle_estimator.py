@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.model.task_frame import TaskFrame
 from farhand.remote_site.insertion.recovery import ContactWrench, Recovery
-from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import EffectorState, Plant
-from farhand.remote_site.interface.sensing import Sensing
+from farhand.remote_site.interface.sensing import Perception, Sensing
 from farhand.remote_site.perception.target_filter import Estimate
 
 Array = NDArray[np.float64]

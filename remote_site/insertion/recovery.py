@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.remote_site.insertion.contact_correction import ContactCorrection
-from farhand.remote_site.insertion.jam import JamDetector, Stuck
-from farhand.remote_site.insertion.missed_mouth import MissedMouthDetector
+from farhand.remote_site.insertion.detectors import JamDetector, MissedMouthDetector, Stuck
 
 Array = NDArray[np.float64]
 

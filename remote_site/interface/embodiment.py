@@ -5,16 +5,18 @@
     world       knowledge and actions of a simulation
 
 Supervisor, modes, motion and telemetry name no robot; they use these parts.
+
+Stored state of a simulated arm, so that its next boot finds it, and its surroundings, where they were.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
-from msgspec import UnsetType
+from msgspec import Meta, Struct, UnsetType
 from numpy.typing import NDArray
 
 from farhand.common.arm.compliance import SeenReceptacle
@@ -23,12 +25,30 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ArmState
 from farhand.common.wire.reasons import Reason
-from farhand.remote_site.interface.arm_memory import ArmMemory
 from farhand.remote_site.interface.goals import ManoeuvreGoal
-from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import EffectorState, Plant
-from farhand.remote_site.interface.sensing import Sensing
+from farhand.remote_site.interface.sensing import Perception, Sensing
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
+
+Joints = Annotated[tuple[float, ...], Meta(min_length=6, max_length=6)]
+Pose = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
+
+
+class ArmMemory(Struct, frozen=True, forbid_unknown_fields=True):
+    """Arm in front of its receptacle.
+
+    Args:
+        joints_rad: Joint angles [rad].
+        receptacle: Resting pose of the receptacle.
+        time_s: Time for which the disturbances have gone on; they continue from there [s].
+        tare: Zero of the wrist's sensor [N, Nm]; a plug in the bore prevents a new tare.
+    """
+
+    joints_rad: Joints
+    receptacle: Pose
+    time_s: float
+    tare: Joints
+
 
 Array = NDArray[np.float64]
 

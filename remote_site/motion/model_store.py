@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire.messages import ModelReply, ModelTransfer, Stamp
 from farhand.common.wire.reasons import Reason
 from farhand.remote_site.motion.model_trial import ModelRefused, ModelTrial, Outcome, StoredModel

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidInput, InvalidModel
+from farhand.common.event_loop import Mailbox, Worker
 from farhand.common.log import loop_logger
-from farhand.common.mailbox import Mailbox
 from farhand.common.model.model_file import content_hash, decode
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
@@ -22,7 +22,6 @@ from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ModelTransfer
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.common.wire.words import sentence
-from farhand.remote_site.motion.worker import Worker
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 
 _log = loop_logger(__name__)

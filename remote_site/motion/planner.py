@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from farhand.common.event_loop import Mailbox, Worker
 from farhand.common.log import loop_logger
-from farhand.common.mailbox import Mailbox
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.ways import distance_from_taught
 from farhand.common.wire.messages import PlannedPath, Stamp
-from farhand.common.wire.path_points import packed
+from farhand.common.wire.motion_encoding import packed
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Check
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.model_trial import StoredModel
-from farhand.remote_site.motion.worker import Worker
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings, ExecutorState
 
 _log = loop_logger(__name__)

@@ -1,4 +1,7 @@
-"""Previews and committed paths: their requests, and whether a preview still describes what would happen."""
+"""Previews and committed paths: their requests, and whether a preview still describes what would happen.
+
+Pending previews: which command waits for which plan. A newer preview replaces an older one.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.wire.messages import Stamp
+from farhand.common.wire.messages import Command, PlannedPath, Stamp
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.sensing import Sensing, apart
@@ -136,3 +139,31 @@ class Plans:
                 check=self._skill.check(stored.task, self._sensing) if plan_id else None,
             )
         )
+
+
+class Previews:
+    """Register of the one preview that may wait for its plan.
+
+    Args:
+        plans: Makes and keeps the plans.
+    """
+
+    def __init__(self, plans: Plans):
+        self._plans = plans
+        self._plan_id = 0
+        self._command: Command | None = None
+
+    def begin(self, command: Command, stored: StoredModel, now: Stamp) -> Command | None:
+        """Request a plan for a command. Return the command that it replaces, if one was waiting."""
+        replaced = self._command
+        self._plan_id, self._command = self._plans.preview(stored, now), command
+        return replaced
+
+    def finish(self, request: PlanRequest, path: PlannedPath | None) -> Command | None:
+        """Finish a plan that was made, or failed. Return the command that waits for it, if any."""
+        if self._command is None or request.plan_id != self._plan_id:
+            return None
+        command, self._command = self._command, None
+        if path is not None:
+            self._plans.shown(request)
+        return command

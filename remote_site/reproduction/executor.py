@@ -21,13 +21,12 @@ from farhand.common.errors import InvalidInput
 from farhand.common.model.gaussian_product import check_frames
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.remote_site.reproduction.control import Control, Path
-from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
+from farhand.remote_site.reproduction.chains import chosen, with_way
+from farhand.remote_site.reproduction.executor_settings import Control, ExecutorSettings, Path
 from farhand.remote_site.reproduction.frame_motion import FrameMotion
 from farhand.remote_site.reproduction.mpc import solve
 from farhand.remote_site.reproduction.progress import Progress, ProgressTracker
 from farhand.remote_site.reproduction.reference import reference, seen_from
-from farhand.remote_site.reproduction.ways import chosen, with_way
 from farhand.remote_site.reproduction.world_components import LocalComponents, WorldComponents
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidInput, InvalidModel
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.remote_site.reproduction.chain import successors
+from farhand.remote_site.reproduction.chains import successors
 from farhand.remote_site.reproduction.gaussians import Gaussians
 
 Array = NDArray[np.float64]

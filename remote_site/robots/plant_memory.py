@@ -16,12 +16,12 @@ import numpy as np
 from msgspec import Struct
 
 from farhand.common.errors import InvalidConfiguration
+from farhand.common.event_loop import Mailbox
 from farhand.common.log import loop_logger
-from farhand.common.mailbox import Mailbox
 from farhand.common.model.manifold import UNIT_TOLERANCE
 from farhand.common.whole_file import fault_of, read_whole
 from farhand.common.wire.reasons import Code, Reason, because
-from farhand.remote_site.interface.arm_memory import ArmMemory
+from farhand.remote_site.interface.embodiment import ArmMemory
 from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.motion import Motion
 

@@ -1,8 +1,13 @@
-"""Embodiment of the paper's point: a plant, a target and a ready position."""
+"""Embodiment of the paper's point: a plant, a target and a ready position.
+
+Record of an execution that ends with tracking a target: the distance from it since the arrival.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -14,16 +19,55 @@ from farhand.common.task import AnyTask, PointTask
 from farhand.common.wire.messages import ArmState
 from farhand.common.wire.reasons import Reason
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.interface.arm_memory import ArmMemory
-from farhand.remote_site.interface.embodiment import Belief, Check, Embodiment, Guidance, World
+from farhand.remote_site.interface.embodiment import ArmMemory, Belief, Check, Embodiment, Guidance, World
 from farhand.remote_site.interface.goals import SPEED, FixedGoal, ManoeuvreGoal, giving_way
-from farhand.remote_site.interface.perception import Perception
 from farhand.remote_site.interface.plant import EffectorState, Plant, PointPlant
-from farhand.remote_site.interface.sensing import Sensing
-from farhand.remote_site.motion.tracking_record import TrackingRecord
-from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
+from farhand.remote_site.interface.sensing import Perception, Sensing
+from farhand.remote_site.perception.simulated_sight import OscillatingTarget, SimulatedPerception
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 from farhand.remote_site.robots.plant_memory import PlantState
+
+_RECORD_S = 10.0
+"""Time after the arrival over which the error is accumulated [s]."""
+
+
+class TrackingRecord:
+    """Distance to the true target after the arrival.
+
+    Args:
+        perception: Knows the true target, if anybody can.
+    """
+
+    def __init__(self, perception: Perception):
+        self._perception = perception
+        self._sum_squares = 0.0
+        self._n = 0
+        self.tracked_s = 0.0
+        self.newest_m: float | None = None
+
+    def measure(self, effector: EffectorState, arrived: bool, now_s: float, dt_s: float) -> None:
+        """See `Record.measure`."""
+        truth_m = self._perception.true_origin_m(now_s) if arrived else None
+        if truth_m is not None:
+            self.add(float(np.linalg.norm(effector.position_m - truth_m)), dt_s)
+
+    def add(self, distance_m: float, dt_s: float) -> None:
+        """Record one control period."""
+        self.newest_m = distance_m
+        if self.tracked_s < _RECORD_S:
+            self._sum_squares += distance_m**2
+            self._n += 1
+            self.tracked_s += dt_s
+
+    @property
+    def rms_m(self) -> float | None:
+        """Root mean square over the recorded time [m]."""
+        return math.sqrt(self._sum_squares / self._n) if self._n else None
+
+    def fields(self) -> dict[str, Any]:
+        """See `Record.fields`."""
+        return {"tracked_s": self.tracked_s, "rms_error_m": self.rms_m, "end_error_m": self.newest_m}
+
 
 Array = NDArray[np.float64]
 

@@ -9,17 +9,15 @@ from numpy.typing import NDArray
 
 from farhand.common.arm.compliance import ComplianceSettings
 from farhand.common.arm.dimensions import Dimensions
-from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.poses import AT_ORIGIN, difference
+from farhand.common.arm.kinematics import AT_ORIGIN, Kinematics, difference
 from farhand.common.arm.preflight import Preflights
 from farhand.common.arm.servo import ServoSettings
 from farhand.common.arm.setpoint import MotionLimits
 from farhand.common.arm.simulation.description import describe
 from farhand.common.arm.simulation.disturbances import CALM, Disturbances, DisturbanceSettings
 from farhand.common.arm.simulation.disturbances import PRESETS as DISTURBANCES
-from farhand.common.arm.simulation.goals import Seated, Withdrawn
-from farhand.common.arm.simulation.placement import ACCEPTANCE, Box, Placement
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
+from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE, Box, Placement, Seated, Withdrawn
 from farhand.common.errors import InvalidConfiguration, InvalidInput
 from farhand.common.log import loop_logger
 from farhand.common.model.manifold import POSE
@@ -28,18 +26,20 @@ from farhand.common.wire.messages import ArmState
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS, Recovery
 from farhand.remote_site.insertion.skill import InsertionSkill
-from farhand.remote_site.interface.arm_memory import ArmMemory
-from farhand.remote_site.interface.embodiment import Check, Embodiment
+from farhand.remote_site.interface.embodiment import ArmMemory, Check, Embodiment
 from farhand.remote_site.interface.plant import EffectorState
-from farhand.remote_site.perception.adaptive_filter import AdaptiveFilter
-from farhand.remote_site.perception.marker_tracker import CLEAN, MarkerTracker, TrackerNoise
-from farhand.remote_site.perception.marker_tracker import PRESETS as TRACKERS
-from farhand.remote_site.perception.perception import SimulatedPerception
+from farhand.remote_site.perception.simulated_sight import (
+    CLEAN,
+    MarkerTracker,
+    SimulatedPerception,
+    TrackerNoise,
+)
+from farhand.remote_site.perception.simulated_sight import PRESETS as TRACKERS
+from farhand.remote_site.perception.target_filter import AdaptiveFilter
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 from farhand.remote_site.robots.arm_plant import ArmPlant
 from farhand.remote_site.robots.plant_memory import PlantState
-from farhand.remote_site.robots.plug_record import PlugRecord
-from farhand.remote_site.robots.simulated_environment import SimulatedEnvironment
+from farhand.remote_site.robots.simulated_environment import PlugRecord, SimulatedEnvironment
 
 Array = NDArray[np.float64]
 

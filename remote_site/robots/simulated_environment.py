@@ -1,13 +1,21 @@
-"""Simulated surroundings of the arm: a receptacle that can be moved, and disturbances."""
+"""Simulated surroundings of the arm: a receptacle that can be moved, and disturbances.
+
+Record of a task with the plug, from the simulation's truth: where the plug is, and the forces on it.
+"""
 
 from __future__ import annotations
+
+import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.arm.poses import AT_ORIGIN, moved
+from farhand.common.arm.kinematics import AT_ORIGIN, compose, inverse, moved
 from farhand.common.arm.simulation.disturbances import Disturbances, Surroundings
-from farhand.common.arm.simulation.placement import Box
+from farhand.common.arm.simulation.simulation import Simulation
+from farhand.common.arm.simulation.starts_and_goals import Box, Goal
+from farhand.remote_site.interface.plant import EffectorState
 
 Array = NDArray[np.float64]
 
@@ -58,3 +66,46 @@ class SimulatedEnvironment:
     def jump(self, time_s: float) -> None:
         """Begin the receptacle's step at a time of the simulation [s]."""
         self._disturbances = self._disturbances.stepping_at(self.disturbed_s(time_s))
+
+
+_HELD_S = 1.0
+"""Time for which the goal must have been held to be reached [s]."""
+
+
+class PlugRecord:
+    """Record of the plug during an execution.
+
+    Args:
+        simulation: Source of the true poses and forces.
+        goal: Goal of the task.
+    """
+
+    def __init__(self, simulation: Simulation, goal: Goal):
+        self._simulation, self._goal = simulation, goal
+        self._peak_n = self._sum_n = self._held_s = 0.0
+        self._n = 0
+        self._depth_m = self._lateral_m = math.nan
+
+    def measure(self, effector: EffectorState, arrived: bool, now_s: float, dt_s: float) -> None:
+        """See `Record.measure`."""
+        force_n = effector.contact_n or 0.0
+        local = compose(inverse(self._simulation.mouth), self._simulation.tip)
+        self._depth_m, self._lateral_m = float(local[2]), math.hypot(local[0], local[1])
+        self._peak_n = max(self._peak_n, force_n)
+        if arrived:
+            self._sum_n += force_n
+            self._n += 1
+        reached = self._goal.reached(local, force_n, self._simulation)
+        self._held_s = self._held_s + dt_s if reached else 0.0
+
+    def fields(self) -> dict[str, Any]:
+        """See `Record.fields`."""
+        if math.isnan(self._depth_m):
+            return {}
+        return {
+            "depth_m": self._depth_m,
+            "lateral_m": self._lateral_m,
+            "peak_force_n": self._peak_n,
+            "holding_force_n": self._sum_n / self._n if self._n else None,
+            "succeeded": self._held_s >= _HELD_S - 1e-9,
+        }

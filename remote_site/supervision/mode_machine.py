@@ -18,8 +18,7 @@ from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.manoeuvre import Manoeuvre, Manoeuvres
 from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.motion import Motion
-from farhand.remote_site.motion.plans import Plans
-from farhand.remote_site.motion.previews import Previews
+from farhand.remote_site.motion.plans import Plans, Previews
 from farhand.remote_site.supervision.events import Announce, Events
 from farhand.remote_site.supervision.guards import Trip
 from farhand.remote_site.supervision.recordings import Recordings

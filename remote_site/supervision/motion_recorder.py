@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import Stamp
+from farhand.common.wire.motion_encoding import MAX_DURATION_S, MAX_GAP_S, RecordedMotion, packed_row
 from farhand.common.wire.reasons import Code, Reason, because
-from farhand.common.wire.recorded_motion import MAX_DURATION_S, MAX_GAP_S, RecordedMotion, packed_row
 from farhand.remote_site.interface.sensing import PREDICTED_S, Sensing
 from farhand.remote_site.motion.coupling import Coupling
 

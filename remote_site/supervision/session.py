@@ -6,7 +6,7 @@ import math
 
 from farhand.common.clock import BootClock
 from farhand.common.link.budget import period_s
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (
     MAX_TELEMETRY_BYTES,

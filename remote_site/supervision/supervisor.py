@@ -12,7 +12,7 @@ from functools import partial
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import ControlMode, Guard, Phase
 from farhand.common.errors import InvalidInput
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (
     Command,
@@ -25,7 +25,7 @@ from farhand.common.wire.messages import (
     Stamp,
     Stop,
 )
-from farhand.common.wire.path_points import duration_s
+from farhand.common.wire.motion_encoding import duration_s
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Belief, Embodiment, Guidance
@@ -35,13 +35,11 @@ from farhand.remote_site.motion.model_store import ModelStore
 from farhand.remote_site.motion.motion import Motion, Outcome
 from farhand.remote_site.motion.planner import PlanRequest
 from farhand.remote_site.motion.plans import Plans
-from farhand.remote_site.supervision.admission import Admission, CommandLog
-from farhand.remote_site.supervision.black_box import BlackBox
+from farhand.remote_site.supervision.admission import Admission, CommandLog, ModelReception
 from farhand.remote_site.supervision.events import Announce, Events, Write
-from farhand.remote_site.supervision.failsafe import Failsafe
+from farhand.remote_site.supervision.failsafe import BlackBox, Failsafe
 from farhand.remote_site.supervision.guards import Guards, Trip
 from farhand.remote_site.supervision.mode_machine import ModeMachine
-from farhand.remote_site.supervision.model_reception import ModelReception
 from farhand.remote_site.supervision.recordings import Recordings
 from farhand.remote_site.supervision.session import OperatorSession
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from playwright.sync_api import Locator, expect
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.local_site.view.scene.arm.arm_camera import arm_camera, base_m
-from farhand.local_site.view.scene.arm.hand_gizmo import SIZE_M
+from farhand.local_site.view.scene.arm.arm_bodies import arm_camera, base_m
+from farhand.local_site.view.scene.arm.arm_scene import SIZE_M
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.board_picture import blueness, picture_of

@@ -17,7 +17,7 @@ from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Telemetry
-from farhand.local_site.exchange.listening import listen
+from farhand.local_site.exchange.reports import listen
 from tests.browser.stack import Stack
 
 _PATIENCE_S = 60.0

@@ -5,7 +5,7 @@ import threading
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farhand.common.mailbox import Mailbox
+from farhand.common.event_loop import Mailbox
 
 
 @settings(deadline=None, derandomize=True, max_examples=50)

@@ -4,8 +4,7 @@ import msgspec
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import ArmTask, Limits
+from farhand.common.task import ArmTask, Limits, TaskSet
 from farhand.common.wire.messages import MOST_TASKS
 from farhand.common.wire.words import sentence
 from farhand.deploy.places import find_task, find_tasks

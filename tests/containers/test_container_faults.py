@@ -12,7 +12,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import expect
 
-from farhand.local_site.script.operators_place import RealTime
+from farhand.local_site.script.scripted_actions import RealTime
 from tests.browser.arm_page import DEEP, ArmPage
 from tests.browser.operator_page import WAIT_MS
 from tests.containers.engine import BUILD_S, RUN_S, STALLED

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from farhand.local_site.script.operators_place import RealTime
+from farhand.local_site.script.scripted_actions import RealTime
 from tests.containers.engine import BUILD_S, RUN_S, Engine
 from tests.containers.place import MIB, SERVICES, Place
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from farhand.deploy.end_signals import END_SIGNALS, on_end_signal
+from farhand.deploy.outcome import END_SIGNALS, on_end_signal
 
 PATIENCE_S = 20.0
 

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from farhand.deploy.summary import summary
+from farhand.deploy.outcome import summary
 
 RESULT = {
     "task": "planar", "success": True, "n_demonstrations": 3, "n_components": 9, "n_paths": 3, "model_bytes": 5000,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from farhand.evaluation.human.human_data import files
+from farhand.evaluation.human.human_report import files
 from farhand.evaluation.study import STUDIES, plain, tuning_seeds
 
 # What a study must find even at this size.

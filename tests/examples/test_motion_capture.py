@@ -13,7 +13,7 @@ from farhand.common.model.model_file import load
 from farhand.deploy.places import sample_files
 from farhand.evaluation.arm.arm_trial import Conditions, Trial
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.remote_site.perception.marker_tracker import PRESETS
+from farhand.remote_site.perception.simulated_sight import PRESETS
 from tests.examples.takes import EVERY, FOLDER, N_TAKES, take
 from tests.farhand_process import farhand
 

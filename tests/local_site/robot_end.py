@@ -12,8 +12,7 @@ import numpy as np
 
 from farhand.common.control_mode import ControlMode, Phase, mode_after
 from farhand.common.link.link import Request
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import AnyTask, ArmTask, PointTask, load_toml
+from farhand.common.task import AnyTask, ArmTask, PointTask, TaskSet, load_toml
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.keys import Channel

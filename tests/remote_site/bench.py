@@ -12,8 +12,7 @@ from msgspec import structs
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.repertoire import TaskSet
-from farhand.common.task import AnyTask, PointTask
+from farhand.common.task import AnyTask, PointTask, TaskSet
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import (
     Command,
@@ -35,7 +34,7 @@ from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.plant import EffectorState, PointPlant
 from farhand.remote_site.motion.model_trial import ModelTrial
 from farhand.remote_site.motion.planner import PlanRequest, answer
-from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
+from farhand.remote_site.perception.simulated_sight import OscillatingTarget, SimulatedPerception
 from farhand.remote_site.robots.point_embodiment import point_embodiment
 from farhand.remote_site.supervision.supervisor import Supervisor
 from tests.remote_site.planar import TASK, transfer

@@ -15,7 +15,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import PointTask, load_toml
 from farhand.common.wire.messages import ModelTransfer
-from farhand.evaluation.harness.cyclic_model import cyclic_model
+from farhand.evaluation.harness.bad_neighbours import cyclic_model
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.samples import sample_strokes
 from tests.strategies import learned

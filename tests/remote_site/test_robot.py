@@ -8,7 +8,7 @@ from farhand.common.control_mode import Action
 from farhand.common.impairment.link_profile import find_profile, load_profiles
 from farhand.common.link.budget import part_bytes
 from farhand.common.link.endpoint import EndpointSettings
-from farhand.common.wire.path_points import duration_s
+from farhand.common.wire.motion_encoding import duration_s
 from farhand.deploy.link.link_process import PROFILES_FILE
 from farhand.local_site.console import intents
 from farhand.remote_site.config import RemoteConfig

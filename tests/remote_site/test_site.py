@@ -12,7 +12,7 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.endpoint import EndpointSettings
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import CommandReply, EventsReply, EventsRequest, MoveTarget, Telemetry
 from farhand.remote_site.config import RemoteConfig

@@ -15,12 +15,12 @@ import pytest
 from msgspec import structs
 
 from farhand.common.control_mode import Action, ControlMode, Phase
-from farhand.common.event_log import EventLog
 from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.log import EventLog
 from farhand.common.model.manifold import Manifold
 from farhand.common.wire.messages import StopAck
 from farhand.local_site.console import intents
-from farhand.local_site.teaching.raw_recording import RawRecording
+from farhand.local_site.teaching.recording import RawRecording
 from tests.meeting import Meeting, Site
 from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench
@@ -178,10 +178,10 @@ def test_no_shipped_module_imports_what_unpickles():
 _WRITER = """
 import sys, numpy as np
 from pathlib import Path
-from farhand.common.event_log import EventLog
+from farhand.common.log import EventLog
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
-from farhand.local_site.teaching.raw_recording import RawRecording
+from farhand.local_site.teaching.recording import RawRecording
 folder = Path(sys.argv[1])
 log, raw = EventLog(folder / "events.jsonl"), RawRecording(folder / "raw.jsonl", Manifold(2), ("goal",))
 raw.begin([TaskFrame.identity(2)])

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from farhand.common.arm import arm
 from farhand.common.arm.dimensions import HIDDEN, Dimensions
 from farhand.common.arm.engine import MjData, MjModel, mujoco
+from farhand.common.arm.kinematics import compose, inverse, rotation
 from farhand.common.arm.lathe import turned
-from farhand.common.arm.poses import compose, inverse, rotation
 from farhand.common.arm.simulation import receptacle
 from farhand.common.arm.simulation.scene import DECK, compile_scene
 from farhand.common.wire.scene_description import ArmLink, Colour, Mesh, SceneDescription

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm.dimensions import Dimensions
-from farhand.common.arm.poses import AT_ORIGIN, compose, inverse, rotation
+from farhand.common.arm.kinematics import AT_ORIGIN, compose, inverse, rotation
 from farhand.common.arm.simulation.receptacle import FACING_QUAT
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.manifold import POSE

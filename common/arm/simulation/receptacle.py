@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from farhand.common.arm.dimensions import HIDDEN, LINK, PLUG, UNTOUCHABLE, Dimensions, Receptacle
 from farhand.common.arm.engine import mjcf
+from farhand.common.arm.kinematics import rotation
 from farhand.common.arm.lathe import add_lathe
-from farhand.common.arm.poses import rotation
 
 Array = NDArray[np.float64]
 

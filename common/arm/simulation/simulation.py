@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from farhand.common.arm import arm
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.engine import MjData, MjModel, mujoco
-from farhand.common.arm.poses import compose, inverse
+from farhand.common.arm.kinematics import compose, inverse
 from farhand.common.arm.simulation import receptacle
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.scene import STEP_S, compile_scene

@@ -6,7 +6,7 @@ import viser
 
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.model.ways import OUTSIDE, chosen_way
-from farhand.common.wire.path_points import points_of
+from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.words import PRESS_AGAIN
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html, element

@@ -18,8 +18,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.reports import PLAN_GOOD_S
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.html import Html, element, text
-from farhand.local_site.view.panels.local_words import local_words
-from farhand.local_site.view.panels.words import Words, words_of
+from farhand.local_site.view.panels.words import Words, local_words, words_of
 from farhand.local_site.view.scene.ghost import Ghost, reported_tip
 
 _LINK_WORDS = {

@@ -16,7 +16,7 @@ from farhand.common.control_mode import ControlMode
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath, Telemetry
-from farhand.common.wire.path_points import points_of
+from farhand.common.wire.motion_encoding import points_of
 from farhand.local_site.console.console_state import ConsoleState
 
 Array = NDArray[np.float64]

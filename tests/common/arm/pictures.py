@@ -10,7 +10,7 @@ from PIL import Image
 
 from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.dimensions import Dimensions
-from farhand.common.arm.poses import compose, moved
+from farhand.common.arm.kinematics import compose, moved
 from farhand.common.arm.servo import Servo, ServoSettings
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.rendering import Renderer, RenderingUnavailable

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from farhand.common.arm.compliance import ComplianceSettings, Governor, SeenReceptacle, admittance
-from farhand.common.arm.poses import AT_ORIGIN, difference, moved
+from farhand.common.arm.kinematics import AT_ORIGIN, difference, moved
 
 SETTINGS = ComplianceSettings()
 MOUTH = SeenReceptacle(AT_ORIGIN, np.zeros(6))

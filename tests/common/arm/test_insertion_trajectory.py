@@ -3,9 +3,8 @@ from __future__ import annotations
 import numpy as np
 
 from farhand.common.arm.dimensions import Dimensions
-from farhand.common.arm.insertion_trajectory import WAY_M, InsertionTrajectory, in_bore
-from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.poses import difference
+from farhand.common.arm.kinematics import Kinematics, difference
+from farhand.common.arm.preflight import WAY_M, InsertionTrajectory, in_bore
 from farhand.common.arm.simulation.disturbances import Surroundings
 
 DIMENSIONS = Dimensions()

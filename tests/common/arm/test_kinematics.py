@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from farhand.common.arm.dimensions import Dimensions
-from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.poses import difference
+from farhand.common.arm.kinematics import Kinematics, difference
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import Simulation
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from farhand.common.arm.dimensions import Dimensions
-from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.poses import moved
+from farhand.common.arm.kinematics import Kinematics, moved
 from farhand.common.arm.preflight import REFUSED_BELOW, WARNED_BELOW, Preflight, Preflights
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.wire.words import sentence

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.common.arm.poses import difference, moved
+from farhand.common.arm.kinematics import difference, moved
 from farhand.common.arm.setpoint import MotionLimits, Setpoint
 from farhand.common.errors import InvalidConfiguration
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from farhand.common.arm.compliance import Wrist
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.wrist import Wrist
 
 KINEMATICS = Kinematics(Dimensions())
 MASS_KG, CENTRE_M = KINEMATICS.tool_weight()

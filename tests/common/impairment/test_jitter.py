@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from farhand.common.impairment.delay_line import Jitter
 from farhand.common.impairment.impairment import DirectionSettings, Distribution
-from farhand.common.impairment.jitter import Jitter
 
 N = 20_000
 DISTRIBUTIONS = ("uniform", "normal", "pareto", "paretonormal")

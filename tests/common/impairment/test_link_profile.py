@@ -9,8 +9,7 @@ import pytest
 import farhand.deploy
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
-from farhand.common.impairment.link_profile import find_profile, load_profiles
-from farhand.common.impairment.timeline import update_settings
+from farhand.common.impairment.link_profile import find_profile, load_profiles, update_settings
 
 SHIPPED = Path(farhand.deploy.__file__).with_name("link_profiles.toml")
 GOOD = """

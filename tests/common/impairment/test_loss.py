@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from farhand.common.impairment.impairment import DirectionSettings
-from farhand.common.impairment.loss import Loss
+from farhand.common.impairment.message_line import Loss
 
 N = 40_000
 

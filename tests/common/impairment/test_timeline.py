@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
-from farhand.common.impairment.timeline import Timeline, TimelineStep
+from farhand.common.impairment.link_profile import Timeline, TimelineStep
 
 BASE = LinkSettings(uplink=DirectionSettings(delay_ms=100))
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from farhand.common.clock import VirtualTime
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.virtual_link import VirtualEnd, VirtualLink
-from farhand.common.impairment.virtual_time import VirtualTime
 from farhand.common.link.link import OVERHEAD_BYTES, Request
 from farhand.common.wire import keys
 

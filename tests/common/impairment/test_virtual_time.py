@@ -5,7 +5,7 @@ from functools import partial
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farhand.common.impairment.virtual_time import VirtualTime
+from farhand.common.clock import VirtualTime
 
 
 @settings(deadline=None, derandomize=True, max_examples=100)

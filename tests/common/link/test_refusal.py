@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from farhand.common.address import free_port
+from farhand.common.link.connection_faults import explain_silence, find_refusal
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
-from farhand.common.link.refusal import explain_silence, find_refusal
 from farhand.deploy.pki.registry import Registry
 
 HOST = "127.0.0.1"

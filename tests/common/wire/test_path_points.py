@@ -5,7 +5,7 @@ import pytest
 
 from farhand.common.errors import InvalidMessage
 from farhand.common.wire.messages import PlannedPath, Stamp
-from farhand.common.wire.path_points import duration_s, packed, points_of, thinned
+from farhand.common.wire.motion_encoding import duration_s, packed, points_of, thinned
 
 
 def a_path(points: np.ndarray, content: bytes | None = None) -> PlannedPath:

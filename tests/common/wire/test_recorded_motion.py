@@ -9,7 +9,7 @@ from msgspec import structs
 from farhand.common.errors import InvalidMessage
 from farhand.common.model.manifold import Manifold
 from farhand.common.wire.messages import Stamp
-from farhand.common.wire.recorded_motion import RecordedMotion, packed_row
+from farhand.common.wire.motion_encoding import RecordedMotion, packed_row
 from tests.strategies import frame_counts, random_frame, random_points, seeds, spaces
 
 STAMP = Stamp("boot", 5)

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from farhand.common.impairment.impairment import DirectionSettings
-from farhand.common.impairment.loss import Loss
+from farhand.common.impairment.message_line import Loss
 
 N = 3000
 BURST = 50

@@ -16,8 +16,8 @@ from farhand.common.errors import InvalidConfiguration, LinkError
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.impairment.link_profile import load_profiles
+from farhand.deploy.link.link_process import ControlServer
 from farhand.deploy.link.relay import Relay
-from farhand.deploy.link.relay_control import ControlServer
 
 HOST = "127.0.0.1"
 PROFILES = load_profiles(Path(farhand.deploy.__file__).with_name("link_profiles.toml"))

@@ -9,7 +9,7 @@ import pytest
 from farhand.evaluation.arm import robustness
 from farhand.evaluation.arm.arm_trial import Conditions
 from farhand.evaluation.study import plain, reporting_seeds, tuning_seeds
-from farhand.remote_site.perception.marker_tracker import TYPICAL
+from farhand.remote_site.perception.simulated_sight import TYPICAL
 
 
 def test_what_an_exact_tracker_mends_failed_for_want_of_perception(

@@ -9,11 +9,11 @@ import pytest
 from msgspec import structs
 
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.deploy.places import find_task
 from farhand.evaluation.harness.virtual_job import do_job
 from farhand.evaluation.harness.virtual_sites import VirtualSites
-from farhand.local_site.script.operators_place import PlannedOutage
+from farhand.local_site.script.scripted_actions import PlannedOutage
 from farhand.local_site.teaching.library import Library
 from farhand.remote_site.config import RemoteConfig
 

@@ -8,7 +8,7 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.evaluation.link import link_chaos
-from farhand.evaluation.link.chaos_schedule import random_schedule
+from farhand.evaluation.link.chaos import random_schedule
 from farhand.evaluation.study import run
 from farhand.remote_site.supervision.freshness import Freshness, Verdict
 from farhand.remote_site.supervision.mode_machine import ModeMachine

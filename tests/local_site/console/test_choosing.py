@@ -13,7 +13,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.messages import Command, ModelTransfer
 from farhand.deploy.places import find_task, sample_files
 from farhand.local_site.console import intents
-from farhand.local_site.workcell.stepped_arm import SteppedArm
+from farhand.local_site.workcell.arm_drivers import SteppedArm
 from tests.local_site.console.test_console import a_path, teach
 from tests.local_site.robot_end import HOT_STAB, TASK, Desk, desk
 

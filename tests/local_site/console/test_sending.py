@@ -9,7 +9,7 @@ from msgspec import structs
 
 from farhand.common.control_mode import Action
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import ModelTransfer
 from farhand.evaluation.harness.virtual_sites import VirtualSites

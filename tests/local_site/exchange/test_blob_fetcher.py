@@ -12,9 +12,9 @@ from farhand.common.link.link import Answered
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import BlobReply, BlobRequest, Stamp
-from farhand.local_site.exchange.blob_fetcher import BlobFetcher
+from farhand.local_site.exchange.fetching import BlobFetcher
 from farhand.local_site.exchange.requests import Requests
-from farhand.remote_site.supervision.catalogue import Catalogue
+from farhand.remote_site.supervision.recordings import Catalogue
 
 NOW = Stamp("boot", 1)
 NARROW_BPS = 9600.0  # parts of 480 B

@@ -8,7 +8,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Event, EventsReply, EventsRequest, Stamp
 from farhand.common.wire.reasons import in_words
-from farhand.local_site.exchange.event_follower import EventFollower
+from farhand.local_site.exchange.reports import EventFollower
 from farhand.local_site.exchange.requests import Requests
 from tests.loopback import Loopback
 from tests.messages import said

@@ -14,14 +14,14 @@ from farhand.common.arm.simulation.description import describe
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import ControlMode
 from farhand.common.link.link import Answered
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import BlobRequest, Stamp, Telemetry
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console.catalogue import RobotCatalogue
+from farhand.local_site.exchange.fetching import KnownScenes
 from farhand.local_site.exchange.requests import Requests
-from farhand.local_site.exchange.robot_scene import KnownScenes
 from farhand.local_site.teaching.library import Library
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.robot import Robot

@@ -11,8 +11,7 @@ from msgspec import structs
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Command
 from farhand.common.wire.reasons import in_words
-from farhand.local_site.script.operators_place import RealTime
-from farhand.local_site.script.scripted_actions import JobFailed, ScriptedActions
+from farhand.local_site.script.scripted_actions import JobFailed, RealTime, ScriptedActions
 from farhand.local_site.script.scripted_operator import ScriptedOperator
 from farhand.local_site.script.scripted_task import ScriptedTask
 from tests.local_site.robot_end import TASK, desk

@@ -9,11 +9,10 @@ from msgspec import structs
 
 from farhand.deploy.places import sample_files
 from farhand.local_site.console import intents
-from farhand.local_site.script.operators_place import RealTime
-from farhand.local_site.script.scripted_actions import ScriptedActions
+from farhand.local_site.script.scripted_actions import RealTime, ScriptedActions
 from farhand.local_site.script.scripted_skills import skill_for
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.workcell.stepped_arm import SteppedArm
+from farhand.local_site.workcell.arm_drivers import SteppedArm
 from tests.local_site.robot_end import HOT_STAB, desk
 
 

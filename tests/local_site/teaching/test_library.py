@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.samples import sample_strokes

@@ -7,7 +7,7 @@ import pytest
 
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
-from farhand.local_site.teaching.raw_recording import RawRecording
+from farhand.local_site.teaching.recording import RawRecording
 
 FRAME = TaskFrame(np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([0.7, 0.3]))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.library import Library

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from farhand.local_site.workcell.live_arm import LiveArm
+from farhand.local_site.workcell.arm_drivers import LiveArm
 from tests.local_site.robot_end import HOT_STAB
 
 PATIENCE_S = 60.0

@@ -6,7 +6,7 @@ import pytest
 from farhand.deploy.places import sample_files
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.workcell.operator_arm import DEMONSTRATIONS
-from farhand.local_site.workcell.scripted_paths import STANDOFF_M
+from farhand.local_site.workcell.scripted_hand import STANDOFF_M
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from farhand.local_site.workcell.scripted_hand import ScriptedHand
-from farhand.local_site.workcell.scripted_paths import ScriptedExtraction, ScriptedInsertion
+from farhand.local_site.workcell.scripted_hand import ScriptedExtraction, ScriptedHand, ScriptedInsertion
 
 DEPTH_M = 0.085
 START = np.array([0.05, -0.1, -0.25, *Rotation.from_rotvec([0.2, -0.3, 0.1]).as_quat(scalar_first=True)])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from farhand.local_site.workcell.scripted_paths import (
+from farhand.local_site.workcell.scripted_hand import (
     STANDOFF_M,
     ScriptedExtraction,
     ScriptedInsertion,

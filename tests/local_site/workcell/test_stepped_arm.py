@@ -8,7 +8,7 @@ import pytest
 from farhand.common.arm.velocity_ik import JOINT_SPEEDS
 from farhand.common.errors import InvalidDemonstration
 from farhand.deploy.places import sample_files
-from farhand.local_site.workcell.stepped_arm import SteppedArm
+from farhand.local_site.workcell.arm_drivers import SteppedArm
 from tests.local_site.robot_end import HOT_STAB
 
 Array = np.ndarray

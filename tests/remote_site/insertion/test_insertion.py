@@ -9,14 +9,13 @@ import pytest
 
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.simulation.disturbances import DisturbanceSettings, Sway
-from farhand.common.arm.simulation.goals import Withdrawn
-from farhand.common.arm.simulation.placement import WIDE, Placement
 from farhand.common.arm.simulation.receptacle import FACING_QUAT
+from farhand.common.arm.simulation.starts_and_goals import WIDE, Placement, Withdrawn
 from farhand.common.control_mode import ControlMode
 from farhand.evaluation.arm import hot_stab_removal
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught
-from farhand.remote_site.perception.marker_tracker import TYPICAL
+from farhand.remote_site.perception.simulated_sight import TYPICAL
 from tests.messages import said
 from tests.remote_site.arm_bench import ArmBench
 

@@ -7,7 +7,7 @@ from msgspec import structs
 
 from farhand.common.errors import InvalidModel
 from farhand.common.model.model_file import content_hash, decode
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire.messages import ModelTransfer, Stamp
 from farhand.remote_site.motion.model_store import _MOST_ARRIVING, ModelStore
 from farhand.remote_site.motion.model_trial import StoredModel

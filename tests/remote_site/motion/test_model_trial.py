@@ -16,7 +16,7 @@ from farhand.common.errors import InvalidModel
 from farhand.common.model.model_file import content_hash, encode
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire.messages import ModelTransfer, Stamp
 from farhand.remote_site.motion.model_store import _MOST_KEPT, ModelStore
 from farhand.remote_site.motion.model_trial import ModelTrial, _check_numbers, _try_out

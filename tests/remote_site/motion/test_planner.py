@@ -10,7 +10,7 @@ import pytest
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath
-from farhand.common.wire.path_points import points_of
+from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.reasons import Reason
 from farhand.common.wire.words import sentence
 from farhand.remote_site.interface.plant import EffectorState

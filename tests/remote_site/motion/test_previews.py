@@ -4,7 +4,7 @@ from farhand.common.control_mode import Action
 from farhand.common.wire.messages import Command
 from farhand.common.wire.words import sentence
 from farhand.remote_site.motion.planner import PlanRequest, plan
-from farhand.remote_site.motion.previews import Previews
+from farhand.remote_site.motion.plans import Previews
 from tests.remote_site.bench import Bench
 
 

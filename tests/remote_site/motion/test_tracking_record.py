@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from farhand.remote_site.interface.plant import EffectorState
-from farhand.remote_site.motion.tracking_record import TrackingRecord
+from farhand.remote_site.robots.point_embodiment import TrackingRecord
 from tests.remote_site.bench import DT_S, Sight
 from tests.remote_site.planar import TASK
 

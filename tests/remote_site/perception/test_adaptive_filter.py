@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from farhand.common.model.manifold import POSE
-from farhand.remote_site.perception.adaptive_filter import AdaptiveFilter
-from farhand.remote_site.perception.marker_tracker import TYPICAL, MarkerTracker
+from farhand.remote_site.perception.simulated_sight import TYPICAL, MarkerTracker
+from farhand.remote_site.perception.target_filter import AdaptiveFilter
 
 HOME = np.array([0.8, 0.0, 0.4, np.cos(0.4), 0.0, np.sin(0.4), 0.0])
 STD = (TYPICAL.jitter_m, TYPICAL.jitter_rad)

@@ -7,7 +7,7 @@ import pytest
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.manifold import POSE, Manifold
-from farhand.remote_site.perception.marker_tracker import (
+from farhand.remote_site.perception.simulated_sight import (
     CLEAN,
     TYPICAL,
     MarkerTracker,

@@ -5,9 +5,15 @@ import pytest
 
 from farhand.common.model.manifold import POSE
 from farhand.common.task import Target
-from farhand.remote_site.perception.adaptive_filter import AdaptiveFilter
-from farhand.remote_site.perception.marker_tracker import CLEAN, TYPICAL, MarkerTracker, TrackerNoise
-from farhand.remote_site.perception.perception import OscillatingTarget, SimulatedPerception
+from farhand.remote_site.perception.simulated_sight import (
+    CLEAN,
+    TYPICAL,
+    MarkerTracker,
+    OscillatingTarget,
+    SimulatedPerception,
+    TrackerNoise,
+)
+from farhand.remote_site.perception.target_filter import AdaptiveFilter
 
 TARGET = Target(origin_m=(0.7, 0.3), amplitude_m=(0.1, 0.03), period_s=5.0, noise_std_m=0.002)
 STILL = Target(origin_m=(0.7, 0.3), amplitude_m=(0.0, 0.0))

@@ -12,7 +12,7 @@ from farhand.common.errors import InvalidModel
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from farhand.remote_site.reproduction.chain import successors
+from farhand.remote_site.reproduction.chains import successors
 from farhand.remote_site.reproduction.gaussians import Gaussians
 from farhand.remote_site.reproduction.progress import Progress, ProgressTracker
 from farhand.remote_site.reproduction.world_components import LocalComponents

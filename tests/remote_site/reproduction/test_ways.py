@@ -11,9 +11,9 @@ from farhand.common.model.model_file import decode, encode
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.remote_site.reproduction.chains import chosen, with_way
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 from farhand.remote_site.reproduction.rollout import roll_out
-from farhand.remote_site.reproduction.ways import chosen, with_way
 from tests.strategies import learned
 
 HERE, LAMBDA_M = [TaskFrame.identity(2)], 0.1

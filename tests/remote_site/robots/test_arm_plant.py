@@ -11,7 +11,7 @@ import pytest
 
 from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.dimensions import Dimensions
-from farhand.common.arm.poses import AT_ORIGIN, compose, difference, moved
+from farhand.common.arm.kinematics import AT_ORIGIN, compose, difference, moved
 from farhand.common.arm.servo import ServoSettings
 from farhand.common.arm.setpoint import MotionLimits
 from farhand.common.arm.simulation.disturbances import Surroundings

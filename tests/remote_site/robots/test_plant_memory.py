@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from farhand.common.wire.words import sentence
-from farhand.remote_site.interface.arm_memory import ArmMemory
+from farhand.remote_site.interface.embodiment import ArmMemory
 from farhand.remote_site.robots.plant_memory import PlantMemory, PlantState
 from tests.remote_site.bench import Bench
 

@@ -6,8 +6,8 @@ from msgspec import structs
 from scipy.spatial.transform import Rotation
 
 from farhand.common.arm.dimensions import Dimensions, Receptacle
-from farhand.common.arm.poses import compose, difference, inverse
-from farhand.common.arm.simulation.placement import ACCEPTANCE
+from farhand.common.arm.kinematics import compose, difference, inverse
+from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.task_frame import TaskFrame

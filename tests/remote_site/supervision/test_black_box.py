@@ -6,7 +6,7 @@ from farhand.common.control_mode import ControlMode
 from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.robots.point_embodiment import point_embodiment
-from farhand.remote_site.supervision.black_box import BlackBox
+from farhand.remote_site.supervision.failsafe import BlackBox
 from tests.remote_site.bench import Bench, FeelingPlant, Sight
 from tests.remote_site.planar import TASK
 

@@ -9,9 +9,9 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import BlobRequest, CatalogueReply, Event, EventKind
-from farhand.common.wire.recorded_motion import MAX_DURATION_S, RecordedMotion
-from farhand.remote_site.supervision.catalogue import Catalogue
+from farhand.common.wire.motion_encoding import MAX_DURATION_S, RecordedMotion
 from farhand.remote_site.supervision.motion_recorder import Recorded
+from farhand.remote_site.supervision.recordings import Catalogue
 from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench
 

@@ -4,7 +4,7 @@ import pytest
 
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action
-from farhand.common.repertoire import TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.wire.messages import Command, Heartbeat, LeaseReply, LeaseRequest, Stamp
 from farhand.common.wire.reasons import Reason
 from farhand.common.wire.words import sentence

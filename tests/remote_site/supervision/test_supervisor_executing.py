@@ -7,7 +7,7 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.wire.messages import Event, PlannedPath
-from farhand.common.wire.path_points import points_of
+from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.reasons import Code, because
 from farhand.remote_site.motion.planner import plan
 from tests.messages import said

@@ -8,8 +8,8 @@ from msgspec import structs
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.task import PointTask
 from farhand.common.wire.messages import BlobRequest
+from farhand.common.wire.motion_encoding import RecordedMotion
 from farhand.common.wire.reasons import Code
-from farhand.common.wire.recorded_motion import RecordedMotion
 from tests.messages import said
 from tests.remote_site.arm_bench import HOT_STAB_REMOVAL, ArmBench, hot_stab_model, seated
 from tests.remote_site.bench import Bench

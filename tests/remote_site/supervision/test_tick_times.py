@@ -4,13 +4,13 @@ from typing import Any
 
 import pytest
 
-from farhand.remote_site.supervision.tick_times import PERIOD_S, TickTimes
+from farhand.remote_site.site import LINE_PERIOD_S, TickTimes
 
 
 def test_a_line_a_minute_tells_the_quantiles_of_that_minute():
     lines = list[dict[str, Any]]()
     times = TickTimes(lambda **fields: lines.append(fields), control_hz=100.0)
-    n = round(PERIOD_S * 100.0)
+    n = round(LINE_PERIOD_S * 100.0)
     for k in range(2 * n - 1):
         times.add(1e-3 * (k % n) / n, 2e-3, overruns=7)
     (line,) = lines

@@ -1,24 +1,158 @@
-"""Scene of an arm's task: the operator's arm on the left, the robot on the right, with light and water."""
+"""Scene of an arm's task: the operator's arm on the left, the robot on the right, with light and water.
+
+Robot's side as last reported: its arm, its receptacle with the model, the path, and its ghost.
+
+Operator's hand: arrows and rings at the tip of the operator's arm, to teach, or to drive while coupled.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import viser
+from msgspec import UNSET
+from numpy.typing import NDArray
 
+from farhand.common.clock import elapsed_s
+from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.wire.messages import PlannedPath, Telemetry
+from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette
-from farhand.local_site.view.scene.arm.arm_bodies import LOCAL, REMOTE, ArmBodies
-from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, arm_camera, base_m
-from farhand.local_site.view.scene.arm.arm_remote import RemoteArm
-from farhand.local_site.view.scene.arm.ellipsoids import Ellipsoids
-from farhand.local_site.view.scene.arm.hand_gizmo import Act, HandGizmo
-from farhand.local_site.view.scene.arm.pose_curves import Demonstrations
-from farhand.local_site.view.scene.arm.receptacle_drawing import ReceptacleDrawing, add_platform
-from farhand.local_site.view.scene.ghost import Ghost
+from farhand.local_site.view.scene.arm.arm_bodies import FOV_RAD, LOCAL, REMOTE, ArmBodies, arm_camera, base_m
+from farhand.local_site.view.scene.arm.task_drawing import (
+    Curves,
+    Demonstrations,
+    Ellipsoids,
+    ReceptacleDrawing,
+    add_platform,
+)
+from farhand.local_site.view.scene.ghost import Ghost, predict, reported_frame, shown_path
+from farhand.local_site.view.scene.nodes import add_solids, put, show
+
+_GHOST_OPACITY = 0.55
+
+
+class RemoteArm:
+    """Drawing of the robot's half. Used by the page's thread.
+
+    Args:
+        scene: Scene of the server.
+        parent: Name of the node of its base.
+        description: Description of the robot.
+        bodies: Draws the links.
+    """
+
+    def __init__(self, scene: viser.SceneApi, parent: str, description: SceneDescription, bodies: ArmBodies):
+        self.description, self._bodies = description, bodies
+        """What it looks like."""
+        self._node = scene.add_frame(parent, show_axes=False, position=base_m(remote=True))
+        add_platform(scene, parent, description)
+        self._receptacle = ReceptacleDrawing(scene, parent, description)
+        frame = self._receptacle.name
+        self._model, self._line = Ellipsoids(scene, frame), Curves(scene, f"{frame}/path", 6.0)
+        self._ghost = scene.add_frame(f"{frame}/ghost", show_axes=False, visible=False)
+        seen = (*description.tool.meshes, *description.held)
+        add_solids(scene, f"{frame}/ghost", seen, palette.PREDICTED, opacity=_GHOST_OPACITY)
+        self._path: PlannedPath | None = None
+        self._shown: tuple[Telemetry, bool] | None = None
+
+    def remove(self) -> None:
+        """Remove it from the scene; `bodies` stay."""
+        self._node.remove()
+
+    def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
+        """Show the newest report and the prediction; return the prediction."""
+        robot = picture.robot
+        if robot is None:
+            return None
+        self._draw_report(robot, old=picture.link.health is not LinkHealth.OK)
+        has = picture.robot_model
+        self._model.show(has.model if has is not None else None, robot.component)
+        arrived = picture.phase.at_end
+        self._draw_path(None if arrived else shown_path(picture))
+        ghost = None if arrived else predict(picture, now_s)
+        if ghost is not None:
+            put(self._ghost, self.description.tool_at(ghost.point))
+        show(self._ghost, ghost is not None)
+        return ghost
+
+    def _draw_report(self, robot: Telemetry, old: bool) -> None:
+        if self._shown is not None and self._shown[0] is robot and self._shown[1] == old:
+            return
+        self._shown = robot, old
+        if robot.arm is not UNSET:
+            self._bodies.draw(REMOTE, robot.arm.joints_rad)
+        self._bodies.draw_age(old)
+        self._receptacle.draw(reported_frame(robot), old)
+
+    def _draw_path(self, path: PlannedPath | None) -> None:
+        if path is self._path:
+            return
+        self._path = path
+        curves = [points_of(path)[:, :3]] if path is not None else []
+        self._line.show(curves, [palette.many([palette.PREDICTED])] * len(curves))
+
+
+Array = NDArray[np.float64]
+Act = Callable[[int, Callable[[], None]], None]
+
+SIZE_M = 0.24
+"""Length of the arrows. Their arcs, of two thirds of it, are taken within a few pixels: in a smaller gizmo they lie over
+the ends of arrows that point away from the camera [m]."""
+_REACH_M = 2.0
+"""No hand is further away from the arm's base than this [m]."""
+
+
+class HandGizmo:
+    """Gizmo that turns drags into intents. Its callback only enqueues; the page's thread does the rest.
+
+    Args:
+        scene: Scene of the server.
+        parent: Name of the node of the operator's arm's base.
+        submit: Hands an intent to the console.
+        act: Has a tab's action done.
+    """
+
+    def __init__(
+        self, scene: viser.SceneApi, parent: str, submit: Callable[[intents.Intent], None], act: Act
+    ):
+        self._submit, self._held = submit, False
+        self._hand = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+        self._node = scene.add_transform_controls(
+            f"{parent}/hand", SIZE_M, line_width=3.0, depth_test=False, opacity=0.9
+        )
+
+        @self._node.on_update
+        async def _(event: viser.TransformControlsEvent) -> None:
+            pose = np.concatenate([event.target.position, event.target.wxyz])
+            if event.client_id is not None:
+                act(event.client_id, partial(self._drag, event.phase, pose))
+
+    def draw(self, tip: Array) -> None:
+        """Place the gizmo at the arm's tip, unless somebody holds it. Shape (7,)."""
+        if not self._held:
+            put(self._node, tip)
+
+    def let_go(self) -> None:
+        """End the drag of a closed tab."""
+        if self._held:
+            self._drag("end", self._hand)
+
+    def _drag(self, phase: str, pose: Array) -> None:
+        """Check a drag that a tab sends; a bad pose changes nothing, but the hand still lets go."""
+        good = np.isfinite(pose).all() and np.abs(pose[:3]).max() <= _REACH_M and pose[3:].any()
+        if not good and phase != "end":
+            return
+        if good:
+            self._hand = np.concatenate([pose[:3], pose[3:] / np.linalg.norm(pose[3:])])
+        self._held = phase != "end"
+        self._submit(intents.Hand(tuple(self._hand.tolist()), elapsed_s(), released=not self._held))
+
 
 _LOCAL, _REMOTE, _ARMS, _ROBOT = "/local", "/remote", "/arms", "/robot"
 

@@ -1,20 +1,146 @@
-"""Scene of the planar task: both boards with everything on them, seen straight from above."""
+"""Scene of the planar task: both boards with everything on them, seen straight from above.
+
+Drags on the boards: strokes that teach or drive, and the drag that moves the simulated target.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 
+import numpy as np
 import viser
 
+from farhand.common.clock import elapsed_s
 from farhand.common.task import PointTask
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import FOV_RAD, Board, add_mat, view_of
-from farhand.local_site.view.scene.board.drawing import Drawing, TargetDrag
-from farhand.local_site.view.scene.board.model_drawing import ModelDrawing
-from farhand.local_site.view.scene.board.robot_drawing import RobotDrawing, add_target
+from farhand.local_site.view.scene.board.robot_drawing import ModelDrawing, RobotDrawing, add_target
 from farhand.local_site.view.scene.ghost import Ghost
+from farhand.local_site.view.scene.nodes import LINE_Z_M, MARK_Z_M, add_flat, add_lines, place, show
+
+HAND_SPEED_M_S = 0.3
+"""A stroke is taken as drawn at this speed: the browser's event times are its own load, not the motion."""
+_HAND_RADIUS_M = 0.012
+
+
+class StrokeClock:
+    """Clock of a stroke that runs with the length of its path, independent of the browser's pace."""
+
+    def __init__(self) -> None:
+        self._last: tuple[float, float] | None = None
+        self.time_s = 0.0
+
+    def at(self, position_m: tuple[float, float]) -> float:
+        """Return the time of the motion when the hand is there [s]."""
+        if self._last is not None:
+            self.time_s += math.dist(self._last, position_m) / HAND_SPEED_M_S
+        self._last = position_m
+        return self.time_s
+
+
+class Drawing:
+    """Turns drags on the local board into intents, and draws the strokes. Used by the page's thread.
+
+    Args:
+        scene: Scene of the server.
+        board: Local board.
+        submit: Hands an intent to the console.
+        explain: Tells the operator something.
+    """
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        board: Board,
+        submit: Callable[[intents.Intent], None],
+        explain: Callable[[str], None],
+    ):
+        self._scene, self._name, self._submit, self._explain = scene, board.name, submit, explain
+        self._clock = StrokeClock()
+        self._recording = self._coupled = False
+        self._hand_at: tuple[float, float] | None = None
+        self._shown: tuple[object, ...] = ()
+        self._lines: viser.LineSegmentsHandle | None = None
+        self._hand = add_flat(
+            scene, f"{board.name}/hand", shapes.disc(_HAND_RADIUS_M), palette.LOCAL, MARK_Z_M, visible=False
+        )
+
+    def drag(self, phase: str, position_m: tuple[float, float]) -> None:
+        """Handle the mouse: moved with its button down, or let go."""
+        if not (self._recording or self._coupled):
+            if phase == "start":
+                self._explain("nothing follows your hand now: press Record to teach, or Couple to drive")
+            return
+        self._hand_at = position_m
+        self._submit(intents.Hand(position_m, self._clock.at(position_m), released=phase == "end"))
+
+    def let_go(self) -> None:
+        """End the drag of a closed tab."""
+        if self._coupled and self._hand_at is not None:
+            self._submit(intents.Hand(self._hand_at, self._clock.time_s, released=True))
+
+    def draw(self, picture: ConsoleState) -> None:
+        """Show the strokes and the hand."""
+        if picture.recording and not self._recording:
+            self._clock = StrokeClock()
+        self._recording, self._coupled = picture.recording, picture.coupled
+        shown = (picture.task.name, *map(len, picture.strokes))
+        if shown != self._shown:
+            self._shown = shown
+            self._draw_strokes(picture)
+        if not (self._recording or self._coupled):
+            self._hand_at = None
+        if self._hand_at is not None:
+            place(self._hand, *self._hand_at, MARK_Z_M)
+        show(self._hand, self._hand_at is not None)
+
+    def _draw_strokes(self, picture: ConsoleState) -> None:
+        """Draw all strokes as one set of lines: ended ones grey, the present one white."""
+        points, colours = [], []
+        for index, stroke in enumerate(picture.strokes):
+            current = (
+                picture.recording
+                and index == len(picture.strokes) - 1
+                and len(picture.strokes) > (picture.n_demonstrations)
+            )
+            thinned = stroke if len(stroke) < 3 else np.vstack([stroke[:-1:2], stroke[-1:]])
+            lines = shapes.segments(thinned, LINE_Z_M)
+            points.append(lines)
+            colour = palette.many([palette.CURRENT_STROKE if current else palette.STROKE])
+            colours.append(np.broadcast_to(colour, lines.shape))
+        if self._lines is not None and not sum(map(len, points)):
+            self._lines.visible = False
+        elif points:
+            self._lines = add_lines(
+                self._scene, f"{self._name}/strokes", np.concatenate(points), np.concatenate(colours), 3.0
+            )
+
+
+_PERIOD_S = 0.1
+
+
+class TargetDrag:
+    """Sender of the U's dragged position, at most ten times a second, and of its last one.
+
+    Args:
+        submit: Hands an intent to the console.
+    """
+
+    def __init__(self, submit: Callable[[intents.Intent], None]):
+        self._submit = submit
+        self._sent_s = float("-inf")
+
+    def drag(self, phase: str, position_m: tuple[float, float]) -> None:
+        """Send the dragged position of the U [m]."""
+        now_s = elapsed_s()
+        if phase == "end" or now_s - self._sent_s >= _PERIOD_S:
+            self._sent_s = now_s
+            self._submit(intents.DragTarget(position_m))
+
 
 _LIGHT = 3.14
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from farhand.common.arm.dimensions import HIDDEN, Dimensions, Plug
 from farhand.common.arm.engine import mujoco
-from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.poses import compose
+from farhand.common.arm.kinematics import Kinematics, compose
 from farhand.common.arm.simulation.description import describe
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import Simulation

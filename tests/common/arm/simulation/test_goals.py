@@ -6,8 +6,8 @@ from typing import cast
 import numpy as np
 import pytest
 
-from farhand.common.arm.simulation.goals import MAX_DRAGGED_M, STANDOFF_M, Seated, Withdrawn
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
+from farhand.common.arm.simulation.starts_and_goals import MAX_DRAGGED_M, STANDOFF_M, Seated, Withdrawn
 
 
 @dataclass

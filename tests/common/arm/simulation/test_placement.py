@@ -5,8 +5,8 @@ import pytest
 
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.simulation.disturbances import Surroundings
-from farhand.common.arm.simulation.placement import ACCEPTANCE, WIDE, Box, Placement
 from farhand.common.arm.simulation.simulation import Simulation
+from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE, WIDE, Box, Placement
 from farhand.common.model.task_frame import TaskFrame
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from farhand.local_site.exchange.notices import Notice
-from farhand.local_site.view.panels.event_panel import robot_clock, words
+from farhand.local_site.view.panels.list_panels import robot_clock, words
 
 
 def test_a_line_names_who_and_what_in_words_that_say_what_was_measured_with_its_unit() -> None:

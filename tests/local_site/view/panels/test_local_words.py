@@ -10,8 +10,7 @@ import pytest
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.view.panels.local_words import local_words
-from farhand.local_site.view.panels.words import words_of
+from farhand.local_site.view.panels.words import local_words, words_of
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.local_site.robot_end import HOT_STAB, TASK

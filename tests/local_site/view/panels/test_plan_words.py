@@ -11,7 +11,7 @@ from farhand.common.model.model_file import content_hash, encode
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.ways import distance_from_taught
 from farhand.common.wire.messages import PlannedPath, Stamp
-from farhand.common.wire.path_points import packed
+from farhand.common.wire.motion_encoding import packed
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.lesson import LearnedModel

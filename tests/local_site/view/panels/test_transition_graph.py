@@ -10,7 +10,7 @@ import pytest
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from farhand.local_site.view.panels.transition_graph import graph_svg, node_places
+from farhand.local_site.view.panels.charts import graph_svg, node_places
 
 _DURATION = re.compile(r'<text x="([\d.]+)" y="([\d.]+)" class="fh-duration">([^<]*)</text>')
 _CHARACTER_PX = 6.3

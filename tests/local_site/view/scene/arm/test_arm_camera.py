@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, arm_camera, base_m
+from farhand.local_site.view.scene.arm.arm_bodies import FOV_RAD, arm_camera, base_m
 from farhand.local_site.view.scene.board.boards import BOTTOM, TOP
 
 # The base, the plug at rest, and the corners of the panel's face, from an arm's base [m].

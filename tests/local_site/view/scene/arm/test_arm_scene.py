@@ -16,7 +16,7 @@ from farhand.local_site.view.panels.status_strip import _remote_words
 from farhand.local_site.view.panels.words import words_of
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
 from farhand.local_site.view.server import PageServer
-from farhand.local_site.view.sessions import Sessions
+from farhand.local_site.view.tabs import Sessions
 from tests.local_site.exchange.test_robot_scene import report
 from tests.local_site.robot_end import HOT_STAB
 

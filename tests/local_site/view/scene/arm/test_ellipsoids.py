@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from farhand.local_site.view.scene.arm.ellipsoids import axes_of
+from farhand.local_site.view.scene.arm.task_drawing import axes_of
 from farhand.local_site.view.scene.shapes import sphere
 
 

@@ -1,0 +1,198 @@
+"""Contents fetched from the robot by their hash, in parts; the drawing of the robot is one, kept on disk."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from farhand.common.errors import InvalidMessage
+from farhand.common.link.budget import part_bytes
+from farhand.common.log import loop_logger
+from farhand.common.whole_file import write_whole
+from farhand.common.wire import keys
+from farhand.common.wire.messages import BlobReply, BlobRequest
+from farhand.common.wire.scene_description import SceneDescription
+from farhand.local_site.exchange.requests import Requests
+
+Done = Callable[[bytes | None], None]
+
+_GIVE_UP_S = 600.0
+_ATTEMPTS = 3
+
+
+@dataclass
+class _Fetch:
+    """Content being fetched.
+
+    Args:
+        sha256: SHA-256 of the content.
+        done: Gets the content, or None.
+        size: Size of the whole content [B]; 0 before the first part.
+        arrived: Bytes that arrived, from the beginning on.
+        attempts: Number of attempts.
+    """
+
+    sha256: str
+    done: Done
+    size: int = 0
+    arrived: bytearray = field(default_factory=bytearray)
+    attempts: int = 1
+
+
+class BlobFetcher:
+    """Fetcher of one part at a time, of the content requested last. Used by the console's thread alone.
+
+    A part lost in an outage is requested again; parts that arrived are kept.
+
+    Args:
+        inquiries: Asks the robot.
+        rate_bps: Capacity of the link [bit/s], 0 for more than enough; it sets the size of the parts.
+    """
+
+    def __init__(self, inquiries: Requests, rate_bps: float = 0.0):
+        self._inquiries, self._part_bytes = inquiries, part_bytes(rate_bps)
+        self._open: list[_Fetch] = []
+        self._asking = False
+
+    def fetch(self, sha256: str, done: Done) -> None:
+        """Fetch a content in the background; returns at once.
+
+        Args:
+            sha256: SHA-256 of the content.
+            done: Called once with the content, whose hash was verified, or with None when it cannot be had.
+        """
+        self._open.append(_Fetch(sha256, done))
+        self._ask()
+
+    def share(self, sha256: str) -> float | None:
+        """Return the share of a content that has arrived, from 0 to 1; None when it is not being fetched."""
+        for fetch in self._open:
+            if fetch.sha256 == sha256:
+                return len(fetch.arrived) / fetch.size if fetch.size else 0.0
+        return None
+
+    def _ask(self) -> None:
+        if self._asking or not self._open:
+            return
+        fetch, self._asking = self._open[-1], True
+        request = BlobRequest(sha256=fetch.sha256, offset=len(fetch.arrived), n_bytes=self._part_bytes)
+        self._inquiries.ask(keys.BLOB, request, BlobReply, _GIVE_UP_S, partial(self._on_reply, fetch))
+
+    def _on_reply(self, fetch: _Fetch, reply: BlobReply | None, _took_s: float) -> None:
+        self._asking = False
+        if reply is None or not reply.content:
+            self._end(fetch, None)
+        elif reply.sha256 == fetch.sha256 and reply.offset == len(fetch.arrived):
+            fetch.size = reply.size
+            fetch.arrived += reply.content
+            if len(fetch.arrived) >= fetch.size:
+                self._verify(fetch)
+        self._ask()
+
+    def _verify(self, fetch: _Fetch) -> None:
+        content = bytes(fetch.arrived)
+        if hashlib.sha256(content).hexdigest() == fetch.sha256:
+            self._end(fetch, content)
+        elif fetch.attempts == _ATTEMPTS:
+            self._end(fetch, None)
+        else:
+            fetch.attempts, fetch.size = fetch.attempts + 1, 0
+            fetch.arrived.clear()
+
+    def _end(self, fetch: _Fetch, content: bytes | None) -> None:
+        self._open.remove(fetch)
+        fetch.done(content)
+
+
+_log = loop_logger(__name__)
+
+_DRAWING_ATTEMPTS = 5
+
+
+class KnownScenes:
+    """Descriptions by their hash, including those of earlier robots.
+
+    Args:
+        folder: Folder of the descriptions; made when one is kept.
+        own: Built-in descriptions.
+    """
+
+    def __init__(self, folder: Path, own: Sequence[SceneDescription] = ()):
+        self._folder, self._known = folder, {scene.sha256: scene for scene in own}
+
+    def get(self, sha256: str) -> SceneDescription | None:
+        """Return the description with this hash; None when it is unknown, or its file was damaged."""
+        if sha256 not in self._known:
+            try:
+                self._take(sha256, self._file(sha256).read_bytes())
+            except (OSError, InvalidMessage):
+                return None
+        return self._known.get(sha256)
+
+    def keep(self, sha256: str, content: bytes) -> None:
+        """Keep a description for later processes as well.
+
+        Raises:
+            InvalidMessage: When it is no description.
+        """
+        self._take(sha256, content)
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            write_whole(self._file(sha256), content)
+        except OSError as error:
+            _log.warning("what the robot looks like is not kept in %s: %s", self._folder, error.strerror)
+
+    def _take(self, sha256: str, content: bytes) -> None:
+        if hashlib.sha256(content).hexdigest() == sha256:
+            self._known[sha256] = SceneDescription.from_bytes(content)
+
+    def _file(self, sha256: str) -> Path:
+        return self._folder / f"{sha256}.scene"
+
+
+class RobotScene:
+    """Description of the present robot. Used by the console's thread alone.
+
+    Args:
+        fetcher: Fetches the description.
+        known: Descriptions that need not be fetched; None when nobody draws the robot.
+    """
+
+    def __init__(self, fetcher: BlobFetcher, known: KnownScenes | None):
+        self._fetcher, self._known = fetcher, known
+        self._sha256, self._attempts = "", 0
+        self.description: SceneDescription | None = None
+        """It; None before it is known, and of a robot without any."""
+
+    @property
+    def fetching(self) -> float | None:
+        """Share of it that has arrived, from 0 to 1; None while it is not being fetched."""
+        return self._fetcher.share(self._sha256) if self._sha256 else None
+
+    def on_named(self, sha256: str) -> None:
+        """Process the hash of the robot's description; empty for none."""
+        if self._known is None or not sha256 or (sha256 == self._sha256 and self.fetching is not None):
+            return
+        self._sha256, self._attempts = sha256, 0
+        self.description = self._known.get(sha256)
+
+    def pursue(self) -> None:
+        """Fetch the description if it is unknown; retry a limited number of times."""
+        unknown = bool(self._sha256) and self.description is None and self.fetching is None
+        if self._known is not None and unknown and self._attempts < _DRAWING_ATTEMPTS:
+            self._attempts += 1
+            self._fetcher.fetch(self._sha256, partial(self._on_content, self._known, self._sha256))
+
+    def _on_content(self, known: KnownScenes, sha256: str, content: bytes | None) -> None:
+        if content is None:
+            _log.warning("what the robot looks like could not be fetched")
+            return
+        try:
+            known.keep(sha256, content)
+        except InvalidMessage as error:
+            _log.warning("what the robot looks like was not understood: %s", error)
+        if sha256 == self._sha256:
+            self.description = known.get(sha256)

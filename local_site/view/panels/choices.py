@@ -1,0 +1,139 @@
+"""Choices of the operator that last: the task, the robot's pace, and sending the model whenever it changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import viser
+
+from farhand.common.clock import elapsed_s
+from farhand.common.control_mode import Action
+from farhand.common.wire.messages import SLOWEST_PACE
+from farhand.local_site.console import intents
+from farhand.local_site.console.console_state import ConsoleState, TaskStanding
+from farhand.local_site.view.panels.html import Html, element, text
+
+Submit = Callable[[intents.Intent], None]
+Act = Callable[[int, Callable[[], None]], None]
+
+
+class AutoSendSwitch:
+    """Switch that shows the console's state, not the click.
+
+    Args:
+        gui: GUI of the server.
+        submit: Hands an intent to the console.
+        act: Has a tab's action done, from the server's thread; only enqueues.
+    """
+
+    def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act):
+        self._box = gui.add_checkbox("Send by itself", initial_value=False)
+
+        @self._box.on_update
+        async def _(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+            if event.client_id is not None:
+                act(event.client_id, partial(submit, intents.AutoSend(bool(event.target.value))))
+
+    def draw(self, picture: ConsoleState) -> None:
+        """Show the console's state."""
+        if self._box.value != picture.auto_send:
+            self._box.value = picture.auto_send
+
+
+_STILL_S = 0.3
+"""The slider is at rest for so long before its value is sent: on the way there are dozens."""
+_STEP_PERCENT = 5.0
+
+
+class PaceSlider:
+    """Slider in percent. Used by the page's thread alone, except for its callback, which only enqueues.
+
+    Args:
+        gui: GUI of the server.
+        submit: Hands an intent to the console.
+        act: Has a tab's action done, from the server's thread.
+    """
+
+    def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act):
+        self._submit = submit
+        self._wanted: float | None = None
+        self._moved_s = 0.0
+        self._slider = gui.add_slider(
+            "Speed [%]", 100.0 * SLOWEST_PACE, 100.0, step=_STEP_PERCENT, initial_value=100.0,
+            hint="Of what the robot does by itself: executions, Retract, Go to ready. Not of your own driving.",
+        )  # fmt: skip
+
+        @self._slider.on_update
+        async def _(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+            if event.client_id is not None:
+                act(event.client_id, partial(self._move, float(event.target.value), elapsed_s()))
+
+    def draw(self, picture: ConsoleState, now_s: float) -> None:
+        """Send the chosen value once the slider rests; else show what the robot reported."""
+        robot, sending = picture.robot, Action.SET_PACE in picture.pending
+        if self._wanted is not None:
+            if not sending and now_s - self._moved_s >= _STILL_S:
+                pace = min(max(self._wanted / 100.0, SLOWEST_PACE), 1.0)
+                self._submit(intents.CommandRobot(Action.SET_PACE, pace=pace))
+                self._wanted, self._moved_s = None, now_s
+        elif robot is not None and not sending and now_s - self._moved_s >= _STILL_S:
+            shown = round(100.0 * robot.pace, 1)
+            if self._slider.value != shown:
+                self._slider.value = shown
+
+    def _move(self, percent: float, at_s: float) -> None:
+        self._wanted, self._moved_s = percent, at_s
+
+
+class TaskChoice:
+    """Choice that shows the console's state, not the click; hidden when there is only one task.
+
+    Args:
+        gui: GUI of the server.
+        picture: First state of the console.
+        submit: Hands an intent to the console.
+        act: Has a tab's action done, from the server's thread; only enqueues.
+    """
+
+    def __init__(self, gui: viser.GuiApi, picture: ConsoleState, submit: Submit, act: Act):
+        names = tuple(task.name for task in picture.tasks)
+        self._several = len(names) > 1
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Task", names, visible=self._several)
+        self._standings = Html(gui)
+
+        @self._choice.on_update
+        async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
+            if event.client_id is not None:
+                act(event.client_id, partial(submit, intents.Choose(event.target.value)))
+
+    def draw(self, picture: ConsoleState) -> None:
+        """Show the console's state."""
+        if self._choice.value != picture.task.name:
+            self._choice.value = picture.task.name
+        if self._several:
+            lines = "".join(map(_line, picture.tasks))
+            self._standings.show(f'<div class="fh-tasks">{lines}</div>')
+
+
+def _line(task: TaskStanding) -> str:
+    return f"<div><b>{text(task.name)}</b> {element(f'standing-{task.name}', standing_words(task))}</div>"
+
+
+def standing_words(task: TaskStanding) -> str:
+    """Return how often a task was demonstrated, and whether the robot has the model."""
+    n = task.n_demonstrations
+    if not task.robot_does:
+        return "not done by this robot"
+    if not n:
+        return "not taught"
+    robot = (
+        "on its way"
+        if task.sending
+        else "asking the robot"
+        if task.asking
+        else "robot lacks it"
+        if task.differs
+        else "robot has it"
+    )
+    return f"{n} demo{'' if n == 1 else 's'}, {robot}"

@@ -1,0 +1,145 @@
+"""Panels that list: events here and at the robot, and the task's revisions with the way back to one of them."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from datetime import datetime
+
+import viser
+
+from farhand.common.clock import elapsed_s
+from farhand.local_site.console import intents
+from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.notices import Notice
+from farhand.local_site.teaching.revisions import Revision
+from farhand.local_site.view.panels.html import Html, clock, text
+
+_SHOWN = 80
+_LATE_S = 2.0
+"""An event that was so long on its way was held up by an outage, and is shown when it happened [s]."""
+
+
+class EventPanel:
+    """Events in the lower strip. Used by the page's thread.
+
+    Args:
+        gui: GUI of the server.
+    """
+
+    def __init__(self, gui: viser.GuiApi):
+        self._html = Html(gui)
+        self._own: deque[Notice] = deque(maxlen=_SHOWN)
+        self._wall_s = time.time() - elapsed_s()
+        """The console's clock in wall time, for people."""
+        self._shown: tuple[Notice, ...] | None = None
+
+    def explain(self, words: str) -> None:
+        """Tell the operator why the page itself did nothing."""
+        if not self._own or self._own[-1].text != words or elapsed_s() - self._own[-1].time_s > 1.0:
+            self._own.append(Notice(elapsed_s(), "page", words, good=False))
+
+    def draw(self, picture: ConsoleState) -> None:
+        """Show the newest events."""
+        notices = sorted([*picture.notices[-_SHOWN:], *self._own], key=lambda notice: notice.time_s)[-_SHOWN:]
+        if self._shown == (shown := tuple(notices)):
+            return
+        self._shown = shown
+        lines = [self._line(notice, newest=notice is notices[-1]) for notice in reversed(notices)]
+        self._html.show(
+            '<div class="fh-lower fh-log"><div class="fh-caption">events, the newest first</div>'
+            f'<div class="fh-messages" data-tp="messages">{"".join(lines)}</div></div>'
+        )
+
+    def _line(self, notice: Notice, newest: bool) -> str:
+        kind = ("fh-said" if notice.good else "fh-refused") + " fh-newest" * newest
+        at_s = self._wall_s + notice.time_s - (notice.late_s if notice.late_s > _LATE_S else 0.0)
+        return (
+            f'<div data-tp="message" class="{kind}" title="{text(robot_clock(notice))}">'
+            f"{clock(at_s)}{text(words(notice))}</div>"
+        )
+
+
+def words(notice: Notice) -> str:
+    """Return the event as one line."""
+    late = f", heard {notice.late_s:.0f} s later" if notice.late_s > _LATE_S else ""
+    by = f" [{notice.who}]" if notice.who else ""
+    if notice.text.startswith(notice.what) and not by:
+        return f"{notice.text}{late}"  # avoids "executing: executing hot-stab"
+    return f"{notice.what}{by}: {notice.text}{late}"
+
+
+def robot_clock(notice: Notice) -> str:
+    """Return the time of an event on the clock that applies to it."""
+    if notice.robot_s is None:
+        return "this site's own; its clock"
+    return f"{notice.robot_s:.2f} s on the robot's clock; the time shown is this site's"
+
+
+Submit = Callable[[intents.Intent], None]
+Act = Callable[[int, Callable[[], None]], None]
+
+_NONE: str = "nothing was taught yet"
+
+
+class LibraryPanel:
+    """Choice of a revision, and buttons for the chosen one. Its callbacks only enqueue.
+
+    Args:
+        gui: GUI of the server.
+        submit: Hands an intent to the console.
+        act: Has a tab's action done, from the server's thread.
+    """
+
+    def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act):
+        self._submit, self._act = submit, act
+        self._labels: tuple[str, ...] = (_NONE,)
+        self._numbers: tuple[int, ...] = (0,)
+        self._present = 0
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Revision", self._labels)
+        self._made = Html(gui)
+        self._buttons = {
+            "Go to": gui.add_button("Go to", color="blue", disabled=True),
+            "Delete": gui.add_button("Delete", color="gray", disabled=True),
+        }
+        self._on("Go to", lambda: intents.SelectRevision(self._chosen()))
+        self._on("Delete", lambda: intents.Delete(self._chosen()))
+
+    def draw(self, picture: ConsoleState) -> None:
+        """Show the kept revisions; the current one is selected until another one is chosen."""
+        labels = tuple(map(_label, picture.revisions)) or (_NONE,)
+        numbers = tuple(revision.number for revision in picture.revisions) or (0,)
+        if (labels, picture.revision) != (self._labels, self._present):
+            chosen = self._chosen()
+            followed = chosen == self._present or chosen not in numbers
+            self._labels, self._numbers, self._present = labels, numbers, picture.revision
+            shown = picture.revision if followed and picture.revision in numbers else chosen
+            if self._choice.options != labels:
+                self._choice.options = labels
+            self._choice.value = labels[numbers.index(shown)] if shown in numbers else labels[-1]
+        made = next((each.made for each in picture.revisions if each.number == self._chosen()), "")
+        at = clock(datetime.fromisoformat(made).timestamp()) if made else ""
+        self._made.show(f'<div class="fh-note" data-tp="made">{at and f"made at {at}"}</div>')
+        another = self._chosen() not in (0, picture.revision) and not picture.recording
+        self._enable("Go to", another)
+        self._enable("Delete", another)
+
+    def _chosen(self) -> int:
+        value = self._choice.value
+        return self._numbers[self._labels.index(value)] if value in self._labels else 0
+
+    def _enable(self, label: str, enabled: bool) -> None:
+        if self._buttons[label].disabled == enabled:
+            self._buttons[label].disabled = not enabled
+
+    def _on(self, label: str, make: Callable[[], intents.Intent]) -> None:
+        @self._buttons[label].on_click
+        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            if event.client_id is not None:
+                self._act(event.client_id, lambda: self._submit(make()))
+
+
+def _label(revision: Revision) -> str:
+    n = len(revision.demonstrations)
+    return f"{revision.number}: {n} demonstration{'' if n == 1 else 's'}"

@@ -1,0 +1,213 @@
+"""Drawing of what a task frame carries: the receptacle, learned components as ellipsoids, and curves in space."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from farhand.common.model.tphsmm import TPHSMM
+from farhand.common.wire.scene_description import SceneDescription
+from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.view.scene import palette, shapes
+from farhand.local_site.view.scene.nodes import NO_SHADOW, SEEN_UNCHANGED, add_solids, put
+from farhand.local_site.view.scene.palette import Rgb
+
+Array = NDArray[np.float64]
+
+_STEEL: Rgb = (92, 108, 120)
+_PALE, _PLATFORM = 0.78, 0.25
+"""How much of steel's colour is in what only stands around: the arms are what matters."""
+
+
+class ReceptacleDrawing:
+    """Drawing of one receptacle. Used by the page's thread.
+
+    Args:
+        scene: Scene of the server.
+        parent: Name of the node of the arm's base.
+        description: Description of the receptacle.
+    """
+
+    def __init__(self, scene: viser.SceneApi, parent: str, description: SceneDescription):
+        self.name = f"{parent}/receptacle"
+        self._node = scene.add_frame(self.name, show_axes=False, visible=False)
+        self._meshes = add_solids(scene, self.name, description.receptacle)
+        self._colours = [palette.mixed(mesh.colour, _STEEL, _PALE) for mesh in description.receptacle]
+        self._paint(old=False)
+        self._old = False
+
+    def draw(self, pose: Array, old: bool = False) -> None:
+        """Show it where it was seen, grey when that is long ago. Shape (7,)."""
+        put(self._node, pose, SEEN_UNCHANGED)
+        if not self._node.visible:
+            self._node.visible = True
+        if old != self._old:
+            self._old = old
+            self._paint(old)
+
+    def _paint(self, old: bool) -> None:
+        for mesh, colour in zip(self._meshes, self._colours, strict=True):
+            mesh.color = palette.mixed(colour, palette.OLD, 0.75) if old else colour
+
+
+def add_platform(scene: viser.SceneApi, parent: str, description: SceneDescription) -> None:
+    """Add the platform that the arm stands on."""
+    meshes = add_solids(scene, f"{parent}/platform", description.platform)
+    for mesh, drawn in zip(description.platform, meshes, strict=True):
+        drawn.color = palette.mixed(mesh.colour, _STEEL, _PLATFORM)
+
+
+_DEVIATIONS = 2.0
+_OPACITY, _ACTIVE_OPACITY = 0.42, 0.85
+
+
+class Ellipsoids:
+    """Components of one model in the coordinates of a node: its last task frame.
+
+    Args:
+        scene: Scene of the server.
+        parent: Name of the node.
+    """
+
+    def __init__(self, scene: viser.SceneApi, parent: str):
+        self._scene, self._name = scene, f"{parent}/components"
+        self._model: TPHSMM | None = None
+        self._active = -1
+        self._batch: viser.BatchedMeshHandle | None = None
+
+    def show(self, model: TPHSMM | None, active: int = -1) -> None:
+        """Show a model, or none, with the component in execution, or -1."""
+        if model is not self._model:
+            self._model, self._active = model, active
+            self._redraw(model, active)
+        elif active != self._active:
+            self._active = active
+            if self._batch is not None and model is not None:
+                self._batch.batched_opacities = _opacities(model, active)
+
+    def _redraw(self, model: TPHSMM | None, active: int) -> None:
+        """Change the drawing in place while the number of components stays: a new node would flicker."""
+        if model is None:
+            if self._batch is not None:
+                self._batch.remove()
+                self._batch = None
+            return
+        places = model.means[-1, :, :3].astype(np.float32)
+        scales, turns = axes_of(model.covariances[-1, :, :3, :3])
+        colours = palette.many([palette.component_colour(float(phase)) for phase in model.phase])
+        if self._batch is not None and len(self._batch.batched_positions) == model.n_components:
+            batch = self._batch
+            batch.batched_positions, batch.batched_wxyzs = places, turns
+            batch.batched_scales, batch.batched_colors = scales, colours
+            batch.batched_opacities = _opacities(model, active)
+            return
+        self._batch = self._scene.add_batched_meshes_simple(
+            self._name, *shapes.sphere(), turns, places, batched_scales=scales, batched_colors=colours,
+            batched_opacities=_opacities(model, active), opacity=1.0, lod="off", **NO_SHADOW,
+        )  # fmt: skip
+
+
+def _opacities(model: TPHSMM, active: int) -> NDArray[np.float32]:
+    return np.where(np.arange(model.n_components) == active, _ACTIVE_OPACITY, _OPACITY).astype(np.float32)
+
+
+def axes_of(covariances: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return half axes (K, 3) [m] and orientations (K, 4) of covariances' ellipsoids (K, 3, 3) [m^2]."""
+    values, vectors = np.linalg.eigh(covariances)
+    vectors[:, :, 0] *= np.linalg.det(vectors)[:, None]  # no mirror images
+    turns = Rotation.from_matrix(vectors).as_quat(scalar_first=True)
+    return (_DEVIATIONS * np.sqrt(values)).astype(np.float32), turns.astype(np.float32)
+
+
+_LONGEST = 120
+"""Points of a drawn curve."""
+
+
+class Curves:
+    """Curves below a node, changed in place. Used by the page's thread.
+
+    Args:
+        scene: Scene of the server.
+        name: Name of the node.
+        width_px: Thickness on the screen.
+    """
+
+    def __init__(self, scene: viser.SceneApi, name: str, width_px: float):
+        self._scene, self._name, self._width_px = scene, name, width_px
+        self._node: viser.LineSegmentsHandle | None = None
+
+    def show(self, curves: list[Array], colours: list[NDArray[np.uint8]]) -> None:
+        """Show these curves, or none.
+
+        Args:
+            curves: Each of shape (T, 3) [m].
+            colours: Colours of each curve's points, as `palette.many` makes them. Each of shape (T, 3) or
+                (1, 3).
+        """
+        lines = [_segments(curve) for curve in curves]
+        if not sum(map(len, lines)):
+            if self._node is not None:
+                self._node.remove()
+                self._node = None
+            return
+        points = np.concatenate(lines).astype(np.float32)
+        each = [_segments(np.broadcast_to(c, curve.shape)) for c, curve in zip(colours, curves, strict=True)]
+        if self._node is None:
+            self._node = self._scene.add_line_segments(
+                self._name, points, np.concatenate(each), thickness=self._width_px, thickness_units="screen"
+            )
+        else:
+            self._node.points, self._node.colors = points, np.concatenate(each)
+
+
+class Demonstrations:
+    """Curves of the demonstrations, in the coordinates of a node that is the task frame.
+
+    Args:
+        scene: Scene of the server.
+        parent: Name of the node.
+    """
+
+    def __init__(self, scene: viser.SceneApi, parent: str):
+        self._ended = Curves(scene, f"{parent}/demonstrations", 3.5)
+        self._current = Curves(scene, f"{parent}/demonstration", 4.0)
+        self._shown: tuple[object, ...] = ()
+
+    def draw(self, picture: ConsoleState) -> None:
+        """Show the ended ones in the components' colours, and the one in progress in white."""
+        model = picture.learned.model if picture.learned else None
+        shown = (model, *map(len, picture.strokes), picture.n_demonstrations)
+        if shown == self._shown:
+            return
+        self._shown = shown
+        curves = [
+            thinned(frames[-1].to_local(stroke[:, :3]))
+            for stroke, frames in zip(picture.strokes, picture.stroke_frames, strict=True)
+        ]
+        ended, current = curves[: picture.n_demonstrations], curves[picture.n_demonstrations :]
+        self._current.show(current, [palette.many([palette.CURRENT_STROKE])] * len(current))
+        self._ended.show(ended, [_by_component(curve, model) for curve in ended])
+
+
+def thinned(points: Array) -> Array:
+    """Thin a curve to as many points as can be seen, including its end. Shape (T, C)."""
+    if len(points) <= _LONGEST:
+        return points
+    return points[np.linspace(0, len(points) - 1, _LONGEST).round().astype(int)]
+
+
+def _by_component(curve: Array, model: TPHSMM | None) -> NDArray[np.uint8]:
+    """Colour each point of a curve by its most likely component."""
+    if model is None:
+        return palette.many([palette.STROKE])
+    covariances = model.covariances[-1, :, :3, :3]
+    apart = curve[:, None] - model.means[-1, :, :3]
+    distance = np.einsum("tki,kij,tkj->tk", apart, np.linalg.inv(covariances), apart)
+    nearest = np.argmin(distance + np.linalg.slogdet(covariances)[1], axis=1)
+    return palette.many([palette.component_colour(float(phase)) for phase in model.phase])[nearest]
+
+
+def _segments(points: NDArray) -> NDArray:
+    return np.stack([points[:-1], points[1:]], axis=1)
