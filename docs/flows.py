@@ -121,7 +121,7 @@ def _datapoint(sites: VirtualSites) -> list[str]:
         with watch.watching():
             console.submit(intents.Hand(moved, 0.02 * step))
             sites.run(0.02)
-    console.submit(intents.EndDemonstration())
+    console.submit(intents.EndDemonstration(anyway=True))
     sites.run(0.2)
     return list(watch.files)
 
