@@ -84,7 +84,7 @@ def meaning(kind: type[msgspec.Struct], field: str) -> str:
 
 
 def _keys() -> str:
-    header = ["key", "direction", "how", "messages", "urgency", "full queue", "kept", "share"]
+    header = ["key", "direction", "how", "messages", "urgency", "full queue", "most B", "share"]
     rows = []
     for channel, sent, answered in FLOWS:
         to_robot = channel.key.startswith("op/")
@@ -93,7 +93,7 @@ def _keys() -> str:
         rows.append([
             f"`{channel.key}`", "operator → robot" if to_robot else "robot → operators",
             "query" if answered else "put", names, channel.urgency.name,
-            "waits" if channel.must_arrive else "newest only", "" if answered else str(channel.keep),
+            "waits" if channel.must_arrive else "newest only", str(channel.most_bytes),
             f"{share:.0%}" if share else "",
         ])  # fmt: skip
     return _table(header, rows)

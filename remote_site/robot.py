@@ -13,7 +13,6 @@ import numpy as np
 
 from farhand.common.clock import BootClock
 from farhand.common.errors import InvalidMessage
-from farhand.common.event_loop import Mailbox
 from farhand.common.link.budget import limit_flows, part_bytes
 from farhand.common.link.link import Link, Request
 from farhand.common.log import loop_logger
@@ -48,13 +47,11 @@ from farhand.remote_site.motion.model_trial import ModelTrial, Outcome, TryModel
 from farhand.remote_site.motion.planner import PlanRequest
 from farhand.remote_site.robots.embodiments import embodiment_of
 from farhand.remote_site.robots.plant_memory import PlantState
+from farhand.remote_site.supervision.inbox import Inbox
 from farhand.remote_site.supervision.supervisor import Supervisor
 from farhand.remote_site.telemetry import Reporter
 
 _log = loop_logger(__name__)
-
-_MOST_WAITING, _MOST_PER_TICK = 256, 64
-_MOST_MODELS_WAITING, _MOST_MODELS_PER_TICK = 4, 1
 
 
 class Robot:
@@ -90,11 +87,6 @@ class Robot:
     ):
         self._try_model = try_model
         self._config, self._n_dims, self._link = config, tasks.first.space.n_dims, link
-        self._inbox: Mailbox[Callable[[], None]] = Mailbox(_MOST_WAITING)
-        # A flood of other messages must not push out a stop or the answer to a preview.
-        self._first: Mailbox[Callable[[], None]] = Mailbox(_MOST_WAITING)
-        # Unanswered requests are repeated; the ones that wait here are large.
-        self._models: Mailbox[Callable[[], None]] = Mailbox(_MOST_MODELS_WAITING)
         self._ticks = 0
         self.overruns = 0
         """Control periods that came too late, as counted by `RemoteSite`."""
@@ -109,6 +101,7 @@ class Robot:
         if scene := self.embodiment.hardware.scene():
             self.supervisor.recordings.catalogue.show(scene)
         self._reporter = Reporter(self.supervisor, clock)
+        self._inbox = Inbox(self.supervisor.contact.lease)
         self._listen()
 
     def step(self, late_s: float = 0.0) -> None:
@@ -123,18 +116,11 @@ class Robot:
     @property
     def waiting(self) -> int:
         """Number of messages that wait for the next control period."""
-        return len(self._first) + len(self._inbox) + len(self._models)
+        return len(self._inbox)
 
     def handle(self) -> None:
-        """Handle arrived messages, as many as a control period has time for.
-
-        The rest waits for the next one.
-        """
-        for handle in (
-            *self._first.take_all(),
-            *self._inbox.take_all(_MOST_PER_TICK),
-            *self._models.take_all(_MOST_MODELS_PER_TICK),
-        ):
+        """Handle arrived messages, as many as a control period has time for."""
+        for handle in self._inbox.take():
             self.supervisor.failsafe.run(handle)
 
     def move(self, late_s: float = 0.0) -> None:
@@ -149,7 +135,7 @@ class Robot:
         """Take a rollout, or the reason why there is none (see `planner.answer`); from any thread."""
         if path is not None:  # it would delay the reports on a narrow link for seconds
             path = thinned(path, part_bytes(self._config.link.rate_bps))
-        self._first.put(partial(self.supervisor.on_path, request, path, note))
+        self._inbox.put_own(partial(self.supervisor.on_path, request, path, note))
 
     def _tell_state(self) -> None:
         self._announce(keys.TELEMETRY, self._reporter.report(self.overruns))
@@ -159,7 +145,7 @@ class Robot:
         _log.warning(words)
         why = because(Code.LISTENER_DROPPED, text=words)
         tell = self.supervisor.machine.tell
-        self._first.put(partial(tell, EventKind.DROPPED, why, succeeded=False, who="a listener"))
+        self._inbox.put_own(partial(tell, EventKind.DROPPED, why, succeeded=False, who="a listener"))
 
     def _announce(self, channel: Channel, message: Message) -> None:
         self._link.send(channel, encode(message))
@@ -184,40 +170,33 @@ class Robot:
             (keys.CATALOGUE, CatalogueRequest, self._on_catalogue),
             (keys.BLOB, BlobRequest, self._on_blob),
         ):
-            self._link.serve(
-                channel, partial(self._on_request, kind, partial(self._answer, handle), self._inbox)
-            )
-        self._link.serve(keys.MODEL, partial(self._on_request, ModelTransfer, self._on_model, self._models))
+            self._link.serve(channel, partial(self._on_request, kind, partial(self._answer, handle)))
+        self._link.serve(keys.MODEL, partial(self._on_request, ModelTransfer, self._on_model))
 
-    def _on_message(self, kind: type[Message], handle: Callable[..., None], data: bytes) -> None:
-        try:
-            message = decode(data, kind)
-        except InvalidMessage as error:
-            _log.warning("dropped: %s", error)
-            self._other_version(error)
-        else:
-            (self._first if kind is Stop else self._inbox).put(partial(handle, message))
+    def _on_message(self, kind: type[Message], handle: Callable[..., None], data: bytes) -> bool:
+        """Judge a message, and return whether its sender may go on at once; from any thread."""
+        message = self._understood(data, kind, "dropped")
+        return message is not None and self._inbox.put(message, partial(handle, message))
 
     def _on_request(
-        self,
-        kind: type[Message],
-        handle: Callable[[Any, Request], None],
-        box: Mailbox[Callable[[], None]],
-        request: Request,
-    ) -> None:
+        self, kind: type[Message], handle: Callable[[Any, Request], None], request: Request
+    ) -> bool:
+        """Do the same for a request; without an answer the asker treats it as not delivered."""
+        message = self._understood(request.data, kind, "not answered")
+        return message is not None and self._inbox.put(message, partial(handle, message, request))
+
+    def _understood(self, data: bytes, kind: type[Message], otherwise: str) -> Message | None:
         try:
-            message = decode(request.data, kind)
+            return decode(data, kind)
         except InvalidMessage as error:
-            # No answer: the asker treats this as a request that was not delivered.
-            _log.warning("not answered: %s", error)
+            _log.warning("%s: %s", otherwise, error)
             self._other_version(error)
-        else:
-            box.put(partial(handle, message, request))
+            return None
 
     def _other_version(self, error: InvalidMessage) -> None:
         """Tell, once in a while, that somebody's messages are of another version; from any thread."""
         if error.field == "schema":
-            self._inbox.put(partial(self.supervisor.contact.other_version, str(error)))
+            self._inbox.note(partial(self.supervisor.contact.other_version, str(error)))
 
     def _answer(self, handle: Callable[..., Message], message: Message, request: Request) -> None:
         request.answer(encode(handle(message)))
@@ -232,7 +211,7 @@ class Robot:
     def _take_outcome(self, trial: ModelTrial, request: Request, outcome: Outcome) -> None:
         """Take the outcome of a model's trial; from any thread."""
         settle = partial(self.supervisor.reception.finish_trial, trial, outcome)
-        self._first.put(lambda: request.answer(encode(settle())))
+        self._inbox.put_own(lambda: request.answer(encode(settle())))
 
     def _on_move_target(self, message: MoveTarget) -> None:
         """Move the simulated target for the holder of the lease, within its bounds."""

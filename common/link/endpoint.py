@@ -22,7 +22,7 @@ SECURE = ("quic", "tls")
 """Schemes that encrypt, and request a certificate of both ends."""
 _QUIC_OPTIONS = "?mixed_rel=1;multistream=1"
 """One connection with datagrams beside its streams, and a stream for each priority."""
-_MOST_SESSIONS = 32
+MOST_SESSIONS = 32
 """Largest number of sites connected to a robot at a time."""
 _PATIENCE_US = 100_000
 """How long a robot waits for a listener whose queue is full, once, before it drops the listener [us]."""
@@ -112,7 +112,7 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
                 "accept_timeout": handshake_ms,
                 # Limits the idle connections that a stranger opens; each costs a descriptor.
                 "accept_pending": 1000,
-                "max_sessions": _MOST_SESSIONS,
+                "max_sessions": MOST_SESSIONS,
             },
             "shared_memory": {"enabled": False},
             "link": {

@@ -1,15 +1,18 @@
 """Link: connection between the two sites. The only file that speaks Zenoh.
 
-A lost put raises nothing and a slow callback would freeze the whole session. Therefore every channel has its
-own bounded mailboxes, one thread per urgency sends, one thread per channel receives, and nothing counts as
-arrived until the other site's application says so.
+A lost put raises nothing. Therefore one thread per urgency sends, and nothing counts as arrived until the other
+site's application says so. What arrives is judged at once by the thread that reads this one connection, before it
+waits anywhere: nothing that is not understood takes a place from what is, and whoever sends too much is read more
+slowly, and nobody else.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import queue
 import threading
+import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -19,7 +22,7 @@ from farhand.common.address import listening_fault
 from farhand.common.errors import LinkError, PortTaken
 from farhand.common.link.certificates import check_site_certificate
 from farhand.common.link.connection_faults import DeafListeners
-from farhand.common.link.endpoint import EndpointSettings, scheme_of, zenoh_configuration
+from farhand.common.link.endpoint import MOST_SESSIONS, EndpointSettings, scheme_of, zenoh_configuration
 from farhand.common.link.outbox import Outbox, SilenceGate
 from farhand.common.log import loop_logger
 from farhand.common.wire.keys import Channel, Urgency
@@ -29,7 +32,13 @@ _log = loop_logger(__name__)
 OVERHEAD_BYTES = 70
 """Bytes that Zenoh (about 30), TCP and IP (40) add to a message, for its budget [B]."""
 
-Deliver = Callable[[bytes], None]
+# One reader for each connection, so that a slow or paused one holds up no other; read when the first session opens.
+os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {MOST_SESSIONS + 1}))")
+_PAUSE_S = 0.002
+"""Pause in reading a connection after a message that was not wanted [s]."""
+
+Deliver = Callable[[bytes], bool | None]
+"""Takes a message, without blocking; returns False when it was not wanted: its sender must slow down."""
 Answered = Callable[[bytes | None], None]
 
 
@@ -46,6 +55,10 @@ class Request(Protocol):
         ...
 
 
+Handle = Callable[[Request], bool | None]
+"""The same for a question."""
+
+
 class Link(Protocol):
     """Interface of a site's connection."""
 
@@ -54,11 +67,11 @@ class Link(Protocol):
         ...
 
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
-        """Have each message of a channel delivered, from a thread of the link's own."""
+        """Have each message of a channel delivered, from the thread that reads its connection."""
         ...
 
-    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
-        """Have each question on a channel handed over, from a thread of the link's own."""
+    def serve(self, channel: Channel, handle: Handle) -> None:
+        """Have each question on a channel handed over in the same way."""
         ...
 
     def limit(self, channel: Channel, bytes_per_s: float) -> None:
@@ -145,7 +158,7 @@ class ZenohLink:
         held_up = self._deaf.look if self._deaf is not None else lambda: None
         self._outboxes = {urgency: Outbox(urgency.name.lower(), _log, held_up) for urgency in Urgency}
         self._publishers: dict[Channel, zenoh.Publisher] = {}
-        self._threads: list[threading.Thread] = []
+        self._declared: list[zenoh.Subscriber[None] | zenoh.Queryable[None]] = []
         self._lock = threading.Lock()
         self._closed = False
 
@@ -164,14 +177,14 @@ class ZenohLink:
 
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
         """See `Link.subscribe`."""
-        subscriber = self._session.declare_subscriber(channel.key, zenoh.handlers.RingChannel(channel.keep))
-        self._receive(channel, subscriber.recv, lambda sample: deliver(sample.payload.to_bytes()))
+        take = self._taker(channel, lambda sample: deliver(sample.payload.to_bytes()))
+        self._declared.append(self._session.declare_subscriber(channel.key, take))
 
-    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
+    def serve(self, channel: Channel, handle: Handle) -> None:
         """See `Link.serve`."""
-        queryable = self._session.declare_queryable(channel.key, zenoh.handlers.FifoChannel(64))
         outbox = self._outboxes[channel.urgency]
-        self._receive(channel, queryable.recv, lambda query: handle(_ZenohRequest(query, channel, outbox)))
+        take = self._taker(channel, lambda query: handle(_ZenohRequest(query, channel, outbox)))
+        self._declared.append(self._session.declare_queryable(channel.key, take))
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
         """See `Link.ask`."""
@@ -207,8 +220,6 @@ class ZenohLink:
         for outbox in self._outboxes.values():
             outbox.close()
         self._session.close()
-        for thread in self._threads:
-            thread.join(timeout=5.0)
 
     def connected_to(self) -> list[str]:
         """Return the locators of the other ends that are connected."""
@@ -231,23 +242,21 @@ class ZenohLink:
             )
         return self._publishers[channel]
 
-    def _receive(self, channel: Channel, take: Callable[[], Any], hand_over: Callable[[Any], None]) -> None:
-        """Read a channel in a thread of its own until the session closes."""
+    def _taker(self, channel: Channel, take: Callable[[Any], bool | None]) -> Any:
+        """Return what takes each item of a channel in the thread that reads its connection."""
 
-        def run() -> None:
-            while True:
-                try:
-                    item = take()
-                except zenoh.ZError:
-                    return  # the session was closed
-                if self._gate is not None:
-                    self._gate.heard()
-                try:
-                    hand_over(item)
-                except Exception:
-                    _log.exception("a message on %s could not be handled", channel.key)
-                item = None  # a dropped question ends now, not with the next one
+        def hear(item: Any) -> None:
+            if self._gate is not None:
+                self._gate.heard()
+            try:
+                wanted = item.payload is None or len(item.payload) <= channel.most_bytes
+                if not wanted:
+                    _log.warning("dropped: more than %d bytes on %s", channel.most_bytes, channel.key)
+                wanted = wanted and take(item)
+            except Exception:
+                _log.exception("a message on %s could not be handled", channel.key)
+                return
+            if wanted is False:
+                time.sleep(_PAUSE_S)
 
-        thread = threading.Thread(target=run, name=f"receive {channel.key}", daemon=True)
-        thread.start()
-        self._threads.append(thread)
+        return zenoh.handlers.Callback(hear, indirect=False)

@@ -8,6 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from farhand.common.wire.messages import MAX_BYTES, MOST_CONTENT_BYTES
+
+_SMALL_BYTES = 2048
+"""Room for whatever has no content [B]: names, a few numbers."""
+
 
 class Urgency(Enum):
     """Order in which the transport serves what waits; the values are the transport's names."""
@@ -28,13 +33,13 @@ class Channel:
         key: Key expression below the vehicle's name.
         urgency: Urgency of its messages.
         must_arrive: Wait for room in a full queue (True), or drop the newest (False).
-        keep: Number of messages that wait for a slow receiver; the oldest are dropped.
+        most_bytes: Largest size of a message [B]; a larger one is dropped unread.
     """
 
     key: str
     urgency: Urgency
     must_arrive: bool
-    keep: int = 1
+    most_bytes: int = _SMALL_BYTES
 
     @property
     def sent_again(self) -> bool:
@@ -48,23 +53,23 @@ class Channel:
 
 
 # From the operator
-STOP = Channel("op/stop", Urgency.STOP, must_arrive=True, keep=16)
+STOP = Channel("op/stop", Urgency.STOP, must_arrive=True)
 COMMAND = Channel("op/cmd", Urgency.COMMAND, must_arrive=True)
 LEASE = Channel("op/lease", Urgency.COMMAND, must_arrive=True)
-INPUT = Channel("op/pose", Urgency.STREAM, must_arrive=False, keep=8)
-HEARTBEAT = Channel("op/hb", Urgency.STREAM, must_arrive=False, keep=8)
-TARGET = Channel("op/target", Urgency.EVENT, must_arrive=True, keep=4)
-MODEL = Channel("op/model", Urgency.BULK, must_arrive=True)
+INPUT = Channel("op/pose", Urgency.STREAM, must_arrive=False)
+HEARTBEAT = Channel("op/hb", Urgency.STREAM, must_arrive=False)
+TARGET = Channel("op/target", Urgency.EVENT, must_arrive=True)
+MODEL = Channel("op/model", Urgency.BULK, must_arrive=True, most_bytes=MOST_CONTENT_BYTES + _SMALL_BYTES)
 REPORT = Channel("op/report", Urgency.EVENT, must_arrive=True)
 EVENTS = Channel("op/events", Urgency.EVENT, must_arrive=True)
 CATALOGUE = Channel("op/catalogue", Urgency.EVENT, must_arrive=True)
 BLOB = Channel("op/blob", Urgency.BULK, must_arrive=True)
 
 # From the robot
-STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True, keep=16)
+STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True)
 TELEMETRY = Channel("rov/tele/state", Urgency.TELEMETRY, must_arrive=False)
-EVENT = Channel("rov/event", Urgency.EVENT, must_arrive=True, keep=256)
-PATH = Channel("rov/path", Urgency.BULK, must_arrive=False, keep=4)
+EVENT = Channel("rov/event", Urgency.EVENT, must_arrive=True, most_bytes=MAX_BYTES)
+PATH = Channel("rov/path", Urgency.BULK, must_arrive=False, most_bytes=MAX_BYTES)
 
 OBSERVERS = (STOP, HEARTBEAT, REPORT, EVENTS, CATALOGUE, BLOB)
 """Where a site may speak that watches and may stop, and nothing else."""

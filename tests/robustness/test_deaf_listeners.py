@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import threading
 import time
@@ -50,14 +51,15 @@ def acknowledged_after_s(operator: RawOperator, n: int) -> list[float]:
 
 
 def ask_for_much(peer: RawPeer, over: threading.Event) -> None:
-    """Ask for the robot's events at every priority, no faster than its inbox takes it."""
-    while not over.wait(0.03):
-        for priority in PRIORITIES:
-            peer.session.get(
-                f"{VEHICLE}/{keys.EVENTS.key}", zenoh.handlers.Callback(lambda _: None, indirect=False),
-                payload=encode(EventsRequest()), timeout=600.0, priority=priority,
-                congestion_control=zenoh.CongestionControl.BLOCK,
-            )  # fmt: skip
+    """Ask for the robot's events at every priority, no faster than its inbox takes it, until the session is closed."""
+    with contextlib.suppress(zenoh.ZError):
+        while not over.wait(0.03):
+            for priority in PRIORITIES:
+                peer.session.get(
+                    f"{VEHICLE}/{keys.EVENTS.key}", zenoh.handlers.Callback(lambda _: None, indirect=False),
+                    payload=encode(EventsRequest()), timeout=600.0, priority=priority,
+                    congestion_control=zenoh.CongestionControl.BLOCK,
+                )  # fmt: skip
 
 
 class Events:
@@ -79,13 +81,14 @@ def test_who_asks_for_much_and_reads_nothing_holds_up_no_stop_and_is_dropped(n_p
     assert len(operator.ask(keys.EVENTS, EventsRequest(), EventsReply).events) >= 32
     over, events, took_s = threading.Event(), Events(operator), []
     peers = [DeafPeer(endpoint) for _ in range(n_peers)]
+    asking = [threading.Thread(target=ask_for_much, args=(peer.raw, over), daemon=True) for peer in peers]
     try:
         for peer in peers:
             peer.raw.listen(f"{VEHICLE}/rov/**")
             peer.raw.until_it_hears(TELEMETRY)
             peer.stop_reading()
-        for peer in peers:
-            threading.Thread(target=ask_for_much, args=(peer.raw, over), daemon=True).start()
+        for thread in asking:
+            thread.start()
         deadline_s = time.monotonic() + 90.0
         while len(events.dropped()) < n_peers:
             assert time.monotonic() < deadline_s, events.dropped()
@@ -97,4 +100,7 @@ def test_who_asks_for_much_and_reads_nothing_holds_up_no_stop_and_is_dropped(n_p
         over.set()
         for peer in peers:
             peer.close()
+        for thread in asking:
+            if thread.ident is not None:
+                thread.join(60.0)
     assert all("a listener that read nothing was dropped: 127.0.0.1:" in text for text in events.dropped())

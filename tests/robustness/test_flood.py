@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import queue
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import msgpack
@@ -18,42 +19,154 @@ from farhand.common.model.model_file import encode as encode_model
 from farhand.common.model.tphsmm import MAX_COMPONENTS
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
-from farhand.common.wire.messages import SCHEMA, Event, Heartbeat, ModelReply, ModelTransfer, Stop, Telemetry
+from farhand.common.wire.messages import (
+    SCHEMA,
+    Command,
+    Event,
+    Heartbeat,
+    LeaseRequest,
+    ModelReply,
+    ModelTransfer,
+    MoveTarget,
+    OperatorInput,
+    Stamp,
+    Stop,
+    StopAck,
+    Telemetry,
+)
 from tests.farhand_process import FarhandProcess
 from tests.remote_site.planar import cyclic, short_strokes
-from tests.robustness.raw_operator import SESSION, RawOperator
+from tests.robustness.raw_operator import PATIENCE_S, SESSION, RawOperator
 
 CHANNELS = (keys.STOP, keys.INPUT, keys.HEARTBEAT, keys.TARGET)
 BURST, PAUSE_S = 100, 0.01
+_numbers = itertools.count(1)
+GARBAGE = (
+    np.random.default_rng(0).bytes(200),
+    msgpack.packb({"schema": SCHEMA + 1, "stop_id": "theirs"}) or b"",
+    msgpack.packb({"schema": SCHEMA, "stop_id": 5, "session": [], "seq": "one"}) or b"",
+    msgpack.packb([0] * 100_000) or b"",
+)
+COMMAND = Command(
+    command_id="theirs", session="a stranger", lease_id="a stranger's", action=Action.ARM, echo=None
+)
 
 
 class Flood:
-    """Somebody else who sends what nobody understands, as fast as they can."""
+    """Others who send what nobody understands, or nobody wants, as fast as they are read.
 
-    def __init__(self, endpoint: str):
-        self._link = ZenohLink(EndpointSettings(connect=endpoint))
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
+    Args:
+        endpoint: The robot's.
+        act: Sends once, over one connection.
+        n: Number of connections.
+    """
+
+    def __init__(self, endpoint: str, act: Callable[[ZenohLink], None], n: int):
+        self._links = [ZenohLink(EndpointSettings(connect=endpoint)) for _ in range(n)]
+        self._act, self._over = act, threading.Event()
+        self._threads = [
+            threading.Thread(target=self._run, args=(link,), daemon=True) for link in self._links
+        ]
+        for thread in self._threads:
+            thread.start()
 
     def end(self) -> None:
         self._over.set()
-        self._thread.join(30.0)
-        self._link.close()
+        for thread in self._threads:
+            thread.join(30.0)
+        for link in self._links:
+            link.close()
 
-    def _run(self) -> None:
-        garbage = np.random.default_rng(0).bytes(200)
+    def _run(self, link: ZenohLink) -> None:
         while not self._over.wait(PAUSE_S):
-            for channel in CHANNELS:
-                for _ in range(BURST):
-                    self._link.send(channel, garbage)
+            self._act(link)
+
+
+def send_garbage(link: ZenohLink) -> None:
+    """Send garbage on every key of messages: random bytes, another version, fields that are wrong, and far too much."""
+    for channel in CHANNELS:
+        for garbage in GARBAGE:
+            for _ in range(BURST // len(GARBAGE)):
+                link.send(channel, garbage)
 
 
 @pytest.fixture
-def flood(endpoint: str, operator: RawOperator) -> Iterator[Flood]:
-    flood = Flood(endpoint)
+def flood(endpoint: str, operator: RawOperator, robot: FarhandProcess) -> Iterator[Flood]:
+    flood = Flood(endpoint, send_garbage, 3)
+    while "dropped: " not in robot.words:
+        operator.report()
     yield flood
     flood.end()
+
+
+def test_under_a_flood_of_garbage_each_stop_arrives_though_it_is_sent_only_once(operator, flood):
+    acknowledged, all_of_them = set[str](), threading.Event()
+    sent = {f"once {number}" for number in range(100)}
+
+    def hear(data: bytes) -> None:
+        acknowledged.add(decode(data, StopAck).stop_id)
+        if acknowledged >= sent:
+            all_of_them.set()
+
+    operator.link.subscribe(keys.STOP_ACK, hear)
+    for stop_id in sorted(sent):
+        operator.send(keys.STOP, Stop(stop_id=stop_id, site_name="tester"))
+        operator.report()
+    assert all_of_them.wait(PATIENCE_S), sorted(sent - acknowledged)
+
+
+def hand(operator: RawOperator) -> OperatorInput:
+    return OperatorInput(
+        seq=1,
+        echo=operator.report().stamp,
+        lease_id=operator.lease_id,
+        coupling_id=10**6,
+        position_m=(0.1, 0.2),
+    )
+
+
+def move_target(operator: RawOperator) -> MoveTarget:
+    long_ago = Stamp(boot="another boot", t_ns=1)
+    return MoveTarget(echo=long_ago, lease_id=operator.lease_id, position_m=(0.1, 0.2))
+
+
+@pytest.mark.parametrize(("channel", "message"), [(keys.INPUT, hand), (keys.TARGET, move_target)])
+def test_under_a_flood_of_garbage_each_message_is_counted_though_it_is_sent_only_once(
+    channel, message, operator, flood
+):
+    """Without a coupling, or of another boot: each is refused, and the robot says how many it refused."""
+    before = operator.report()
+    for _ in range(50):
+        operator.send(channel, message(operator))
+        operator.report()
+    operator.report(lambda told: told.stale_refused == before.stale_refused + 50)
+
+
+def ask_for_the_lease(link: ZenohLink) -> None:
+    """Send well-formed requests and heartbeats, of which none is the holder's."""
+    asked = encode(LeaseRequest(session="a stranger", site_name="stranger"))
+    for _ in range(BURST):
+        link.ask(keys.LEASE, asked, 5.0, lambda _answer: None)
+        link.ask(keys.COMMAND, encode(COMMAND), 5.0, lambda _answer: None)
+        link.send(keys.HEARTBEAT, encode(Heartbeat(session="a stranger", seq=1, echo=None)))
+    answered = threading.Event()  # more would only wait in its own memory
+    link.ask(keys.LEASE, asked, 5.0, lambda _answer: answered.set())
+    answered.wait(5.0)
+
+
+def test_under_a_flood_of_requests_in_order_each_command_is_answered_though_it_is_asked_only_once(
+    operator, endpoint
+):
+    flood = Flood(endpoint, ask_for_the_lease, 3)
+    try:
+        for seq in itertools.islice(_numbers, 30):
+            assert operator.command(Action.DISARM).accepted
+            assert operator.command(Action.ARM).accepted
+            heartbeat = Heartbeat(session=SESSION, seq=seq, echo=operator.report().stamp)
+            operator.send(keys.HEARTBEAT, heartbeat)
+            operator.report(lambda told, seq=seq: told.heartbeat_echo == seq)
+    finally:
+        flood.end()
 
 
 def test_a_flood_of_garbage_stops_neither_the_heartbeat_nor_the_execution(operator, robot, flood):
@@ -64,7 +177,7 @@ def test_a_flood_of_garbage_stops_neither_the_heartbeat_nor_the_execution(operat
     reply = operator.command(Action.EXECUTE, model_sha256=transfer.sha256)
     assert reply.accepted, reply.reason
     operator.report(lambda told: told.phase is Phase.APPROACHING)
-    for seq in range(1, 11):
+    for seq in itertools.islice(_numbers, 50):
         heartbeat = Heartbeat(session=SESSION, seq=seq, echo=operator.report().stamp)
         operator.link.send(keys.HEARTBEAT, encode(heartbeat))
         operator.report(lambda told, seq=seq: told.heartbeat_echo == seq)

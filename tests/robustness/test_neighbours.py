@@ -200,7 +200,7 @@ def test_a_message_of_300_mb_is_never_put_together(send, stranger, robot, operat
 
 
 def test_what_anybody_needs_to_send_fits(operator):
-    """The bound is the decoder's, with room for the key: what it takes, the transport carries."""
+    """The bounds are those of the keys: what they take, the transport carries."""
     got: list[bytes] = []
     arrived = threading.Event()
 
@@ -213,8 +213,8 @@ def test_what_anybody_needs_to_send_fits(operator):
     here = ZenohLink(EndpointSettings(connect=endpoint))
     try:
         there.subscribe(keys.MODEL, deliver)
-        _until(arrived, lambda: here.send(keys.MODEL, bytes(MAX_BYTES)))
-        assert len(got[0]) == MAX_BYTES
+        _until(arrived, lambda: here.send(keys.MODEL, bytes(keys.MODEL.most_bytes)))
+        assert len(got[0]) == keys.MODEL.most_bytes
     finally:
         here.close()
         there.close()
