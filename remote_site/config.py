@@ -1,4 +1,4 @@
-"""Configuration of the remote site."""
+"""Configuration of the remote site. `farhand.common.task.load_toml` reads it from a file."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Control rate [Hz]; none: the robot's own. An arm runs at 100 Hz only."""
     telemetry_hz: Annotated[float, Meta(ge=0.1, le=30)] = 25.0
     max_age_s: Wait = 15.0
-    """No command older than this is ever accepted [s]."""
+    """Largest age of a command that is ever accepted [s]."""
     deadline_s: Wait = 0.5
-    """A control period that begins later than this while the robot moves is a fault [s]."""
+    """Lateness of a control period that counts as a fault while the robot moves [s]."""
     data_dir: str = ""
     """Folder of the events and the state of the simulated robot; empty: the user's data folder."""
     lease_s: Wait = 3.0
-    """Silence after which the control of the robot is free again [s]."""
+    """Silence of the holder after which the control of the robot becomes free [s]."""
 
     def __post_init__(self) -> None:
         if not self.link.listen:

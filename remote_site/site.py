@@ -33,7 +33,7 @@ from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.plant_memory import PERIOD_S, PlantMemory, PlantState
 
 LINE_PERIOD_S = 60.0
-"""Time that one line is about [s]."""
+"""Time that one line covers [s]."""
 
 
 class TickTimes:
@@ -54,8 +54,8 @@ class TickTimes:
 
         Args:
             cpu_s: Processor time of the control loop's own thread [s].
-            late_s: How late it began [s].
-            overruns: How many came so late in this boot that they were left out.
+            late_s: Lateness of its beginning [s].
+            overruns: Number of control periods of this boot that were skipped because they came too late.
         """
         self._cpu_s.append(cpu_s)
         self._late_s.append(late_s)
@@ -63,7 +63,7 @@ class TickTimes:
             self.tell(overruns)
 
     def tell(self, overruns: int) -> None:
-        """Write the numbers, and start again from zero."""
+        """Write the numbers and start a new line."""
         if not self._cpu_s:
             return
         fields: dict[str, float] = {"n": len(self._cpu_s), "overruns": overruns}

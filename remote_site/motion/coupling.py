@@ -1,6 +1,6 @@
 """Direct teleoperation: the robot follows the difference of the operator's hand from its anchor.
 
-If the robot's points are poses, the hand's rotation counts, too: the robot's reference is rotated about the
+If the robot's points are poses, the hand's rotation is followed as well: the robot's reference is rotated about the
 same axes of the world, and by the same angle, as the hand.
 """
 
@@ -50,8 +50,8 @@ class Coupling:
 
         Args:
             message: The input, already checked for age, lease and coupling.
-            robot: Point of the robot, or of its setpoint: the anchor of a new beginning. Shape (C,).
-            now_s: Now [s].
+            robot: Point of the robot, or of its setpoint, which becomes the anchor. Shape (C,).
+            now_s: Present time on the robot's clock [s].
         """
         hand = _hand_of(message, robot.size)
         if message.seq <= self.newest_seq or hand is None:
@@ -87,7 +87,7 @@ class Coupling:
             self._anchor, self._reference = (self._hand, reference), reference
 
     def end_reason(self, now_s: float) -> Reason | None:
-        """Return why the input, or its absence, ends the coupling; empty while it may go on."""
+        """Return the reason why the input, or its absence, ends the coupling; None while it may continue."""
         if self.released:
             return because(Code.DRAG_ENDED)
         if now_s - self._last_input_s > INPUT_ABANDONED_S:
@@ -95,7 +95,7 @@ class Coupling:
         return None
 
     def reference(self, now_s: float) -> Array | None:
-        """Return where the robot should be. Shape (C,). None while it waits for input."""
+        """Return the robot's reference, or None while the robot waits for input. Shape (C,)."""
         return None if self.waiting(now_s) else self._reference
 
     def speed_scale(self, now_s: float) -> float:

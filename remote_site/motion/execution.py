@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 def start_refusal(stored: StoredModel, effector: EffectorState, frames: list[TaskFrame]) -> Reason | None:
-    """Return why the model cannot be executed from where the robot is; None when it can."""
+    """Return the reason why the model cannot be executed from the robot's present state; None if it can."""
     try:
         check_start(stored.model, *effector.controlled, frames)
     except InvalidInput as error:
@@ -72,10 +72,10 @@ class Execution:
         control = self.executor.step(*at, frames)
         self.component = int(control.component)
         self.elapsed_s += dt_s
-        self._look_whether_it_has_arrived(control.arrived)
+        self._update_arrival(control.arrived)
         return control.acceleration
 
-    def _look_whether_it_has_arrived(self, at_end_of_model: bool) -> None:
+    def _update_arrival(self, at_end_of_model: bool) -> None:
         must_seat, phase = self._skill.must_seat, self._skill.end_phase(self._sensing)
         seated = must_seat and phase is Phase.SEATED  # regardless of the model's remaining motion
         at_end = at_end_of_model or seated or self.arrived_after_s is not None
@@ -84,7 +84,7 @@ class Execution:
             self.arrived_after_s = self.elapsed_s
 
     def go_back(self, dt_s: float) -> None:
-        """Retreat in this control period instead."""
+        """Note that the robot retreats in this control period."""
         self.phase = Phase.RECOVERING
         self.elapsed_s += dt_s
 
@@ -93,7 +93,7 @@ class Execution:
         self.settings = self.executor.settings = settings
 
     def resume(self) -> None:
-        """Continue after a standstill; find the progress again from where the robot is."""
+        """Continue after a standstill; estimate the progress from the robot's present state."""
         if self._begun:
             self.executor.resume(self._sensing.frames)
 

@@ -17,7 +17,7 @@ _STANDING_M_S = 5e-3
 
 
 class Manoeuvre:
-    """Straight motion to a goal, given up when it takes too long.
+    """Straight motion to a goal, with a time limit.
 
     Args:
         phase: Phase that the robot reports meanwhile.
@@ -56,7 +56,7 @@ class Manoeuvres:
     """Factory of one robot's manoeuvres.
 
     Args:
-        embodiment: Knows the goals.
+        embodiment: The robot; its skill has the goals.
         sensing: Newest measurements.
     """
 

@@ -10,9 +10,9 @@ from farhand.common.wire.reasons import Reason
 from farhand.remote_site.motion.model_trial import ModelRefused, ModelTrial, Outcome, StoredModel
 
 _MOST_ARRIVING = 4
-"""Largest number of models that may arrive in parts at a time; the least recently heard of is dropped."""
+"""Largest number of models in reception at a time; the least recently received one is dropped."""
 _MOST_KEPT = 32
-"""Number of the newest models kept; an older one is sent again when needed."""
+"""Number of models kept, the newest; an older one is sent again when needed."""
 
 
 class ModelStore:
@@ -36,10 +36,10 @@ class ModelStore:
     def take(self, transfer: ModelTransfer, now: Stamp) -> ModelReply | ModelTrial:
         """Receive a model or a part of one.
 
-        A part without content asks whether the model is here already.
+        A part without content asks whether the robot has the model already.
 
         Returns:
-            The answer, or the trial that must precede it (see `settle`).
+            The answer, or the trial that must precede it (see `finish_trial`).
         """
         task = self._tasks.get(transfer.task)
         if task is None:
@@ -56,7 +56,7 @@ class ModelStore:
         return ModelTrial(transfer, bytes(arrived), task)
 
     def finish_trial(self, trial: ModelTrial, outcome: Outcome, now: Stamp) -> ModelReply:
-        """Keep what was tried with success, and answer."""
+        """Keep a model whose trial succeeded, and answer."""
         self._arriving.pop(trial.transfer.sha256, None)
         if isinstance(outcome, ModelRefused):
             return _refusal(trial.transfer, outcome.reason, now)

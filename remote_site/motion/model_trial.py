@@ -1,7 +1,7 @@
 """Trial of a received model before its confirmation: its numbers are plausible, and it can be executed.
 
 A model may be well-formed and still be useless: covariances that cannot be inverted, durations of centuries.
-The trial finds this away from the control loop, and not when the robot moves by it.
+The trial finds this outside of the control loop, before the robot moves by the model.
 """
 
 from __future__ import annotations
@@ -56,11 +56,11 @@ _WAY_LIMITS: dict[str, tuple[float, str]] = {
 
 
 class ModelRefused(InvalidModel):
-    """A model that was tried and is refused.
+    """Refusal of a tried model.
 
     Args:
-        field: The field at fault, empty for the whole.
-        reason: Why, for the operator.
+        field: Field at fault; empty for the whole model.
+        reason: Reason, for the operator.
     """
 
     def __init__(self, field: str, reason: Reason):
@@ -127,14 +127,14 @@ class ModelTrial:
             return refused
         except InvalidModel as error:
             return _malformed(error.field, error.expected)
-        except Exception as error:  # foreign numbers may raise anything, and do so here
-            _log.exception("a model could not be tried")
+        except Exception as error:  # numbers from outside may raise anything
+            _log.exception("the trial of a model failed")
             return _malformed("", f"a model that can be tried ({type(error).__name__}: {error})")
 
 
 Outcome = StoredModel | ModelRefused
 TryModel = Callable[[ModelTrial, Callable[[Outcome], None]], None]
-"""Has a model tried, and reports the outcome."""
+"""Submits a model's trial, and reports the outcome."""
 
 
 def _malformed(field: str, text: str) -> ModelRefused:
@@ -142,7 +142,7 @@ def _malformed(field: str, text: str) -> ModelRefused:
 
 
 def try_at_once(trial: ModelTrial, done: Callable[[Outcome], None]) -> None:
-    """Try a model here and now."""
+    """Try a model in the calling thread."""
     done(trial.outcome())
 
 
@@ -177,7 +177,7 @@ def _check_task(model: TPHSMM, task: AnyTask) -> None:
 
 
 def _check_numbers(model: TPHSMM) -> None:
-    """Refuse numbers that no demonstration gives.
+    """Refuse numbers that no demonstration produces.
 
     Raises:
         ModelRefused: Naming the field.

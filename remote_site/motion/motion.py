@@ -1,4 +1,4 @@
-"""Motion of the plant in one control period: by the hand, a learned model, a manoeuvre, or nothing."""
+"""Motion of the plant in one control period: by the operator's hand, a learned model, a manoeuvre, or no cause."""
 
 from __future__ import annotations
 
@@ -89,9 +89,9 @@ class Motion:
 
         Args:
             guidance: Demands of the skill on an execution.
-            now_s: Now [s].
+            now_s: Present time on the robot's clock [s].
             dt_s: The period [s].
-            wait: Whether an execution must wait, for lack of sight.
+            wait: True if an execution must wait, for lack of sight.
         """
         try:
             return self._step(guidance, now_s, dt_s, wait)
@@ -113,7 +113,7 @@ class Motion:
         return Outcome.MOVING if self._follow(mover, now_s, dt_s) else self.brake(dt_s)
 
     def brake(self, dt_s: float) -> Outcome:
-        """Brake; an execution that continues later finds its progress again."""
+        """Brake; an execution that continues later estimates its progress afresh."""
         self._interrupted = True
         self._plant.brake(dt_s)
         standing = self._plant.read().own_speed_m_s <= _STANDING_M_S
@@ -127,7 +127,7 @@ class Motion:
                 if stop is not None:
                     stop()
             except Exception:
-                _log.exception("the plant could not be stopped")
+                _log.exception("could not stop the plant")
 
     def _failed(self, why: Reason) -> Outcome:
         self.failure = why

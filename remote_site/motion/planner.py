@@ -1,4 +1,4 @@
-"""Rollouts of the whole remaining task, in a worker: the control tick never waits for one."""
+"""Rollouts of the whole remaining task, computed in a worker: the control loop never waits for one."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class PlanRequest:
         stamp: The instant.
         stored: The model.
         settings: Settings of the execution.
-        state: Progress so far; None plans from the beginning.
+        state: Progress of the execution so far; None to plan from the beginning.
         effector: State of the robot.
         frames: Task frames at the instant.
-        check: Examines the motion, too; None for no examination.
+        check: Examines the motion before it is planned; None for no examination.
     """
 
     path_id: int
@@ -101,7 +101,7 @@ class Planner(Worker[PlanRequest]):
         try:
             path, note = answer(request)
         except Exception as error:  # a plan that fails must not end the worker
-            _log.exception("path %d could not be planned", request.path_id)
+            _log.exception("the planning of path %d failed", request.path_id)
             self._deliver(request, None, because(Code.PLAN_FAILED, text=str(error)))
         else:
             self._deliver(request, path, note)

@@ -1,6 +1,7 @@
-"""Previews and committed paths: their requests, and whether a preview still describes what would happen.
+"""Previews and committed paths: their requests, and the validity of a preview.
 
-Pending previews: which command waits for which plan. A newer preview replaces an older one.
+A preview is valid while robot, target and model are those that it was made with. A newer preview replaces an
+older one that is still pending.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ class Plans:
 
     Args:
         sensing: Newest measurements.
-        embodiment: Settings of executions, and their examination.
+        embodiment: The robot: settings and examination of its executions.
         submit: Hands a request to the worker; never blocks.
     """
 
@@ -74,7 +75,7 @@ class Plans:
         return self._plan_count
 
     def commit(self, execution: Execution, now: Stamp) -> None:
-        """Request a rollout of the rest of an execution: at most once a second, and when the frame moved."""
+        """Request a rollout of the rest of an execution: at most once a second, and only if the frame has moved."""
         now_s, origin = now.t_ns * 1e-9, self._sensing.frames[0].b
         moved = self._committed_frame_m is None or (
             float(np.linalg.norm(origin - self._committed_frame_m)) > _REPLAN_FRAME_M
@@ -102,7 +103,7 @@ class Plans:
             del self._previews[min(self._previews)]
 
     def refusal(self, plan_id: int, now: Situation, round_trip_s: float) -> Reason | None:
-        """Return why a plan is no longer valid, with the measured difference; an empty reason while it is."""
+        """Return the reason why a plan is no longer valid, with the measured difference; None while it is valid."""
         plan = self._previews.get(plan_id)
         if plan is None:
             return because(Code.NO_SUCH_PLAN, plan=str(plan_id))

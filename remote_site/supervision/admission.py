@@ -1,6 +1,6 @@
 """Admission of commands: checks lease, age, mode, model and plan; runs a command at most once in a boot.
 
-Receives models: whose they are, whether they are whole, whether they can be executed.
+Reception of models: only the holder's, only whole ones, only those that can be executed.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from farhand.remote_site.supervision.session import OperatorSession
 
 
 class Admission:
-    """Finds the reason against a command.
+    """Judge of commands, before they run.
 
     Args:
-        tasks: What the robot does.
+        tasks: Tasks of the robot.
         contact: The operator's lease and the age of its messages.
-        models: What was received.
-        plans: What was previewed.
-        sensing: Whether the target is seen, and where the robot is.
-        skill: What it can do from there.
+        models: Models received so far.
+        plans: Previews.
+        sensing: The newest measurements: pose of the robot, sight of its target.
+        skill: The robot's skill; it may refuse commands from where the robot is.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Admission:
         self._plans, self._sensing, self._skill = plans, sensing, skill
 
     def refusal(self, command: Command, mode: ControlMode, phase: Phase, now: Stamp) -> Reason | None:
-        """Return why a command may not run, with what was measured; None when it may."""
+        """Return the reason why a command may not run, with the measured value; None if it may run."""
         why_not_in_control = self._contact.command_refusal(command)
         if command.action is Action.STOP:
             return why_not_in_control or because(Code.OWN_KEY)
@@ -83,7 +83,7 @@ class Admission:
         return None
 
     def _motion_refusal(self, command: Command, stored: StoredModel, now: Stamp) -> Reason | None:
-        """Return what the robot alone knows against a motion from here."""
+        """Return the reason against a motion from here that only the robot can know; None without one."""
         if self._sensing.unseen_s > 0.0:
             unseen_s = self._sensing.unseen_s
             seen_before = bool(np.isfinite(unseen_s))
@@ -100,13 +100,13 @@ _KEPT = 4096
 
 
 class CommandLog:
-    """Answers given so far, by command id."""
+    """Log of the answers of this boot, by command id."""
 
     def __init__(self) -> None:
         self._replies: OrderedDict[str, CommandReply] = OrderedDict()
 
     def reply_to(self, command_id: str) -> CommandReply | None:
-        """Return the answer that this command got before, or None for a new one."""
+        """Return the earlier answer to this command; None for a new command."""
         return self._replies.get(command_id)
 
     def remember(self, reply: CommandReply) -> None:
@@ -117,11 +117,11 @@ class CommandLog:
 
 
 class ModelReception:
-    """Answers who sends models. While the robot is free anybody may send one, else its holder alone.
+    """Receiver of models. While nobody is in control anybody may send one, else only the holder.
 
     Args:
-        models: Keeps them.
-        lease: Who is in control.
+        models: Store of the models.
+        lease: Lease of the robot's control.
         events: Takes the refusals.
         mode: The present mode.
         now: The present stamp.
@@ -138,7 +138,7 @@ class ModelReception:
         self._models, self._lease, self._events, self._mode, self._now = models, lease, events, mode, now
 
     def take(self, transfer: ModelTransfer) -> ModelReply | ModelTrial:
-        """Take a model or a part of one: the answer, or what must be tried before there is one."""
+        """Take a model or a part of one. Return the answer, or the trial that must run before it."""
         if self._lease.session not in ("", transfer.session):
             reason = because(Code.OTHER_IN_CONTROL, site=self._lease.holder)
             reply = ModelReply(accepted=False, sha256=transfer.sha256, reason=reason, stamp=self._now())

@@ -26,7 +26,7 @@ from farhand.common.wire.words import sentence
 
 Announce = Callable[[Channel, Message], None]
 Write = Callable[..., None]
-"""Writes one event down, from its fields."""
+"""Writes one event to disk, from its fields."""
 
 _KEPT = 256
 _MOST_AT_ONCE, _ROOM_FOR_THE_REST = 64, 1024
@@ -34,9 +34,9 @@ _AT_ONCE, _EACH_S = 32.0, 0.5
 
 
 class _Flood:
-    """Counts what others cause faster than anybody reads: `_AT_ONCE` of a kind, then one each `_EACH_S`.
+    """Rate limit of the events that other sites cause: `_AT_ONCE` of a kind, then one each `_EACH_S`.
 
-    A flood would push out of memory and off the disk what matters, and fill a narrow link.
+    A flood would displace the events that matter from memory and disk, and fill a narrow link.
     """
 
     def __init__(self) -> None:
@@ -53,18 +53,18 @@ class _Flood:
         return room >= 1.0
 
     def with_count(self, kind: str, reason: Reason) -> Reason:
-        """Return the reason of an event that passes, with the number of those before it that did not."""
+        """Return the reason of an event that passes, with the number of those held back before it."""
         counted = self._counted.pop(kind, 0)
         return reason.with_value(N_MORE, counted) if counted else reason
 
 
 class Events:
-    """Robot's events of this boot. Floods caused by others are counted, see `_Flood`.
+    """Robot's events of this boot, those caused by other sites limited in their rate.
 
     Args:
         announce: Sends a message to the operators; never blocks.
         now: The present stamp.
-        write: Writes an event down; never blocks.
+        write: Writes an event to disk; never blocks.
     """
 
     def __init__(self, announce: Announce, now: Callable[[], Stamp], write: Write):
@@ -74,7 +74,7 @@ class Events:
         self._flood = _Flood()
 
     def tell(self, kind: EventKind, reason: Reason, mode: ControlMode, **fields: Any) -> None:
-        """Announce, keep and write down what happened."""
+        """Announce an event, keep it and write it to disk."""
         if fields.get("who") and not fields.get("command_id"):  # the end of a command is always told
             if not self._flood.passes(kind, self._now().t_ns * 1e-9):
                 return
@@ -88,7 +88,7 @@ class Events:
         )  # fmt: skip
 
     def refused(self, what: str, who: str, why: Reason | None, mode: ControlMode) -> None:
-        """Write a refusal down. Who asked has it in the answer; it is not announced."""
+        """Write a refusal to disk. It is not announced: the asking site gets it as its answer."""
         if why is None or not self._flood.passes("refused", self._now().t_ns * 1e-9):
             return
         why = self._flood.with_count("refused", why)
@@ -98,11 +98,11 @@ class Events:
         )  # fmt: skip
 
     def newest(self, kind: str) -> Event | None:
-        """Return the newest event of a kind, as far as it is kept."""
+        """Return the newest kept event of a kind; None for none."""
         return next((event for event in reversed(list(self._recent)) if event.kind == kind), None)
 
     def answer(self, request: EventsRequest) -> EventsReply:
-        """Return the events after a number, the oldest first, as many as fit."""
+        """Return the events after a number, the oldest first, as many as fit into one message."""
         fitting, room = list[Event](), MAX_BYTES - _ROOM_FOR_THE_REST
         for event in self._recent:
             if event.seq <= request.after_seq:

@@ -20,11 +20,11 @@ _KEPT_S = 5.0
 
 
 class BlackBox:
-    """Remembers what was sensed in each tick.
+    """Ring buffer of the measurements of the last seconds.
 
     Args:
         sensing: The newest measurements.
-        motion: What moves the robot.
+        motion: Mover of the robot.
         control_hz: Ticks per second [Hz].
         write: Writes one line of a dump, from its fields; never blocks.
     """
@@ -34,7 +34,7 @@ class BlackBox:
         self._rows: deque[tuple] = deque(maxlen=max(1, round(_KEPT_S * control_hz)))
 
     def remember(self, now_s: float, mode: ControlMode) -> None:
-        """Take one tick."""
+        """Remember the measurements of one tick."""
         sensed, execution = self._sensing, self._motion.execution
         self._rows.append(
             (
@@ -49,7 +49,7 @@ class BlackBox:
         )
 
     def dump(self) -> None:
-        """Write all of it down, and begin anew."""
+        """Write the buffer to disk and empty it."""
         for t_s, mode, position, velocity, origin, component, way in self._rows:
             self._write(
                 kind="black box", t_s=t_s, mode=mode, position_m=position.tolist(),
@@ -62,9 +62,9 @@ _log = loop_logger(__name__)
 
 
 class Failsafe:
-    """Runs every part of a control period, so that no exception leaves the control loop.
+    """Runner of every part of a control period, so that no exception leaves the control loop.
 
-    What is foreseen has its own answer further in. This is for the rest: foreign numerics, a driver, a bug.
+    Foreseen faults are handled where they occur; this catches the rest: foreign numerics, a driver, a bug.
 
     Args:
         motion: Stops the plant.
@@ -83,11 +83,11 @@ class Failsafe:
         self._failed = False
 
     def run(self, do: Callable[[], None]) -> None:
-        """Do a part of a control period; when it fails the robot brakes, is STOPPED, and says why. Never raises."""
+        """Run a part of a control period; if it fails, the robot brakes, is STOPPED and says why. Never raises."""
         try:
             do()
         except Exception as error:
-            self._motion.halt(self._dt_s)  # before any word about it
+            self._motion.halt(self._dt_s)  # before anything is logged or announced
             _log.exception("a control period failed")
             said = self._failed and self._machine.mode is ControlMode.STOPPED
             self._failed = True
@@ -99,5 +99,5 @@ class Failsafe:
             self._machine.trip(Trip(Guard.FAULT, why))
             self._black_box.dump()
         except Exception:
-            _log.exception("a failure could not be told")
+            _log.exception("could not report a failed control period")
             self._machine.force_stopped()

@@ -17,34 +17,34 @@ from farhand.common.wire.reasons import Code, Reason, because
 
 _WINDOW = 10
 _RISING = 2
-"""Late renewals in a row that tell a risen delay from one that was held up."""
+"""Consecutive late renewals that show a risen delay, not one delayed message."""
 _LEAST_GAP_S = 0.3
 """Renewals come at 1 Hz; closer together they come from a backlog."""
 _TTL_MIN_S, _TTL_MAX_S = 0.25, 1.0
-"""What a message may be older than usual, at least and at most."""
+"""Least and largest excess of a message's age over the usual age that is accepted [s]."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict whether a message counts.
+    """Verdict on a message.
 
     Args:
-        reason: Why not; None when it may.
-        age_s: The measured age [s], where it could be measured.
+        reason: Reason of its refusal; None if it is accepted.
+        age_s: Age of its echo [s]; None if it could not be measured.
     """
 
     reason: Reason | None
     age_s: float | None
     delay_changed: bool = False
-    """Another age is usual from now on: the delay of the link has risen for good."""
+    """True if a longer delay is usual from now on."""
 
 
 class Freshness:
-    """Judges ages against what is usual on this link now.
+    """Judge of ages against those usual on this link.
 
     Args:
         clock: The robot's clock.
-        max_age_s: Nothing older is ever accepted [s].
+        max_age_s: Largest age that is ever accepted [s].
         telemetry_period_s: Time between two reports: the echo may be that much older [s].
     """
 
@@ -71,7 +71,7 @@ class Freshness:
         return len(self._late) >= _RISING
 
     def forget(self) -> None:
-        """Forget what is usual: another site is heard from now on."""
+        """Forget the usual age, because another site is heard from now on."""
         self._accepted.clear()
         self._late.clear()
         self._last_echo_ns, self._last_renewal_s = -1, -np.inf
@@ -81,8 +81,8 @@ class Freshness:
 
         Args:
             echo: The robot's stamp in the message.
-            ttl_max_s: Upper bound of what it may exceed the reference by [s]; None: a command's.
-            what: The kind of the message, for the reason.
+            ttl_max_s: Upper bound of the excess over the reference [s]; None for that of a command.
+            what: Kind of the message, for the reason.
         """
         if echo is None:
             return Verdict(because(Code.NO_ECHO, what=what), None)
@@ -99,7 +99,7 @@ class Freshness:
         return Verdict(None, age_s)
 
     def renew(self, echo: Stamp | None) -> Verdict:
-        """Judge a lease renewal and learn from it what is usual."""
+        """Judge a lease renewal, and learn the usual age from it."""
         verdict = self.judge(echo, what="renewal")
         if verdict.age_s is None or verdict.age_s < 0.0 or echo is None:
             return verdict  # nothing was measured: the next one is the first of its kind, not part of a burst

@@ -1,6 +1,6 @@
 """Guards: force, sight of the target, the link, deadlines. At most one trips in a control period.
 
-The guards decide; the supervisor looks up in the table of modes what follows.
+The guards decide; the supervisor looks up the consequence in the table of modes.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from farhand.remote_site.supervision.session import OperatorSession
 
 FORCE_FOR_S = 0.05
 SIGHT_PATIENCE_S = 5.0
-"""Seen again within this time, an execution goes on by itself."""
+"""An execution continues if its target is seen again within this time; later it is paused [s]."""
 SIGHT_MOVED_M = 0.020
 SIGHT_TURNED_RAD = math.radians(3.0)
 LINK_LOST_S = 3.0
@@ -28,10 +28,10 @@ BLIND_AND_ALONE_S = 60.0
 
 
 class ForceGuard:
-    """Trips when the force on the tool is too high for too long, or far too high at once.
+    """Guard against a force on the tool that is too high for too long, or far too high at any time.
 
     Args:
-        limits: Of the task.
+        limits: Limits of the task.
     """
 
     def __init__(self, limits: Limits):
@@ -39,7 +39,7 @@ class ForceGuard:
         self._above_s = 0.0
 
     def reason(self, effector: EffectorState, dt_s: float) -> Reason | None:
-        """Return why it trips now; None if it does not."""
+        """Return the reason to trip now; None if the force is in its limits."""
         force_n = effector.contact_n
         if force_n is None:
             return None
@@ -52,10 +52,10 @@ class ForceGuard:
 
 
 class SightGuard:
-    """Lets an execution go on without sight of its target for a moment, wait for a while, then pause.
+    """Guard of sight: without it an execution continues for a moment, waits for a while, then is paused.
 
     Args:
-        sensing: When the frames were seen.
+        sensing: The newest measurements, with the time since the target was seen.
     """
 
     def __init__(self, sensing: Sensing):
@@ -67,7 +67,7 @@ class SightGuard:
         return self._sensing.unseen_s > PREDICTED_S
 
     def reason(self) -> Reason | None:
-        """Return why an execution cannot go on; None while it can."""
+        """Return the reason why an execution cannot continue; None while it can."""
         sensed = self._sensing
         if sensed.unseen_s > SIGHT_PATIENCE_S:
             return because(Code.TARGET_LOST, unseen_s=sensed.unseen_s, limit_s=SIGHT_PATIENCE_S)
@@ -82,20 +82,20 @@ class SightGuard:
 
 
 class LinkGuard:
-    """Applies the task's policy for a lost link, once for each loss."""
+    """Guard of the link: it applies the task's policy once for each loss."""
 
     def __init__(self) -> None:
         self._acted = False
         self._blind_and_alone_s = 0.0
 
     def trip(self, task: Task, silent_s: float, executing: bool, blind: bool, dt_s: float) -> Trip | None:
-        """Return the policy's consequence of the link's silence now.
+        """Return the trip that the policy demands now; None for none.
 
         Args:
-            task: The present one; its policy counts.
-            silent_s: For how long nothing was heard, beyond what is usual [s].
-            executing: Whether a model is executed.
-            blind: Whether the execution is paused for want of sight.
+            task: The present task, with its policy.
+            silent_s: Excess of the silence over the link's usual delay [s].
+            executing: True while a model is executed.
+            blind: True while an execution is paused without sight of its target.
             dt_s: Control period [s].
         """
         lost = silent_s > LINK_LOST_S
@@ -119,7 +119,7 @@ class Trip:
     Args:
         guard: Guard that tripped; the table of modes has its consequence.
         why: The reason, with the value that was too much.
-        wanted: True if the operator caused it on purpose: nothing is wrong.
+        wanted: True if the operator caused the trip on purpose.
     """
 
     guard: Guard
@@ -132,8 +132,8 @@ class Guards:
 
     Args:
         sensing: The newest measurements.
-        contact: How long the operator was silent.
-        motion: What moves the robot, by the limits and policies of its task.
+        contact: Session of the operator, with its silence.
+        motion: Mover of the robot; its task has the limits and the policies.
         deadline_s: A control period that comes later than this is a fault [s].
     """
 
@@ -154,11 +154,11 @@ class Guards:
         """Return the guard that trips now, or None.
 
         Args:
-            mode: The present one.
-            guidance: What contact asks of an execution.
-            now_s: Now [s].
+            mode: Present mode.
+            guidance: Guidance of the execution by contact.
+            now_s: Present time on the robot's clock [s].
             dt_s: Control period [s].
-            late_s: How late this period began [s].
+            late_s: Delay of this period's beginning [s].
         """
         moving = mode in (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
         if moving and late_s > self._deadline_s:

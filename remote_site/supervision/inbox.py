@@ -1,4 +1,4 @@
-"""Messages that wait for the next control period, where nobody takes the place of another."""
+"""Queues of messages that wait for the next control period; no sender can take another one's place."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _MOST_PER_TICK, _MOST_OTHERS_PER_TICK, _MOST_MODELS_PER_TICK = 64, 16, 1
 
 
 class Inbox:
-    """Places for what the robot's own workers answer, for stops, for the holder of the lease, and for all others.
+    """Queues for the robot's own workers, for stops, for the holder of the lease, and for all others.
 
-    The senders are told apart by the ids that strangers never hear, see `endpoint.py`. Any thread may put, the
+    The holder is told from others by ids that strangers never hear, see `endpoint.py`. Any thread may put, the
     control loop alone takes. Without room the oldest is dropped: its sender repeats it.
 
     Args:
-        lease: Names the holder.
+        lease: Lease, with the session and the id of its holder.
     """
 
     def __init__(self, lease: Lease):
@@ -48,25 +48,25 @@ class Inbox:
         return sum(map(len, boxes))
 
     def put_own(self, job: Job) -> None:
-        """Add what the robot itself has to do."""
+        """Add a job of the robot's own workers."""
         self._own.put(job)
 
     def note(self, job: Job) -> None:
-        """Add a remark, of which only the newest counts."""
+        """Add a note; a newer one replaces it."""
         self._noted.put(job)
 
     def put(self, message: Message, job: Job) -> bool:
-        """Add what is to be done for a message.
+        """Add the job of a message.
 
         Returns:
-            False when so much waits in its place that its sender must slow down.
+            False if its queue is so full that its sender must slow down.
         """
         box = self._place(message)
         box.put(job)
         return len(box) <= (_CROWDED if box is not self._other_models else 1)
 
     def take(self) -> list[Job]:
-        """Return what a control period has time for; the rest waits for the next one."""
+        """Return the jobs that a control period has time for; the rest waits for the next one."""
         models = self._models if len(self._models) else self._other_models
         return [
             *self._own.take_all(),

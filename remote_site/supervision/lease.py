@@ -22,7 +22,7 @@ class Lease:
     def __init__(self, duration_s: float):
         self._duration_s = duration_s
         self.session = ""
-        """Of the process that holds it, empty when free."""
+        """Session id of the process that holds the lease; empty when free."""
         self._renewed_s = 0.0
         self.since_s = 0.0
         """Time when the holder took it [s]."""
@@ -54,16 +54,16 @@ class Lease:
         """Take, renew, ask for, hand over or give up the lease.
 
         Args:
-            session: Of the local site's process.
-            site_name: What it is called.
-            now_s: Now [s].
-            wish: What it wants.
-            fresh: Whether the request is known to be of now; only then a restarted site takes its own back.
-            heard_s: When the robot said the newest that the site has heard of it [s]; None for nothing.
-            late_s: How much later than usual the request came [s]: it renews for so much less.
+            session: Session id of the asking process.
+            site_name: Name of the asking site.
+            now_s: Present time on the robot's clock [s].
+            wish: Request: to take control, to ask for it, to give it away, or only to watch.
+            fresh: True if the request is not late; only a fresh one lets a restarted site take its own lease back.
+            heard_s: Time of the newest robot report that the site has heard [s]; None for none.
+            late_s: Excess of the request's age over the usual age [s]; the renewal is that much shorter.
 
         Returns:
-            None when it holds the lease after this, else why not.
+            None if the site holds the lease afterwards, else the reason of the refusal.
         """
         self.expire(now_s)
         if not session or not any(letter.isalnum() for letter in site_name):
@@ -90,7 +90,7 @@ class Lease:
     def _take(
         self, session: str, site_name: str, now_s: float, wish: Wish, fresh: bool, heard_s: float | None
     ) -> Reason | None:
-        """Take what somebody else holds, or nobody; see `request`."""
+        """Grant a lease that is free or held by another process, if the rules allow; arguments as of `request`."""
         heard = heard_s is not None and heard_s > self._lost_s.get(session, -math.inf)
         if not heard and session in self._lost_s:
             return because(Code.WAITING_TO_HEAR)
@@ -108,7 +108,7 @@ class Lease:
         return None
 
     def expire(self, now_s: float) -> bool:
-        """Free the lease when its holder is silent for too long. Return True if it was freed just now."""
+        """Free the lease when its holder is silent for too long. Return True if this call freed it."""
         if self.asked_by and now_s - self._asking[2] > self._duration_s:
             self._forget_asking()
         if self.lease_id and now_s - self._renewed_s > self._duration_s:
@@ -122,17 +122,17 @@ class Lease:
         return bool(lease_id) and lease_id == self.lease_id and session == self.session
 
     def was_replaced(self, session: str) -> bool:
-        """Return whether the holder is another process of this one's site name, which took the control from it."""
+        """Decide whether a later process of the same site name has taken the lease from this session."""
         return (session, self.holder) in self._replaced
 
     def _is_earlier(self, session: str, site_name: str) -> bool:
-        """Decide whether the holder is a later process of the same site: then this is an echo of the past."""
+        """Decide whether a later process of the same site holds the lease: then this request is an old one."""
         if not self.lease_id or self.holder != site_name or self.session not in self._sessions:
             return False
         return self._sessions.index(session) < self._sessions.index(self.session)
 
     def _lose(self, at_s: float) -> None:
-        """End the holder's lease; it gets it back only by what it hears from now on."""
+        """End the holder's lease; its session gets a lease again only after it has heard a later report."""
         self._lost_s[self.session] = at_s
         self._lost_s.move_to_end(self.session)
         if len(self._lost_s) > _REMEMBERED:

@@ -24,7 +24,7 @@ from farhand.remote_site.supervision.guards import Trip
 from farhand.remote_site.supervision.recordings import Recordings
 from farhand.remote_site.supervision.stops import Stops
 
-# What the robot calls what a guard did.
+# Kind of the event that tells of each guard's action.
 _KINDS = {
     Guard.COUPLING_ENDED: EventKind.DECOUPLED,
     Guard.FORCE: EventKind.BACKING_OFF,
@@ -42,12 +42,12 @@ class ModeMachine:
     Args:
         embodiment: The robot.
         sensing: The newest measurements.
-        motion: What moves the robot.
+        motion: Mover of the robot.
         plans: Makes rollouts.
-        events: Takes what happened.
+        events: Log of the robot's events.
         announce: Sends a message to the operators; never blocks.
         now: The present stamp.
-        recordings: Of how the robot is driven.
+        recordings: Recordings of the driven robot.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class ModeMachine:
     # Causes -------------------------------------------------------------------------------------
 
     def stop(self, stop: Stop) -> None:
-        """Stop, whoever asks and in whatever mode; only one that is resent in STOPPED is no more than acknowledged."""
+        """Stop in every mode, whoever asks; a stop that is resent in STOPPED is only acknowledged."""
         if self._stops.receive(stop.stop_id, self._now()):
             why = because(Code.STOPPED_BY, site=stop.site_name)
             self._enter(Action.STOP, why)
@@ -98,8 +98,8 @@ class ModeMachine:
         """Do an allowed command; its second answer comes as an event.
 
         Args:
-            command: What is asked.
-            stored: The model that it names, if it names one.
+            command: The command.
+            stored: The model that the command names; None if it names none.
         """
         action = command.action
         if action is Action.PREVIEW and stored is not None:
@@ -165,7 +165,7 @@ class ModeMachine:
             self.fail(manoeuvre.command, ended)
 
     def on_standstill(self) -> None:
-        """Answer what waited for the robot to stand still."""
+        """Complete the commands that waited for the robot to stand still, and acknowledge its stops."""
         for command in self._until_standing:
             self.complete(command, because(Code.DONE))
         self._until_standing.clear()

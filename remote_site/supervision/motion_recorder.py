@@ -1,4 +1,4 @@
-"""Records how the robot is driven: at most 100 samples in a second, each with the task frames as perceived then."""
+"""Recorder of a driven motion: up to 100 samples per second, each with the task frames as perceived at its time."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _SAMPLE_HZ = 100.0
 
 @dataclass(frozen=True)
 class Recorded:
-    """Recorded motion that was ended.
+    """Recorded motion after its end.
 
     Args:
-        motion: It.
-        site_name: Who drove.
-        duration_s: From the first to the last sample [s].
-        whole: Whether whoever drove ended it, and nothing else did.
+        motion: The motion.
+        site_name: Name of the driving operator's site.
+        duration_s: Time from the first to the last sample [s].
+        whole: True if the driving operator ended it, False if anything else did.
     """
 
     motion: RecordedMotion
@@ -37,7 +37,7 @@ class MotionRecorder:
 
     Args:
         sensing: The newest measurements.
-        control_hz: How often `sample` is called [Hz].
+        control_hz: Calls of `sample` per second [Hz].
         now: The present stamp.
     """
 
@@ -48,11 +48,11 @@ class MotionRecorder:
         self._clear()
 
     def begin(self, site_name: str, task: AnyTask) -> None:
-        """Record from now on.
+        """Begin a recording.
 
         Args:
-            site_name: Who drives.
-            task: What for.
+            site_name: Name of the driving operator's site.
+            task: Task that the motion demonstrates.
         """
         self._clear(site_name, task)
         self.recording = True
@@ -66,10 +66,10 @@ class MotionRecorder:
         """Take a sample, if one is due.
 
         Args:
-            coupling: What moves the robot.
+            coupling: Coupling through which the operator drives.
 
         Returns:
-            Why the recording cannot go on; None while it can.
+            Reason why the recording cannot continue; None while it can.
         """
         now = self._now()
         if self._began is None:
@@ -82,7 +82,7 @@ class MotionRecorder:
         if time_s > MAX_DURATION_S:
             return because(Code.RECORDING_TOO_LONG, limit_s=MAX_DURATION_S)
         self._ticks += 1
-        # What was not seen for a moment is predicted; after that there is nothing to record.
+        # For a moment without sight the frames are predicted; after that they are unknown.
         if self._ticks % self._every == 0 and self._sensing.unseen_s <= PREDICTED_S:
             self._rows += packed_row(time_s, self._sensing.effector.point, self._sensing.frames)
             self._n, self._last_s = self._n + 1, time_s
@@ -92,7 +92,7 @@ class MotionRecorder:
         """End the recording and return it; None when it is empty.
 
         Args:
-            whole: Whether whoever drove ended it.
+            whole: True if the driving operator ended it.
         """
         began, task, rows, site_name = self._began, self._task, bytes(self._rows), self._site_name
         duration_s, n = self.recorded_s, self._n

@@ -1,6 +1,6 @@
-"""Motions that are recorded while an operator drives: begun and ended by command, closed with DIRECT, kept to be fetched.
+"""Recordings of the driven robot: begun and ended by command, ended with DIRECT, kept for operators to fetch.
 
-Catalogue of what operators may fetch from the robot: its drawing, and its recordings.
+The catalogue lists all that operators can fetch: the robot's drawing and its recordings.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _MOST_RECORDINGS = 8
 
 
 class Catalogue:
-    """Contents by their hash. It lives as long as the robot's process, and keeps the newest recordings only."""
+    """Catalogue of contents by their hash, for the life of the process; only the newest recordings are kept."""
 
     def __init__(self) -> None:
         self._scene_sha256, self._version = "", installed_version()
@@ -39,11 +39,11 @@ class Catalogue:
         self._contents: dict[str, bytes] = {}
 
     def show(self, scene: bytes) -> None:
-        """Offer what the robot looks like; see `farhand.common.wire.scene_description`."""
+        """Offer the robot's drawing; see `farhand.common.wire.scene_description`."""
         self._scene_sha256 = self._keep(scene)
 
     def offer(self, recorded: Recorded) -> None:
-        """Offer a recording; the oldest one gives way."""
+        """Offer a recording, and drop the oldest if there are too many."""
         sha256 = self._keep(recorded.motion.content)
         offer = RecordingOffer(sha256, recorded.site_name, recorded.whole, recorded.duration_s)
         self._recordings = (*self._recordings, offer)
@@ -77,20 +77,20 @@ class RecordingEnd(Enum):
     WHOLE = Code.RECORDED
     """The driving operator ended it: it is a demonstration."""
     INTERRUPTED = Code.RECORDING_INTERRUPTED
-    """Something else ended it: it can be fetched in case it is good all the same."""
+    """Something else ended it: it can be fetched, and the operator judges it."""
     INCOMPLETE = Code.RECORDING_INCOMPLETE
-    """A piece is missing: it cannot be used."""
+    """Samples are missing: it cannot be used."""
 
 
 class Recordings:
     """Present recording, and the catalogue that keeps the ended ones.
 
     Args:
-        tasks: What the robot does.
+        tasks: Tasks of the robot.
         sensing: The newest measurements.
-        motion: What moves the robot.
-        lease: Who drives.
-        events: Takes what happened.
+        motion: Mover of the robot.
+        lease: Lease of its control, with the name of the driving site.
+        events: Log of the robot's events.
         now: The present stamp.
     """
 
@@ -114,7 +114,7 @@ class Recordings:
         return self._recorder.recorded_s if self._recorder.recording else None
 
     def run(self, action: Action, task_name: str) -> Reason | None:
-        """Record from now on for a task, or to here. Returns why not, None when it was done."""
+        """Begin or end a recording for a task. Return the reason of a refusal, None if it was done."""
         recording = self._recorder.recording
         if action is Action.RECORD and not recording:
             task = self._tasks.get(task_name)
@@ -129,7 +129,7 @@ class Recordings:
         return None
 
     def sample(self) -> None:
-        """Take a sample, if one is due; a recording that cannot go on ends."""
+        """Take a sample, if one is due; end a recording that cannot continue."""
         coupling = self._motion.coupling
         if self._recorder.recording and coupling is not None:
             why = self._recorder.sample(coupling)
@@ -137,11 +137,11 @@ class Recordings:
                 self._end(RecordingEnd.INCOMPLETE, why)
 
     def leave(self, cause: Cause, why: Reason) -> None:
-        """DIRECT is about to end, and the recording with it, if there is one.
+        """End the recording, if any, because the robot is about to leave DIRECT.
 
         Args:
-            cause: What ends it.
-            why: The reason.
+            cause: Cause of the transition.
+            why: Its reason, for the event.
         """
         if self._recorder.recording:
             coupling = self._motion.coupling

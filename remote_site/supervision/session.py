@@ -43,7 +43,7 @@ class OperatorSession:
             keys.TELEMETRY, config.telemetry_hz, MAX_TELEMETRY_BYTES, config.link.rate_bps
         )  # fmt: skip
         self._freshness = Freshness(clock, config.max_age_s, telemetry_s)
-        # On a link so narrow that reports are rare, what is newest is older.
+        # On a link so narrow that reports are rare, even the newest report is old.
         self._silence_s = max(_SILENCE_S, 2.0 * telemetry_s + 0.1)
         self._usual_for = ""
         self._newest_echo_ns = 0
@@ -53,7 +53,7 @@ class OperatorSession:
         self.stale_refused = 0
         self._other_version, self._other_version_s = "", -math.inf
         self.delay_changed = False
-        """Set when another delay became usual; who drives must be decoupled for it, then it is cleared."""
+        """True once the usual delay has changed: the coupled operator is decoupled for it, then this is cleared."""
 
     def other_version(self, words: str) -> None:
         """Process a message that was dropped because its version differs."""
@@ -114,7 +114,7 @@ class OperatorSession:
         return unheard and self._clock.now_s() - self.lease.since_s <= self._max_age_s
 
     def command_refusal(self, command: Command) -> Reason | None:
-        """Return why a command may not count by its lease and its age; None when it may."""
+        """Return the reason against a command in its lease or its age; None if both are right."""
         if not self.lease.is_held_by(command.session, command.lease_id):
             return self._not_held_by(command.session)
         verdict = self._freshness.judge(command.echo)
@@ -142,7 +142,7 @@ class OperatorSession:
         return True
 
     def heartbeat(self, heartbeat: Heartbeat) -> None:
-        """Take a sign of life of the holder."""
+        """Process a heartbeat; only the lease holder's count."""
         if not self.lease.is_held_by(heartbeat.session, self.lease.lease_id):
             return
         if heartbeat.seq > self.heartbeat_seq or heartbeat.session != self._heartbeat_session:
@@ -165,7 +165,7 @@ class OperatorSession:
         return now_s - self._newest_echo_ns * 1e-9 - self.usual_age_s
 
     def lost_reason(self, lease_id: str, now_s: float) -> Reason | None:
-        """Return why the holder of this lease is not there to drive any more; None while it is."""
+        """Return the reason why this lease no longer drives the robot; None while it does."""
         if lease_id != self.lease.lease_id:
             return because(Code.DELAY_CHANGED if self._freshness.rising else Code.LEASE_LOST)
         if self.delay_changed:

@@ -10,9 +10,9 @@ _MOST_KNOWN = 64
 
 
 class Stops:
-    """Stops of the present STOPPED; forgotten once the robot leaves it.
+    """Stops received in the present STOPPED; forgotten once the robot leaves that mode.
 
-    A stop that is resent is only acknowledged while the robot is STOPPED. After a Reset it stops the robot
+    A resent stop is only acknowledged while the robot is STOPPED. After a Reset it stops the robot
     again: its sender has not heard that the robot stood, and expects it to stand.
 
     Args:
@@ -35,7 +35,7 @@ class Stops:
         return new
 
     def stands(self, now: Stamp) -> None:
-        """Acknowledge, now that the robot stands still, what waited for that."""
+        """Acknowledge the pending stops, now that the robot stands still."""
         for stop_id, stood in self._known.items():
             if not stood:
                 self._known[stop_id] = True

@@ -48,13 +48,13 @@ class Supervisor:
     """Supervisor of one robot.
 
     Args:
-        tasks: What the robot does.
+        tasks: Tasks of the robot.
         config: Rates and limits.
         embodiment: The robot.
-        clock: Its time.
+        clock: The robot's clock.
         announce: Sends a message to the operators; never blocks.
         request_plan: Hands a rollout to the worker; never blocks.
-        write: Writes down what happened; never blocks.
+        write: Writes an event to disk; never blocks.
     """
 
     def __init__(
@@ -126,11 +126,11 @@ class Supervisor:
         return reply
 
     def on_stop(self, stop: Stop) -> None:
-        """Stop, whoever asks and in whatever mode."""
+        """Stop in every mode, whoever asks."""
         self.machine.stop(stop)
 
     def on_input(self, message: OperatorInput) -> None:
-        """Follow the operator's hand, if coupled, by the holder, with this coupling, and fresh."""
+        """Follow the operator's hand, if the input is fresh and of the present coupling."""
         coupling = self.motion.coupling
         theirs = (message.lease_id, message.coupling_id)
         if coupling is None or theirs != (coupling.lease_id, coupling.coupling_id):
@@ -158,9 +158,9 @@ class Supervisor:
         """Take a rollout, or the reason why there is none.
 
         Args:
-            request: What was asked.
+            request: The request.
             path: The rollout, None when there is none.
-            note: Why there is none, or what the operator should know of it.
+            note: Reason why there is no rollout, or a warning to the operator.
         """
         command = self.machine.previews.finish(request, path)
         if request.plan_id and command is None:
@@ -184,7 +184,7 @@ class Supervisor:
 
         Args:
             dt_s: The period [s].
-            late_s: How late it begins [s].
+            late_s: Delay of the period's beginning [s].
         """
         self.failsafe.run(partial(self._tick, dt_s, late_s))
 
@@ -198,7 +198,7 @@ class Supervisor:
         self.embodiment.skill.apply(belief.guidance)
         fault = trip is not None and trip.guard is Guard.FAULT
         if fault:
-            self.motion.brake(dt_s)  # before any word about it
+            self.motion.brake(dt_s)  # before anything is logged or announced
         if trip is not None:
             self._trip(trip)
         self.recordings.sample()
@@ -206,7 +206,7 @@ class Supervisor:
             self._move(belief.guidance, now_s, dt_s)
 
     def _believe(self, now_s: float, dt_s: float) -> tuple[Belief, Trip | None]:
-        """Sense, and return what that means; a measurement that means nothing is a fault."""
+        """Sense, and return the belief; a measurement without meaning is a fault."""
         sensing = self.sensing
         try:
             sensing.update(now_s)
