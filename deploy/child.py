@@ -1,4 +1,4 @@
-"""A child process of `farhand up` and `farhand demo`: started, watched, ended."""
+"""Child process of `farhand up` and `farhand demo`: its start, its watch and its end."""
 
 from __future__ import annotations
 
@@ -55,22 +55,22 @@ class Child:
     def __init__(self, name: str, arguments: Sequence[str]):
         self.name = name
         self.ready = False
-        """Whether it has said so."""
+        """True once the child has said that it is ready."""
         self._arguments = list(arguments)
         self.refusal = ""
-        """Why it ended, in its own words, when it said so."""
+        """Reason of the end in the child's own words; empty if it gave none."""
         self._last_line = ""
         self._process: asyncio.subprocess.Process | None = None
         self._reading: asyncio.Task[None] | None = None
 
     async def start(self) -> dict[str, Any]:
-        """Start it and wait until it says that it is ready.
+        """Start the child and wait until it says that it is ready.
 
         Returns:
-            What it said.
+            The facts that the child sent, such as its port.
 
         Raises:
-            ProcessFailed: When it ended instead, with its reason.
+            ProcessFailed: When the child ended instead; with its reason.
         """
         read_fd, write_fd = os.pipe()
         try:
@@ -95,10 +95,10 @@ class Child:
         return json.loads(said)
 
     async def wait(self) -> int:
-        """Wait for its end.
+        """Wait for the child's end.
 
         Returns:
-            Its exit status.
+            The exit status.
         """
         assert self._process is not None and self._reading is not None
         status = await self._process.wait()
@@ -106,7 +106,7 @@ class Child:
         return status
 
     async def end(self) -> None:
-        """End it, by force when it does not react."""
+        """End the child, by force if it does not react to SIGTERM."""
         if self._process is None or self._process.returncode is not None:
             return
         with contextlib.suppress(ProcessLookupError):
@@ -118,7 +118,7 @@ class Child:
         await self.wait()
 
     def exit_message(self) -> str:
-        """Return its end in one line: its own reason, or its last line."""
+        """Return one line about the child's end: its own reason, else its exit status and last line."""
         if self.refusal:
             return f"the {self.name} process: {self.refusal}"
         status = self._process.returncode if self._process else None
@@ -126,7 +126,7 @@ class Child:
         return f"the {self.name} process {how}; its last line: {self._last_line or '(it said nothing)'}"
 
     async def _pass_on(self, process: asyncio.subprocess.Process) -> None:
-        """Read it to its end, whatever it writes: a child whose log is not read stands still."""
+        """Read the child's log to the end: a child whose log nobody reads would block."""
         assert process.stderr is not None
         rest = b""
         while chunk := await process.stderr.read(_CHUNK_BYTES):
@@ -141,7 +141,7 @@ class Child:
     def _say(self, line: bytes) -> None:
         text = line.decode(errors="replace").rstrip()
         if text.startswith(REFUSED):
-            self.refusal = text.removeprefix(REFUSED)  # the parent tells it, when it knows what that means
+            self.refusal = text.removeprefix(REFUSED)  # the parent reports it, with the exit status
             return
         self._last_line = text or self._last_line
         with contextlib.suppress(OSError):

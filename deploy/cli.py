@@ -29,14 +29,14 @@ class Up:
     transport: Literal["tcp", "quic"] = "tcp"
     """quic encrypts, with certificates that are made for this run alone; lost packets of the simulated link are lost."""
     port: int = 8080
-    """Port of the web page on this machine; 0 takes a free one, which is said when the page is there."""
+    """Port of the web page on this machine; 0 takes a free one, which is printed with the page's address."""
     seed: int = 0
     """Seed of all random numbers."""
     data_dir: str = ""
-    """Where demonstrations, models and events are kept; empty: ~/.local/share/farhand."""
+    """Folder of demonstrations, models and events; empty: ~/.local/share/farhand."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.up import Together, run_up
 
         return run_up(Together(self.task, self.link, self.seed, self.transport), self.port, self.data_dir)
@@ -44,14 +44,14 @@ class Up:
 
 @dataclass(frozen=True)
 class Demo:
-    """Run the whole job on this machine by script: demonstrate, send, arm, drive, clutch, preview, execute.
+    """Run the whole job on this machine by a script: demonstrate, send, arm, drive, clutch, preview, execute.
 
     The exit status is 0 only if every task succeeded.
     """
 
     task: str = "hot-stab"
-    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between are done one
-    after the other, each from where the one before ended."""
+    """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between are done in
+    turn, each from the end of the one before."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
     seed: int = 0
@@ -59,15 +59,15 @@ class Demo:
     transport: Literal["tcp", "quic"] = "tcp"
     """quic encrypts, with certificates that are made for this run alone; lost packets of the simulated link are lost."""
     outage: str = "none"
-    """Cut the link during each execution: stall:10, reset:10 or blackhole:10 (seconds), in its middle, or elsewhere:
-    stall:10@0.2 when a fifth of the motion is done."""
+    """Outage during each execution: stall:10, reset:10 or blackhole:10 (seconds) in the middle of the motion; with @0.2
+    behind it, as in stall:10@0.2, after a fifth of the motion."""
     json: Path | None = None
-    """Write what happened to this file; of several tasks, what happened with each under `tasks`."""
+    """File for the result; with several tasks it has the result of each under `tasks`."""
     data_dir: str = ""
-    """Where demonstrations and models go; empty: a folder that is removed afterwards."""
+    """Folder for demonstrations and models; empty: a temporary folder, removed afterwards."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.processes import parse_outage
         from farhand.deploy.up import Together, run_demo
 
@@ -78,50 +78,50 @@ class Demo:
 
 @dataclass(frozen=True)
 class Local:
-    """Run the operator's site. What is not said here is as in the file, or else as `local_site/config.py` has it.
+    """Run the operator's site. An option that is not given is as in the file, else as in `local_site/config.py`.
 
-    One to start from: deploy/local.toml, which has a page.
+    deploy/local.toml is a file to start from; it has a page.
     """
 
     config: Path | None = None
-    """TOML file; what is named here on the command line overrides it."""
+    """TOML file; the options of the command line override it."""
     connect: str | None = None
-    """Endpoint of the robot or of the link; tcp/127.0.0.1:7447 when not said. quic/ROBOT:7447 encrypts, and survives loss."""
+    """Endpoint of the robot or of the link; tcp/127.0.0.1:7447 when not given. quic/ROBOT:7447 encrypts, and survives loss."""
     certificates: str | None = None
     """Folder that `farhand pki operator` made for this site; for quic/ and tls/ endpoints, which need one."""
     link_rate_bps: float | None = None
-    """What the link carries each way [bit/s]; 0: more than enough. Each flow has its share of a narrow one."""
+    """Capacity of the link in each direction [bit/s]; 0: more than enough. A narrow link is shared among the flows."""
     link_control: str | None = None
-    """Control socket of the link process, host:port; without one the link is a real one."""
+    """Control socket of the simulated link, host:port; none for a real link."""
     task: str | None = None
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between; planar
-    when not said. The other site needs the same."""
+    when not given. The other site needs the same tasks."""
     port: int | None = None
-    """Port of the web page; without one, or with 0, there is no page."""
+    """Port of the web page; none or 0: no page."""
     host: str | None = None
-    """Address that the page is served at; 127.0.0.1, for this machine alone, when not said. Off loopback it asks for a token."""
+    """Address of the page's server; when not given 127.0.0.1, for this machine alone. At other addresses a token is asked for."""
     published_at: str | None = None
-    """In a container: where the page's port is published on its machine, such as 127.0.0.1:8080."""
+    """In a container: address of the machine at which the page's port is published, such as 127.0.0.1:8080."""
     site_name: str | None = None
-    """What the robot and other operators call this place, at most 16 letters, digits, '.', '_' and '-'; made from the user,
-    the host and the data folder when not said. A second site of the same name takes over from the first."""
+    """Name of this site for the robot and other operators, at most 16 letters, digits, '.', '_' and '-'; when not given made
+    from the user, the host and the data folder. A second site of the same name takes over from the first."""
     watch: bool = False
-    """Only watch: never take the control of the robot by itself."""
+    """Only watch: do not take the control of the robot until asked to."""
     data_dir: str | None = None
-    """Where demonstrations, models and events are kept; ~/.local/share/farhand when not said."""
+    """Folder of demonstrations, models and events; ~/.local/share/farhand when not given."""
     connect_timeout_s: float | None = None
-    """How long to wait for the robot's first report [s], 0 for ever; 60 when not said."""
+    """Longest wait for the robot's first report [s]; 0: for ever; 60 when not given."""
     seed: int | None = None
     """Seed of the scripted operator's hand."""
     demo: bool = False
     """Have a scripted operator do the job once; the last line printed is the result as JSON."""
     outage: str = "none"
-    """With --demo: cut the link during the execution, see `farhand demo`."""
+    """With --demo: outage during the execution, see `farhand demo`."""
     json: Path | None = None
-    """With --demo: write the result to this file as well."""
+    """With --demo: file for the result."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.processes import run_local, run_scripted
 
         overrides = {
@@ -136,32 +136,33 @@ class Local:
 
 @dataclass(frozen=True)
 class Remote:
-    """Run the robot's site. What is not said here is as in the file, or else as `remote_site/config.py` has it.
+    """Run the robot's site. An option that is not given is as in the file, else as in `remote_site/config.py`.
 
-    One to start from: deploy/remote.toml.
+    deploy/remote.toml is a file to start from.
     """
 
     config: Path | None = None
-    """TOML file; what is named here on the command line overrides it."""
+    """TOML file; the options of the command line override it."""
     listen: str | None = None
-    """Endpoint to listen on: quic/0.0.0.0:7447 or, in the clear, tcp/0.0.0.0:7447 for other machines; tcp/127.0.0.1:7447, for
-    this one, when not said."""
+    """Endpoint to listen on: quic/0.0.0.0:7447 or, unencrypted, tcp/0.0.0.0:7447 for other machines; when not given
+    tcp/127.0.0.1:7447, for this machine alone."""
     certificates: str | None = None
     """Folder that `farhand pki robot` made for this robot; for quic/ and tls/ endpoints, which need one."""
     sites: str | None = None
-    """The authority's sites.json: who may command, and who only watch and stop; without it whoever has a certificate may."""
+    """The authority's sites.json, with the sites that may command and those that may only watch and stop; without it every
+    site with a certificate may command."""
     link_rate_bps: float | None = None
-    """What the link carries each way [bit/s]; 0: more than enough. Each flow has its share of a narrow one."""
+    """Capacity of the link in each direction [bit/s]; 0: more than enough. A narrow link is shared among the flows."""
     task: str | None = None
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between; planar
-    when not said. The other site needs the same."""
+    when not given. The other site needs the same tasks."""
     data_dir: str | None = None
-    """Where the events and the state of the simulated robot are kept; ~/.local/share/farhand when not said."""
+    """Folder of the events and of the simulated robot's state; ~/.local/share/farhand when not given."""
     seed: int | None = None
     """Seed of the simulated noise and of the target's phase."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.processes import run_remote
 
         return run_remote(
@@ -178,21 +179,21 @@ class Remote:
 
 @dataclass(frozen=True)
 class Link:
-    """Run the simulated link: a relay of TCP and UDP that delays, loses and cuts, adjustable over its control socket."""
+    """Run the simulated link: a relay of TCP and UDP with delay, loss and outages, adjustable over its control socket."""
 
     listen: str = "127.0.0.1:7448"
-    """Where the local site connects, host:port, for TCP and UDP alike."""
+    """Address for the local site to connect to, host:port, for TCP and UDP alike."""
     target: str = "127.0.0.1:7447"
-    """Where the remote site listens, host:port."""
+    """Address of the remote site, host:port."""
     control: str = "127.0.0.1:7449"
-    """Where the link is controlled; it has no access control: keep it on this machine, host:port."""
+    """Address of the control socket, host:port. It has no access control: keep it on this machine."""
     profile: str = "geo"
-    """lan, geo, leo or acoustic."""
+    """Profile of the link: lan, geo, leo or acoustic."""
     seed: int = 0
     """Seed of jitter, loss and all other random numbers."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.processes import run_link_process
 
         return run_link_process(self.listen, self.target, self.control, self.profile, self.seed)
@@ -202,18 +203,18 @@ class Link:
 class Status:
     """Ask the processes of this user on this machine how they are: robot, link and operator's site.
 
-    The exit status is 0 when all that were asked are healthy, 3 when one has a trouble, 4 when none is there.
+    The exit status is 0 if all asked processes are healthy, 3 if one has a fault, 4 if none is running.
     """
 
     of: Literal["all", "robot", "link", "operator"] = "all"
-    """Ask the processes of one kind alone; then one must be there."""
+    """Kind of the processes to ask; unless it is all, one must be running."""
     json: bool = False
-    """Print what they said, and the troubles, as JSON."""
+    """Print the answers and the faults as JSON."""
     forget: bool = False
-    """Forget the processes that have ended before."""
+    """Forget the processes that have ended."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.status import run_status
 
         return run_status(self.of, self.json, self.forget)
@@ -229,18 +230,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
     Returns:
-        The exit status: 0 for success, 2 for input that is wrong, 130 for Ctrl-C, 1 for what else failed.
+        The exit status: 0 for success, 2 for wrong input, 130 for Ctrl-C, 1 for any other failure.
     """
     with standard_streams() as streams:
         try:
             chosen = tyro.extras.subcommand_cli_from_dict(
                 COMMANDS,
                 prog="farhand",
-                description="Supervisory teleoperation: demonstrate here, execute there. `farhand --version` says which Farhand this is.",
+                description="Supervisory teleoperation: demonstrate here, execute there. `farhand --version` prints the version.",
                 args=arguments,
                 config=(tyro.conf.FlagCreatePairsOff, tyro.conf.HelptextFromCommentsOff),
             )
-        except SystemExit as end:  # after --help, or after what is wrong with the arguments
+        except SystemExit as end:  # after --help, or after a message about wrong arguments
             return streams.final_status(end.code if isinstance(end.code, int) else 1)
         configure_logging(type(chosen).__name__.lower())
         return streams.final_status(status_of(chosen))

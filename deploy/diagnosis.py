@@ -11,7 +11,7 @@ from farhand.common.process_status import LinkFacts, OperatorFacts, ProcessStatu
 from farhand.deploy.neighbours import Entry
 
 LOW_BYTES = 64_000_000
-"""Free space below which writing is expected to fail: recordings and events need some [B]."""
+"""Free space below which the disk counts as full: recordings and events need some [B]."""
 STANDSTILL_S = 1.5
 """Time without a new period after which a loop counts as standing still [s]."""
 
@@ -58,22 +58,22 @@ def _of_ended(entry: Entry) -> Iterator[Trouble]:
         case "dead":
             yield _trouble(
                 entry, f"{entry.role}-dead", f"{about} was killed or has crashed",
-                "start it again; `farhand status --forget` if it is not wanted any more",
+                "start it again; `farhand status --forget` if it is no longer needed",
             )  # fmt: skip
         case "ended" if (words := entry.words) is not None:
             when = f"{datetime.fromtimestamp(words.at_s):%Y-%m-%d at %H:%M:%S}"
             yield _trouble(
                 entry, words.code, f"{about} has ended on {when}: {words.text}",
-                "start it again when that is mended; `farhand status --forget` if it is not wanted any more",
+                "remove the cause and start it again; `farhand status --forget` if it is no longer needed",
             )  # fmt: skip
         case "silent":
             yield _trouble(
-                entry, "stale", f"{about} is there and does not answer: it is suspended, or the machine overloaded",
-                "look at it: `kill -CONT` lets a suspended process go on",
+                entry, "stale", f"{about} is there and does not answer: it is suspended, or the machine is overloaded",
+                "`kill -CONT` continues a suspended process",
             )  # fmt: skip
         case "foreign":
             yield _trouble(
-                entry, "version-differs", f"what {about} answers is not understood", "run one Farhand everywhere"
+                entry, "version-differs", f"the answer of {about} is not understood", "run one version of Farhand everywhere"
             )  # fmt: skip
 
 
@@ -83,7 +83,7 @@ def _of_process(status: ProcessStatus) -> Iterator[Trouble]:
     if data is not None and (data.full or data.free_bytes < LOW_BYTES):
         left = f"{data.path} is on a disk with {data.free_bytes / 1e6:.0f} MB left"
         text = f"{left}; {data.write_error}" if data.write_error else left
-        yield _trouble(status, "disk-full", text, "make space: what happens from now on may not be kept")
+        yield _trouble(status, "disk-full", text, "make space: new recordings and events may be lost")
     elif data is not None and data.write_error:
         remedy = f"let this user write to {data.path}, or name another folder with --data-dir"
         yield _trouble(status, "not-kept", data.write_error, remedy)
@@ -96,10 +96,10 @@ def _of_process(status: ProcessStatus) -> Iterator[Trouble]:
             "the machine is overloaded, or a driver hangs: give it a core, or start it again",
         )  # fmt: skip
     if isinstance(facts, RobotFacts) and facts.not_understood:
-        why = f"a site is not understood: {facts.not_understood}"
+        why = f"a site's messages are not understood: {facts.not_understood}"
         yield _trouble(status, "version-differs", why, "install one version on both sites")
     if isinstance(facts, RobotFacts) and facts.stopped_by_fault:
-        remedy = "mend the cause, then Reset and Arm on the page"
+        remedy = "remove the cause, then press Reset and Arm on the page"
         yield _trouble(status, "robot-stopped", f"the robot has stopped: {facts.stopped_because}", remedy)
 
 
@@ -115,7 +115,7 @@ def _of_versions(found: Sequence[Entry]) -> Iterator[Trouble]:
 def _of_operator(
     status: ProcessStatus, facts: OperatorFacts, robots: Sequence[ProcessStatus], known: set[str]
 ) -> Iterator[Trouble]:
-    """Return the troubles in what the operator's site knows of the robot."""
+    """Return the troubles that the operator's site sees in the robot or the link."""
     if facts.not_understood:
         yield _trouble(status, "version-differs", facts.not_understood, "install one version on both sites")
     elif facts.link in ("never", "lost"):
@@ -127,7 +127,7 @@ def _of_operator(
 def _of_silence(
     status: ProcessStatus, facts: OperatorFacts, robots: Sequence[ProcessStatus], known: set[str]
 ) -> Iterator[Trouble]:
-    """Return the cause why nothing is heard of the robot, as far as it can be told from here."""
+    """Return the cause of the robot's silence, as far as this machine knows it."""
     where, relay, seen_s = status.endpoint, facts.relay, facts.silent_s or 0.0
     if facts.relay_error:
         if "link-dead" not in known:
@@ -138,30 +138,32 @@ def _of_silence(
         return  # the cause is reported already
     elif facts.link == "never":
         why = f" ({relay.target}: {relay.target_error})" if relay is not None and relay.target_error else ""
-        text = f"the site is up without a robot: nothing was ever heard at {where}{why}"
-        yield _trouble(status, "page-only", text, "start the robot's site, and see that the link leads there")
+        text = f"the site runs without a robot: no report has ever arrived from {where}{why}"
+        yield _trouble(
+            status, "page-only", text, "start the robot's site, and check that the link leads to it"
+        )
     elif relay is not None and relay.target_error:
         text = f"the robot's site is gone: {relay.target}: {relay.target_error}"
         yield _trouble(status, "robot-dead", text, "start `farhand remote` again")
     elif robots and "stale" not in known:
-        text = f"the robot is well, and nothing of it has arrived for {seen_s:.0f} s"
-        yield _trouble(status, "link-cut", text, f"look at the link between {where} and the robot")
+        text = f"the robot is healthy, but no report of it has arrived for {seen_s:.0f} s"
+        yield _trouble(status, "link-cut", text, f"check the link between {where} and the robot")
     elif "stale" not in known:
-        text = f"nothing was heard of the robot for {seen_s:.0f} s: what is shown of it is old"
-        yield _trouble(status, "stale", text, "look at the robot's site, and at the link")
+        text = f"no report of the robot has arrived for {seen_s:.0f} s: the page shows its old state"
+        yield _trouble(status, "stale", text, "check the robot's site, and the link")
 
 
 def _of_robot(status: ProcessStatus, facts: OperatorFacts, known: set[str]) -> Iterator[Trouble]:
     """Return the troubles that a heard robot reports."""
     lacking = [task for task in status.tasks if facts.robot_tasks and task not in facts.robot_tasks]
     if lacking:
-        text = f"the robot does {', '.join(facts.robot_tasks)}, this site teaches {', '.join(lacking)}"
+        text = f"the robot's tasks are {', '.join(facts.robot_tasks)}; this site also teaches {', '.join(lacking)}"
         yield _trouble(status, "wrong-task", text, "start both sites with the same --task")
     if facts.robot_version not in ("", status.version) and "version-differs" not in known:
         text = f"the robot runs Farhand {facts.robot_version}, this site {status.version}"
         yield _trouble(status, "version-differs", text, "install one version on both sites")
     if facts.robot_stopped_by_fault and "robot-stopped" not in known:
-        remedy = "see why under Events, then Reset and Arm on the page"
+        remedy = "read the reason under Events on the page, then press Reset and Arm"
         yield _trouble(status, "robot-stopped", "a guard has stopped the robot", remedy)
     if not facts.in_control and not facts.only_watches:
         text = f"this site is not in control: {facts.why_not_in_control or 'it has just asked'}"
@@ -178,7 +180,9 @@ def _of_link(status: ProcessStatus, facts: LinkFacts, known: set[str]) -> Iterat
 
 def _cut(status: ProcessStatus, link: LinkFacts) -> Trouble:
     text = f"the link is cut ({link.outage}) for {link.outage_left_s:.0f} s more"
-    return _trouble(status, "link-cut", text, "wait for its end, or press Cut on the page again with less")
+    return _trouble(
+        status, "link-cut", text, "wait for its end, or press Cut on the page again with a shorter duration"
+    )
 
 
 def _trouble(of: Entry | ProcessStatus, code: str, text: str, remedy: str) -> Trouble:

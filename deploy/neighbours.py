@@ -1,7 +1,7 @@
 """Discovery of this user's processes on this machine, and their answers.
 
-Each has a Unix socket in the user's runtime folder: see `farhand.deploy.status_door`. A process that was
-killed leaves its socket behind, at which nobody answers; one that failed leaves its last words.
+Each process has a Unix socket in the user's runtime folder: see `farhand.deploy.status_door`. A killed process
+leaves a socket that does not answer; one that failed leaves a file with its last words.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from farhand.common.process_status import ProcessStatus
 from farhand.common.temporary_folder import NoTemporaryFolder, temporary_folder
 
 ANSWER_S = 2.0
-"""How long a process may take to answer [s]; one that takes longer does not answer."""
+"""Time limit of an answer [s]."""
 MAX_BYTES = 65536
 ENDED = ".ended"
 
 
 class LastWords(Struct, frozen=True, kw_only=True):
-    """Reason why a process ended by an error.
+    """Error that ended a process.
 
     Args:
-        pid: Its process id.
+        pid: Process id.
         code: `port-taken` or `failed`.
-        text: Its message.
-        at_s: When, in seconds of the epoch.
+        text: Message of the error.
+        at_s: Time of the end, in seconds of the epoch [s].
     """
 
     pid: int
@@ -47,11 +47,11 @@ class Entry(Struct, frozen=True, kw_only=True):
 
     Args:
         role: Role of the process.
-        name: See `ProcessStatus`.
-        pid: Its process id.
-        status: Its answer, None without one.
+        name: Name of the process, as in `ProcessStatus`.
+        pid: Process id.
+        status: Answer of the process; None without one.
         fault: Kind of missing answer: `dead`, `ended`, `silent` or `foreign`; empty with an answer.
-        words: Its last words, when it ended by an error.
+        words: Last words of a process that ended by an error; None for others.
     """
 
     role: str
@@ -63,7 +63,7 @@ class Entry(Struct, frozen=True, kw_only=True):
 
 
 def runtime_folders() -> list[Path]:
-    """Return the folders in which doors are looked for; a process uses the first one that it can."""
+    """Return the folders that may hold the sockets; a process uses the first that it can write."""
     if chosen := os.environ.get("FARHAND_RUNTIME_DIR"):
         return [Path(chosen)]
     of_session = os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}"
@@ -85,7 +85,7 @@ def find_processes() -> list[Entry]:
 
 
 def forget_ended() -> None:
-    """Remove what processes that have ended left behind."""
+    """Remove the files that ended processes have left."""
     for folder in runtime_folders():
         with contextlib.suppress(OSError):
             for path in folder.iterdir():
@@ -93,14 +93,14 @@ def forget_ended() -> None:
 
 
 def remove_if_ended(path: Path) -> None:
-    """Remove a file of the folder if the process that it stands for has ended."""
+    """Remove a file of the folder if its process has ended."""
     entry = read_entry(path)
     if entry is not None and entry.fault in ("dead", "ended"):
         path.unlink(missing_ok=True)
 
 
 def read_entry(path: Path) -> Entry | None:
-    """Return what one file of the folder tells; None when it is none of ours."""
+    """Return the process of one file in the folder; None if the file is not Farhand's."""
     if path.suffix == ENDED:
         role, _, name = path.stem.partition("-")
         with contextlib.suppress(OSError, msgspec.MsgspecError):
@@ -116,7 +116,7 @@ def read_entry(path: Path) -> Entry | None:
 
 
 def _ask(path: Path) -> tuple[ProcessStatus | None, str]:
-    """Return what a process answers, or the fault for which there is no answer."""
+    """Return the answer of a process, or the kind of fault without one."""
     try:
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking, short_address(path) as address:
             asking.settimeout(ANSWER_S)

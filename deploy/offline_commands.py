@@ -1,4 +1,4 @@
-"""The commands that work on files alone: recordings, models, studies. The help texts here are documentation."""
+"""Commands that work on files alone: recordings, models, studies. The help texts here are documentation."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Learn:
     out: Path
     """The model file to write."""
     max_distance_m: float | None = None
-    """Lambda of the learning [m]; a quarter of the demonstrations' extent when not given. The page takes the task's own:
+    """Lambda of the learning [m]; a quarter of the demonstrations' extent when not given. The page uses the task's value,
     0.1 for the hot-stab."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.offline import learn
 
         return learn(self.demonstrations, self.out, self.max_distance_m)
@@ -35,17 +35,17 @@ class Learn:
 
 @dataclass(frozen=True)
 class Rollout:
-    """Reproduce a model on the point plant, from a demonstration's start in its frames."""
+    """Reproduce a model on the point plant, from the start of a demonstration and in its frames."""
 
     model: File
     """A model file."""
     like: Path
-    """The demonstration whose start and frames are taken."""
+    """Demonstration file with the start and the frames."""
     out: Path | None = None
-    """Write the motion as a demonstration file."""
+    """Demonstration file to write the motion to."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.offline import rollout
 
         return rollout(self.model, self.like, self.out)
@@ -53,17 +53,17 @@ class Rollout:
 
 @dataclass(frozen=True)
 class Model:
-    """Look into a model file: components, durations, transitions, size, hash."""
+    """Show the content of a model file: components, durations, transitions, size, hash."""
 
     do: Annotated[Literal["show"], tyro.conf.Positional]
-    """What to do."""
+    """Action; show is the only one."""
     model: File
     """A model file."""
     figure: Path | None = None
-    """Draw the paper's Fig. 3 of it to this file (.png, .pdf, .svg)."""
+    """Image file for the paper's Fig. 3 of this model (.png, .pdf, .svg)."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.offline import show
 
         return show(self.model, self.figure)
@@ -71,19 +71,19 @@ class Model:
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Run a study of the evaluation; writes its page, its figures and its JSON."""
+    """Run a study of the evaluation, and write its page, its figures and its JSON."""
 
     study: Annotated[str, tyro.conf.Positional]
-    """Name of the study: docs/results/README.md has them all, with what each takes; an unknown one lists the names."""
+    """Name of the study: docs/results/README.md lists all, with their durations; an unknown name lists the names."""
     trials: int | None = None
-    """How many trials; all of the study's when not given."""
+    """Number of trials; the study's own number when not given."""
     seed: int = 0
     """Seed of the first trial; reporting and tuning never share one."""
     out: Path = Path("results")
     """Folder for the results."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.offline import evaluate
 
         return evaluate(self.study, self.trials, self.seed, self.out)
@@ -91,7 +91,7 @@ class Evaluate:
 
 @dataclass(frozen=True)
 class Import(ImportOptions):
-    """Turn recordings of other programs into demonstration files, and say how each was understood.
+    """Turn recordings of other programs into demonstration files, and report the interpretation of each.
 
     CSV and other text, rosbag2 and MCAP, data sets of LeRobot and robomimic, and the research sets.
     """
@@ -101,10 +101,10 @@ class Import(ImportOptions):
     out: Path | None = None
     """Folder for the demonstration files."""
     preview: bool = False
-    """Only say how the recordings are understood."""
+    """Only report the interpretation of the recordings; write nothing."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.offline import import_recordings
 
         return import_recordings(self.files, self.out, self.preview, self)
@@ -112,19 +112,19 @@ class Import(ImportOptions):
 
 @dataclass(frozen=True)
 class Samples:
-    """Have the scripted operator demonstrate on its simulated arm; files like those that come along."""
+    """Have the scripted operator demonstrate on its simulated arm, and write files like the samples of Farhand."""
 
     out: Path
     """Folder for the demonstration files."""
     task: Literal["hot-stab", "hot-stab-removal"] = "hot-stab"
-    """What it demonstrates: to insert the plug, or to take it out."""
+    """Task of the demonstrations: to insert the plug, or to take it out."""
     n: int = 5
-    """How many."""
+    """Number of demonstrations."""
     seed: int = 0
-    """Of the first one."""
+    """Seed of the first demonstration; each further one adds 1."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.offline import make_samples
 
         return make_samples(self.out, self.task, self.n, self.seed)

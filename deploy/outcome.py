@@ -1,4 +1,4 @@
-"""End of a command: signals that ask for it, its exit status, the reason of a failure, and the result in words."""
+"""End of a command: the signals to end, the exit status, the reason of a failure, and the result in words."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ FAILED, REFUSED, INTERRUPTED, TERMINATED = 1, 2, 130, 143
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM, where nothing else waits for it: ends the work as Ctrl-C does."""
+    """SIGTERM in a command that does not handle it otherwise; it ends the command like Ctrl-C."""
 
 
 class CliCommand(Protocol):
-    """A command with its arguments."""
+    """Command with its arguments."""
 
     def run(self) -> int:
-        """Do it, and return the exit status."""
+        """Run the command and return its exit status."""
         ...
 
 
@@ -33,8 +33,8 @@ def status_of(command: CliCommand) -> int:
     """Run a command.
 
     Returns:
-        The exit status: the command's own, 2 for input that is wrong, 130 for Ctrl-C, 143 for SIGTERM, 1 for
-        what else failed.
+        The exit status: the command's own, 2 for wrong input, 130 for Ctrl-C, 143 for SIGTERM, 1 for any
+        other failure.
     """
     _hear_signals()
     try:
@@ -57,7 +57,7 @@ def status_of(command: CliCommand) -> int:
     except Exception:
         if not _asked_to_end:
             raise
-        # Foreign code makes something else of a signal, such as a library whose "initialization failed".
+        # Foreign code may raise another error at a signal, such as a library's "initialization failed".
         status = _asked_to_end[0]
         return _failed("terminated" if status == TERMINATED else "interrupted", status)
 
@@ -81,7 +81,7 @@ def _failed(why: str, status: int) -> int:
 
 
 _asked_to_end: list[int] = []
-"""Exit statuses of the signals to end that came, in order."""
+"""Exit statuses of the received signals to end, in order."""
 
 
 def _interrupt(*_: object) -> None:
@@ -153,11 +153,11 @@ END_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 def on_end_signal(end: Callable[[], None]) -> None:
-    """Have `end` called, in a thread, at the first signal to end. To be called in the main thread.
+    """Have a thread call `end` at the first signal to end. To be called in the main thread.
 
-    A handler of Python's runs inside whatever the main thread is doing, for example inside the very lock that
-    `end` needs; and where that thread waits for ever, having begun to wait as the signal came, it never runs.
-    So what wakes the thread is the byte that the interpreter writes as the signal arrives.
+    A Python signal handler interrupts the main thread anywhere, perhaps while it holds the lock that `end` needs;
+    and it never runs if the main thread began an endless wait just as the signal came. So the thread is woken by
+    the byte that the interpreter writes when the signal arrives.
 
     Args:
         end: May take locks; must not raise.

@@ -46,7 +46,7 @@ def find_point_task(name_or_file: str) -> PointTask:
     """Return a task like `find_task`, for uses that only a point supports.
 
     Raises:
-        InvalidConfiguration: Also when it is the task of another robot.
+        InvalidConfiguration: As in `find_task`, and when the task is for another robot.
     """
     task = find_task(name_or_file)
     if not isinstance(task, PointTask):
@@ -55,22 +55,22 @@ def find_point_task(name_or_file: str) -> PointTask:
 
 
 def sample_files(task_name: str) -> list[Path]:
-    """Return the demonstration files that come with a task, made by `farhand samples`.
+    """Return the demonstration files that come with a task; some tasks have none.
 
-    None for some tasks.
+    `farhand samples` made them.
     """
     return sorted(_SAMPLES.glob(f"{task_name}-[0-9]*.npz"))
 
 
 def check_writable(field: str, file: Path) -> None:
-    """Refuse a file now that could not be written later, when the work for it is done.
+    """Refuse a file that cannot be written, before the work whose result it is for.
 
     Args:
         field: Name of the option that gave the file.
         file: File that will be written.
 
     Raises:
-        InvalidConfiguration: When its folder does not exist, or it must not be written.
+        InvalidConfiguration: When the file's folder does not exist, or the user may not write the file.
     """
     if file.is_dir() or not os.access(file if file.exists() else file.parent, os.W_OK):
         raise InvalidConfiguration(
@@ -82,7 +82,7 @@ def site_name(folder: Path) -> str:
     """Return the name of an operator's site that was given none, by its data folder, see `default_site_name`."""
     try:
         usual = _usual_folder()
-    except RuntimeError:  # a user without a home: every folder is another one's
+    except RuntimeError:  # a user without a home has no usual folder
         usual = Path(os.devnull)
     return default_site_name(folder, usual)
 

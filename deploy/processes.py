@@ -1,6 +1,6 @@
 """`farhand local`, `farhand remote`, `farhand link`: one process each.
 
-Each imports what it needs: the link, for one, has nothing to compile.
+Each function imports only its own site, so that the link starts without the method's compiled code.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
     """Return a configuration from defaults, then the file, then the command line.
 
     Args:
-        kind: Its type.
-        file: TOML, or None.
-        overrides: Fields, with `link_` in front for those of the link; None leaves a field alone.
+        kind: Type of the configuration.
+        file: TOML file; None for none.
+        overrides: Values of fields; those of the link have the prefix `link_`; None overrides nothing.
 
     Raises:
         InvalidConfiguration: Naming the field.
@@ -102,7 +102,7 @@ def run_local(config_file: Path | None, **overrides: object) -> int:
 
 
 def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, **overrides: object) -> int:
-    """Do the job once by script.
+    """Run the scripted job once.
 
     Returns:
         0 only when the task succeeded.
@@ -126,7 +126,7 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
 
 
 def _local_site(config: LocalConfig) -> tuple[LocalSite, Identity]:
-    """Return the operator's site and what it is to `farhand status`."""
+    """Return the operator's site, and its identity for `farhand status`."""
     from farhand.deploy.places import data_folder, find_tasks, sample_files, site_name
     from farhand.local_site.site import LocalSite
 
@@ -145,7 +145,7 @@ def _certified_name(link: EndpointSettings) -> str:
 
 
 def _check_certified_name(link: EndpointSettings, field: str, name: str) -> None:
-    """Refuse a name that is not that of the certificate: the other site would know it under both.
+    """Refuse a name that differs from that in the certificate: the other site would know this one by both.
 
     Raises:
         InvalidConfiguration: When it differs; names the field.
@@ -157,7 +157,7 @@ def _check_certified_name(link: EndpointSettings, field: str, name: str) -> None
 
 
 def run_link_process(listen: str, target: str, control: str, profile: str, seed: int) -> int:
-    """Be the delayed link until SIGTERM or Ctrl-C."""
+    """Run the simulated link until SIGTERM or Ctrl-C."""
     from farhand.deploy.link.link_process import run_link
 
     follow_parent()
@@ -168,7 +168,7 @@ def run_link_process(listen: str, target: str, control: str, profile: str, seed:
     controls: list[RelayControl] = []
 
     def ready(data: tuple[str, int], bound: tuple[str, int]) -> None:
-        # Asked as anybody asks it: what answers there is the relay's own loop.
+        # Asked over the control socket, because the relay's own event loop must answer.
         controls.append(RelayControl(*bound, timeout_s=1.0))
         say_ready(port=data[1], control_port=bound[1])
 
@@ -184,7 +184,7 @@ def parse_outage(text: str):
     """Return a planned outage from `none`, kind:seconds or kind:seconds@part.
 
     Raises:
-        InvalidConfiguration: When it is none of them.
+        InvalidConfiguration: When the text has another form.
     """
     from farhand.local_site.script.scripted_actions import PlannedOutage
 

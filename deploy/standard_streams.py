@@ -1,8 +1,8 @@
-"""Standard input, output and error that decide nothing: closed, full, unread, or of another encoding.
+"""Standard input, output and error that never block or fail: closed, full, unread, or of another encoding.
 
-What a command prints as its result is written when it can be, and its loss is told at the end. What is logged
-waits for nobody: a thread writes it, and lines are dropped while nobody reads them (a paused pager, a stopped
-terminal, a full disk). So no control period and no event loop ever waits for whoever reads the log.
+The printed result of a command is written if possible, and its loss is reported at the end. The log never
+blocks: a thread writes it, and lines are dropped while nobody reads them (a paused pager, a stopped terminal,
+a full disk). So no control period and no event loop ever waits for a reader of the log.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from collections.abc import Iterator
 from typing import TextIO
 
 _WAITING_BYTES = 1 << 18
-"""Most of the log that waits for its reader [B]."""
+"""Largest part of the log that waits for its reader [B]."""
 _PATIENCE_S = 2.0
-"""How long the end of the process waits for the reader of its last lines [s]."""
+"""Time for which the end of the process waits for the last lines to be read [s]."""
 _LOST_STATUS = 2
 
 
 class _Descriptor(io.RawIOBase):
-    """Bytes to a file descriptor.
+    """Raw stream to a file descriptor.
 
     Args:
         fd: The descriptor.
-        was_closed: Whether the process was started without it.
+        was_closed: True if the process was started without this descriptor.
     """
 
     def __init__(self, fd: int, was_closed: bool):
         self._fd = fd
         self.error: OSError | None = OSError(errno.EBADF, os.strerror(errno.EBADF)) if was_closed else None
-        """Why something was lost or would be; None when nothing was."""
+        """Error that has lost output, or would lose it; None for none."""
 
     def fileno(self) -> int:
         """See `io.RawIOBase`."""
@@ -55,18 +55,18 @@ class _Descriptor(io.RawIOBase):
         while left:
             try:
                 left = left[os.write(self._fd, left) :]
-            except BlockingIOError:  # somebody who has the same terminal made it so
+            except BlockingIOError:  # another process has set the shared terminal to non-blocking
                 select.select([], [self._fd], [])
 
 
 class Output(_Descriptor):
-    """Standard output. The first error ends the writing, not the work."""
+    """Standard output. After the first error nothing more is written, and the command continues."""
 
     lost = False
-    """Whether something was to be written that could not be."""
+    """True once output was lost."""
 
     def write(self, data) -> int:
-        """Write all, or note that it could not be written."""
+        """Write the data, or note its loss."""
         if self.error is None:
             try:
                 self._write_all(bytes(data))
@@ -77,7 +77,7 @@ class Output(_Descriptor):
 
 
 class Log(_Descriptor):
-    """Standard error. Never waits, never fails; what nobody reads in time is dropped and counted."""
+    """Standard error. It never blocks and never fails; lines that nobody reads in time are dropped and counted."""
 
     def __init__(self, fd: int, was_closed: bool):
         super().__init__(fd, was_closed)
@@ -87,7 +87,7 @@ class Log(_Descriptor):
         threading.Thread(target=self._run, name="log", daemon=True).start()
 
     def write(self, data) -> int:
-        """Have it written by the thread, or dropped."""
+        """Queue the data for the writing thread, or drop it."""
         line = bytes(data)
         with self._changed:
             if self._n_bytes + len(line) > _WAITING_BYTES:
@@ -99,7 +99,7 @@ class Log(_Descriptor):
         return len(line)
 
     def drain(self, timeout_s: float) -> None:
-        """Wait until all is written, for a while at most [s]."""
+        """Wait until all queued lines are written, at most for a time [s]."""
         with self._changed:
             self._changed.wait_for(lambda: not self._n_bytes, timeout_s)
 
@@ -123,7 +123,7 @@ class Log(_Descriptor):
 
 
 class Streams:
-    """The streams of this process at its end.
+    """Standard streams at the end of the process.
 
     Args:
         output: Standard output.
@@ -133,9 +133,9 @@ class Streams:
         self._output = output
 
     def final_status(self, status: int) -> int:
-        """Say when the result itself was lost.
+        """Report the loss of the result, and return the exit status.
 
-        A reader that went away (`farhand model show MODEL | head -1`) has what it wanted: that is no loss.
+        A reader that closes the pipe early (`farhand model show MODEL | head -1`) causes no loss.
 
         Args:
             status: The exit status so far.
@@ -155,10 +155,10 @@ class Streams:
 
 @contextlib.contextmanager
 def standard_streams() -> Iterator[Streams]:
-    """Have standard input, output and error decide nothing, for this block."""
+    """Replace the standard streams, for this block, by those that never block or fail."""
     closed = [fd for fd in (0, 1, 2) if not _is_open(fd)]
     for fd in closed:
-        # A file or socket that is opened later must not become what others take for standard error.
+        # Else a file or socket that is opened later would get the descriptor of standard error.
         if (opened := os.open(os.devnull, os.O_RDWR)) != fd:
             os.dup2(opened, fd)
             os.close(opened)
@@ -182,6 +182,6 @@ def _is_open(fd: int) -> bool:
 
 
 def _text(raw: io.BufferedWriter, before: TextIO | None, *, line_buffering: bool) -> io.TextIOWrapper:
-    """Return text over bytes, in the encoding of before; a sign that it does not know is written as its escape."""
+    """Return a text stream over bytes, in the encoding of `before`; unknown characters are written as escapes."""
     encoding = getattr(before, "encoding", None) or "utf-8"
     return io.TextIOWrapper(raw, encoding, errors="backslashreplace", line_buffering=line_buffering)

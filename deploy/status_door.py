@@ -1,8 +1,8 @@
-"""The door at which each process answers `farhand status`: a Unix socket in the user's runtime folder.
+"""Server of `farhand status` in each process: a Unix socket in the user's runtime folder.
 
-Nothing is asked: who connects is sent one line of JSON, a `ProcessStatus`. A process that is killed leaves its
-socket behind, at which nobody answers, and one that fails leaves its last words; so its end can be told from a
-process that was never started.
+There is no request: every client is sent one line of JSON, a `ProcessStatus`. A killed process leaves a socket
+that does not answer, and one that fails leaves a file with its last words; so both can be told from a process
+that was never started.
 """
 
 from __future__ import annotations
@@ -63,9 +63,9 @@ def status_door(
     """Answer `farhand status` while the block runs; leave the process's last words when an error ends it.
 
     Args:
-        who: What the process is.
-        facts: Returns its present state, None while it starts. Called in a thread of the door's own.
-        data: Returns the state of its folder, None when it keeps nothing.
+        who: Identity of the process.
+        facts: Returns the present state of the process, None while it starts. Called in the server's thread.
+        data: Returns the state of the data folder, None for a process without one.
     """
     folder = _own_folder()
     if folder is None:
@@ -93,7 +93,7 @@ def status_door(
 
 @contextlib.contextmanager
 def last_words(role: Role, name: str) -> Iterator[None]:
-    """Leave the words of the error that ends the block, for `farhand status` to tell."""
+    """Write the error that ends the block to a file, for `farhand status`."""
     try:
         yield
     except (FarhandError, OSError) as error:
@@ -111,14 +111,14 @@ def _own_folder() -> Path | None:
         with contextlib.suppress(OSError):
             folder.mkdir(mode=0o700, exist_ok=True)
             there = folder.lstat()
-            # In a folder that everybody may write to, somebody else may have been first.
+            # In a folder that everybody may write to, another user may have made it before.
             if stat.S_ISDIR(there.st_mode) and there.st_uid == os.getuid() and os.access(folder, os.W_OK):
                 return folder
     return None
 
 
 def _clear(folder: Path, stem: str) -> None:
-    """Remove what earlier processes of this name have left; those that live keep their doors."""
+    """Remove the files that ended processes of this name have left."""
     for path in folder.glob(f"{stem}[-.]*"):
         remove_if_ended(path)
 
@@ -144,9 +144,9 @@ def _serve(listener: socket.socket, status: Callable[[], ProcessStatus]) -> None
                 asking.settimeout(ANSWER_S)
                 asking.sendall(msgspec.json.encode(status()) + b"\n")
             except OSError:
-                continue  # who asked has gone
+                continue  # the client has gone
             except Exception:
-                log.exception("the status could not be told")
+                log.exception("could not answer `farhand status`")
 
 
 def _leave_words(path: Path, error: Exception) -> None:

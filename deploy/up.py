@@ -54,7 +54,7 @@ class Together:
     transport: Transport = "tcp"
 
     def check(self) -> None:
-        """Refuse now, in one line, what would end the processes one by one.
+        """Refuse settings in one line before the start that would end the processes one by one.
 
         Raises:
             InvalidConfiguration: When there is no such task or profile, or the tasks are not for the same robot.
@@ -81,15 +81,15 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
     Args:
         settings: Task, link, seed.
         outage: `none`, or kind:seconds of a cut in the middle of the execution.
-        json_file: Where the result goes, if anywhere.
-        data_dir: Where demonstrations and models go; empty: a folder that is removed afterwards.
+        json_file: File for the result; None for none.
+        data_dir: Folder for demonstrations and models; empty: a temporary folder, removed afterwards.
 
     Returns:
-        The exit status: 0 only when the task succeeded.
+        The exit status: 0 only if the task succeeded.
 
     Raises:
         InvalidConfiguration: When there is no such task or profile, or the JSON file cannot be written.
-        ProcessFailed: When a process ended by itself.
+        ProcessFailed: When one of the processes ended unexpectedly.
     """
     settings.check()
     if json_file is not None:
@@ -122,16 +122,16 @@ def run_up(settings: Together, port: int, data_dir: str) -> int:
     Args:
         settings: Task, link, seed.
         port: Port of the page; 0 takes a free one.
-        data_dir: Where what is taught is kept; empty: the user's data folder.
+        data_dir: Folder for demonstrations and models; empty: the user's data folder.
 
     Raises:
         InvalidConfiguration: When there is no such task or profile, or the data folder cannot be written.
         LinkError: When the page's port is in use.
-        ProcessFailed: When a process ended by itself.
+        ProcessFailed: When one of the processes ended unexpectedly.
     """
     settings.check()
     folder = data_folder(data_dir)
-    # Better now in one line than after a minute; `farhand status` tells it as it tells the site's own.
+    # A taken port is refused now, in one line, and not after a minute; `farhand status` reports it like the site's own.
     with last_words("operator", site_name(folder)), bind((_HOST, port), other_port=_OTHER_PORT) as free:
         port = free.getsockname()[1]
     _log.info("what is taught is kept in %s", folder)
@@ -147,10 +147,10 @@ async def _together(
     """Start remote, link and local in this order, and end them in the reverse one.
 
     Returns:
-        The exit status of a local process that had a job, or `INTERRUPTED`.
+        The exit status of the local process with its scripted job, or `INTERRUPTED`.
 
     Raises:
-        ProcessFailed: When a process ended by itself.
+        ProcessFailed: When one of the processes ended unexpectedly.
     """
     interrupted = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -165,7 +165,7 @@ async def _together(
     finally:
         if not work.done():
             _log.info("ending the three processes")
-        # No child may be started any more when the others are ended.
+        # The start is cancelled first, so that no child starts while the others are ended.
         for task in (work, waiting):
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError, ProcessFailed):
@@ -201,7 +201,7 @@ async def _start_and_wait(
         local = Child("local", ["local", *connect, *shared, *local_arguments])
         children.append(local)
         _log.info("starting the local site")
-        # The local site needs the link's port alone: while the remote site starts, so does the page.
+        # The local site needs only the link's port, so it starts at the same time as the remote site.
         facts, _ = await _patiently(asyncio.gather(local.start(), remote_ready), children)
     finally:
         remote_ready.cancel()
@@ -218,12 +218,12 @@ async def _start_and_wait(
     ended = local if any(ends[end] is local for end in done) else ends[done.pop()]
     status = await ended.wait()
     if ended is local and "--demo" in local_arguments and status >= 0:
-        return status  # it has done its job, or said why not
+        return status  # it has done its job, or told the reason why not
     raise ProcessFailed(ended.exit_message())
 
 
 async def _patiently(starting: asyncio.Future[T], children: Sequence[Child]) -> T:
-    """Wait until the processes have started, and say so while it takes long: a first start is no hang."""
+    """Wait until the processes have started, and log that every few seconds: a slow first start is no hang."""
     began_s = time.monotonic()
     try:
         while not (await asyncio.wait([starting], timeout=_SAID_EVERY_S))[0]:
@@ -239,7 +239,7 @@ async def _patiently(starting: asyncio.Future[T], children: Sequence[Child]) -> 
     finally:
         starting.cancel()
         with contextlib.suppress(asyncio.CancelledError, ProcessFailed):
-            await starting  # else asyncio logs that nobody asked what became of it
+            await starting  # else asyncio logs an exception that was never retrieved
 
 
 def first_steps(page: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""One direction of the relay for UDP datagrams: each is lost, duplicated, corrupted, overtaken or late as the line says."""
+"""One direction of the relay for UDP datagrams: loss, duplicates, corruption, reordering and delay as the line draws them."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from farhand.common.impairment.message_line import Arrival, MessageLine
 from farhand.deploy.link.relay_pipe import Meter
 
 HEADER_BYTES = 28
-"""Of IPv4 and UDP; they take their time to send, too [B]."""
+"""Size of the IPv4 and UDP headers, which take time to send as well [B]."""
 
 Deliver = Callable[[bytes], None]
 
 
 class DatagramWay:
-    """Holds datagrams of all flows back until they are due. Rate and queue are shared, as those of a modem are.
+    """Delay of the datagrams of all flows in one direction. They share rate and queue, as in a modem.
 
     Args:
-        settings: Of the direction.
+        settings: Settings of the direction.
         stream: Name of its random sequences.
-        meter: Counts bytes and lateness.
+        meter: Meter of bytes and lateness.
     """
 
     def __init__(self, settings: DirectionSettings, stream: str, meter: Meter):
@@ -51,7 +51,7 @@ class DatagramWay:
         """Send a datagram.
 
         Args:
-            data: Its content.
+            data: Content of the datagram.
             deliver: Called with each copy that arrives, as it arrives.
         """
         self._tally["taken"] += 1
@@ -75,19 +75,19 @@ class DatagramWay:
         self._line.change(settings)
 
     def stall(self, until_s: float) -> None:
-        """Deliver nothing until that time of the event loop [s]; what comes takes its place in the queue."""
+        """Deliver nothing until a time of the event loop [s]; arriving datagrams are queued."""
         self._time.stall(self._loop.time(), until_s)
         self._arm()
 
     def swallow(self, swallowing: bool) -> None:
-        """Lose what is held and all that comes, or let it pass again."""
+        """Begin to drop all held and arriving datagrams, or stop dropping."""
         self._swallowing = swallowing
         if swallowing:
             self._meter.swallowed_bytes += self.queued_bytes
             self.clear()
 
     def clear(self) -> None:
-        """Lose what is held."""
+        """Drop the held datagrams."""
         self._due.clear()
         self._line.clear()
         self._arm()

@@ -1,4 +1,4 @@
-"""The relay's UDP side: the datagrams of each sender go on to the remote site from a port of their own."""
+"""UDP side of the relay: the datagrams of each sender go on to the remote site from a port of their own."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from farhand.deploy.link.relay_pipe import Meter
 log = logging.getLogger(__name__)
 
 BUFFER_BYTES = 2**21
-"""Of the kernel, for bursts that come while this process does something else."""
+"""Size of the kernel's buffers, for bursts that arrive while this process is busy [B]."""
 _MOST_FLOWS, _MOST_WAITING = 64, 64
 _SILENCE_S = 180.0
 
 
 class Flow(asyncio.DatagramProtocol):
-    """The datagrams of one sender.
+    """Flow of the datagrams of one sender.
 
     Args:
-        near: Where the sender is.
-        carrier: Takes what comes back.
-        now_s: The event loop's time [s].
+        near: Address of the sender.
+        carrier: Carrier of all flows, which takes the remote site's answers.
+        now_s: Present time of the event loop [s].
     """
 
     def __init__(self, near: Address, carrier: Datagrams, now_s: float):
@@ -36,19 +36,19 @@ class Flow(asyncio.DatagramProtocol):
         self._opening = asyncio.create_task(self._connect(), name="relay flow")
 
     def rebind(self) -> None:
-        """Go on from a new port."""
+        """Continue from a new port."""
         self.close()
         self._opening = asyncio.create_task(self._connect(), name="relay flow")
 
     def close(self) -> None:
-        """Give the port back."""
+        """Release the port."""
         self._opening.cancel()
         if self._far is not None:
             self._far.abort()
         self._far = None
 
     async def wait_closed(self) -> None:
-        """Return when nothing of it runs any more."""
+        """Wait until the flow's task has ended."""
         await asyncio.wait([self._opening])
 
     def send(self, data: bytes) -> None:
@@ -74,23 +74,23 @@ class Flow(asyncio.DatagramProtocol):
             self._far.sendto(data)
 
     def datagram_received(self, data: bytes, addr: object) -> None:
-        """Take a datagram of the remote site."""
+        """Pass on a datagram of the remote site."""
         self._carrier.came_back(data, self)
 
     def error_received(self, exc: Exception) -> None:
-        """Take note that nobody listens there."""
+        """Note that nobody listens at the remote site's port."""
         if isinstance(exc, OSError):
             self._carrier.problem(exc)
 
 
 class Datagrams(asyncio.DatagramProtocol):
-    """Carries UDP datagrams both ways, through one line each way.
+    """Carrier of the UDP datagrams, through one line in each direction.
 
     Args:
-        target: Where the remote site listens; it may come later.
-        settings: Both directions; `change` replaces them.
-        seed: With the settings' seeds it fixes all that is random.
-        meters: Of the uplink and the downlink.
+        target: Address of the remote site, which may start later.
+        settings: Settings of both directions; `change` replaces them.
+        seed: Seed of all random numbers, together with the settings' seeds.
+        meters: Meters of the uplink and the downlink.
     """
 
     def __init__(self, target: Address, settings: LinkSettings, seed: int, meters: tuple[Meter, Meter]):
@@ -105,24 +105,24 @@ class Datagrams(asyncio.DatagramProtocol):
         )
         """Uplink, downlink."""
         self.target_error = ""
-        """Why the newest datagram did not reach the remote site; empty once that has answered."""
+        """Reason why the newest datagram did not reach the remote site; empty once the site has answered."""
         self.accepted = 0
-        """Senders that were heard."""
+        """Number of senders since the start."""
         self.rebinds = 0
-        """How often the ports towards the remote site were changed."""
+        """Number of changes of the ports towards the remote site."""
 
     @property
     def flows(self) -> int:
-        """Senders that are carried now."""
+        """Number of present senders."""
         return len(self._flows)
 
     async def start(self, sock: socket.socket) -> None:
-        """Carry what arrives at a bound socket."""
+        """Begin to carry the datagrams that arrive at a bound socket."""
         enlarge_buffers(sock)
         self._near, _ = await self._loop.create_datagram_endpoint(lambda: self, sock=sock)
 
     async def stop(self) -> None:
-        """Lose what is under way and give all ports back."""
+        """Drop the datagrams in transit and release all ports."""
         for way in self.ways:
             way.clear()
         flows = list(self._flows.values())
@@ -138,7 +138,7 @@ class Datagrams(asyncio.DatagramProtocol):
             way.change(direction)
 
     def interrupt(self, outage: Outage, until_s: float) -> None:
-        """Begin an outage: a datagram cannot be refused, so a reset loses it as a blackhole does."""
+        """Begin an outage. A datagram cannot be refused, so a reset swallows datagrams like a blackhole."""
         self._outage = outage
         for way in self.ways:
             if outage == "stall":
@@ -147,7 +147,7 @@ class Datagrams(asyncio.DatagramProtocol):
                 way.swallow(True)
 
     def resume(self) -> None:
-        """End the outage under way. After a reset the remote site sees every sender at a new port."""
+        """End the present outage. After a reset the remote site sees every sender at a new port."""
         outage, self._outage = self._outage, "none"
         for way in self.ways:
             if outage == "stall":
@@ -158,7 +158,7 @@ class Datagrams(asyncio.DatagramProtocol):
             self._forget_flows()
 
     def rebind(self) -> None:
-        """Go on from other ports towards the remote site; what it still sends to the old ones is lost."""
+        """Continue from other ports towards the remote site; its datagrams to the old ports are lost."""
         self.rebinds += 1
         for flow in self._flows.values():
             flow.rebind()
@@ -181,7 +181,7 @@ class Datagrams(asyncio.DatagramProtocol):
             self.ways[1].push(data, lambda arrived: near.sendto(arrived, flow.near))
 
     def problem(self, error: OSError) -> None:
-        """Take note that the remote site was not reached."""
+        """Note that the remote site was not reached."""
         if not self.target_error:  # the local site tries again and again: say it once
             log.info(
                 "nobody answers at %s (%s): it is tried again", show_address(self.target), error.strerror

@@ -1,6 +1,6 @@
-"""`farhand link`: the relay and its control socket, until a signal ends them.
+"""`farhand link`: the relay and the server of its control socket, until a signal ends them.
 
-The control socket of the link process: the server's side of `farhand.common.impairment.link_control`.
+The client of the control socket is in `farhand.common.impairment.link_control`.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ _LIMITS = ListenerLimits(most=16, first_word_s=10.0, silence_s=60.0)
 
 
 class ControlServer:
-    """Answers the requests of `farhand.common.impairment.link_control` for a relay in the same event loop.
+    """Server of the control socket, for a relay in the same event loop.
 
     Args:
-        relay: What is controlled.
-        profiles: The profiles that a request may name.
+        relay: The relay to control.
+        profiles: Profiles that a request may name.
         listen: Host and port; port 0 takes a free one. There is no access control: keep it on loopback or
             on a network of its own.
     """
@@ -56,11 +56,11 @@ class ControlServer:
 
     @property
     def address(self) -> Address:
-        """Address on which it listens, with the port that it got."""
+        """Address of the control socket, with its actual port."""
         return self._listen
 
     async def start(self) -> None:
-        """Bind and begin to answer.
+        """Bind the port and begin to answer.
 
         Raises:
             LinkError: The port is in use, or the address is not of this machine.
@@ -71,14 +71,14 @@ class ControlServer:
         self._listener.start(listening)
 
     async def stop(self) -> None:
-        """Give the port back and close what is open."""
+        """Release the port and close all connections."""
         await self._listener.close()
 
     def answer(self, line: bytes | None) -> Answer:
-        """Do what a line asks for, wholly or not at all; None is a line that is too long.
+        """Carry out the request in a line, wholly or not at all; None stands for a line that is too long.
 
         Raises:
-            ForeignLine: When it is not of this protocol at all.
+            ForeignLine: When the line is not of this protocol.
         """
         try:
             self._do(decode_request(line))
@@ -156,15 +156,15 @@ async def run_link(
     profiles_file: Path = PROFILES_FILE,
     ready: Callable[[Address, Address], None] | None = None,
 ) -> None:
-    """Be the link until SIGINT, SIGTERM or cancellation.
+    """Run the simulated link until SIGINT, SIGTERM or cancellation.
 
     Args:
-        listen: Where the local site dials; port 0 takes a free one.
-        target: Where the remote site listens.
-        control: Where `farhand.common.impairment.link_control.RelayControl` connects.
+        listen: Address for the local site to dial; port 0 takes a free one.
+        target: Address of the remote site.
+        control: Address for `farhand.common.impairment.link_control.RelayControl` to connect to.
         profile: Name of a profile in `profiles_file`.
-        seed: Of all that is random.
-        profiles_file: TOML, see `farhand.common.impairment.link_profile`.
+        seed: Seed of all random numbers.
+        profiles_file: TOML file, see `farhand.common.impairment.link_profile`.
         ready: Called once when both ports are bound, with the addresses of data and control.
 
     Raises:
@@ -191,7 +191,7 @@ async def run_link(
 
 
 async def _first_of(ended: asyncio.Event, relay: Relay) -> None:
-    """Wait for a signal, or for the relay to fail; raises its failure."""
+    """Wait for a signal, or for the relay to fail; raise its error."""
     signalled = asyncio.create_task(ended.wait())
     failed = asyncio.create_task(relay.wait())
     try:

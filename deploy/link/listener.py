@@ -1,4 +1,4 @@
-"""The door of a listening socket: it lets in, keeps a bounded number, and sees those out who say nothing."""
+"""Listening socket with a bounded number of connections; silent ones are dropped."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _RETRY_S = 0.1
 
 @dataclass(frozen=True)
 class ListenerLimits:
-    """Bounds of what a door lets in.
+    """Limits of a listening socket.
 
     Args:
-        most: Connections at a time; for one more, the first by `Visitor.gives_way` is dropped.
-        first_word_s: Silence after which a connection is dropped that never said anything [s].
-        silence_s: Silence after which one is dropped that did [s].
+        most: Largest number of connections; for a further one, the first by `Visitor.gives_way` is dropped.
+        first_word_s: Silence after which a connection that never sent anything is dropped [s].
+        silence_s: Silence after which any other connection is dropped [s].
     """
 
     most: int
@@ -34,10 +34,10 @@ class ListenerLimits:
 
 
 class Visitor:
-    """One accepted connection.
+    """Accepted connection.
 
     Args:
-        sock: Its non-blocking socket; the door closes it.
+        sock: Non-blocking socket of the connection; the listener closes it.
     """
 
     def __init__(self, sock: socket.socket):
@@ -47,28 +47,28 @@ class Visitor:
         self._heard_s: float | None = self._loop.time()
 
     def heard(self) -> None:
-        """Take note that it said something."""
+        """Note that the connection has sent something."""
         self._spoke, self._heard_s = True, self._loop.time()
 
     def not_listening(self) -> None:
-        """Take note that it is not being read: its silence means nothing until `heard` is called."""
+        """Note that the connection is not being read: until `heard` is called its silence is ignored."""
         self._heard_s = None
 
     def silent_s(self) -> float:
-        """Return how long it has been silent [s]; zero while it is not being read."""
+        """Return the silence of the connection [s]; zero while it is not being read."""
         return 0.0 if self._heard_s is None else self._loop.time() - self._heard_s
 
     def gives_way(self) -> tuple[bool, float]:
-        """Return its rank among those that may have to go: who never spoke comes first, then the silent."""
+        """Return the rank for being dropped: connections that never sent anything first, then by their silence."""
         return not self._spoke, self.silent_s()
 
     def is_over(self, limits: ListenerLimits) -> bool:
-        """Decide whether it was silent for too long."""
+        """Decide whether the silence exceeds the limit."""
         return self.silent_s() > (limits.silence_s if self._spoke else limits.first_word_s)
 
 
 def is_exhaustion(error: OSError) -> bool:
-    """Decide whether an error says that the process or the system has no descriptor or memory left."""
+    """Decide whether an error means a lack of descriptors or memory."""
     return error.errno in _EXHAUSTED
 
 
@@ -76,14 +76,15 @@ Serve = Callable[[Visitor], Coroutine[Any, Any, None]]
 
 
 class Listener:
-    """Accepts connections and serves each in a task of its own.
+    """Listener that serves each connection in a task of its own.
 
-    Neither many connections nor a lack of descriptors ends it: who has never said anything gives way, then who is silent longest.
+    Neither many connections nor a lack of descriptors ends it: one that never sent anything is dropped, else the most
+    silent one.
 
     Args:
-        name: For its log.
+        name: Name for the log.
         serve: Serves one connection until its end; is cancelled when the connection is dropped.
-        limits: How many, and how silent.
+        limits: Limits of number and silence.
     """
 
     def __init__(self, name: str, serve: Serve, limits: ListenerLimits):
@@ -95,12 +96,12 @@ class Listener:
         self._accepting: asyncio.Task[None] | None = None
 
     def start(self, listening: socket.socket) -> None:
-        """Let connections in from now on; `close` closes the socket too."""
+        """Begin to accept connections; `close` closes the socket too."""
         self._socket = listening
         self._accepting = asyncio.create_task(self._run(listening), name=f"{self._name} accept")
 
     async def wait(self) -> None:
-        """Return when `close` was called.
+        """Wait until `close` is called.
 
         Raises:
             LinkError: When the listening socket itself fails.
@@ -125,7 +126,7 @@ class Listener:
             self._drop(task)
 
     async def close(self) -> None:
-        """Let nobody in any more, give the port back, drop every connection, and wait until all are gone."""
+        """Stop accepting, release the port, drop every connection, and wait until all have ended."""
         if self._accepting and self._socket:
             self._accepting.cancel()
             await asyncio.wait([self._accepting])

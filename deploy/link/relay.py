@@ -1,10 +1,10 @@
-"""The link process: a relay between the sites that delays, loses, paces, stalls and cuts.
+"""Relay between the sites, with the delay, loss, rate and outages of the simulated link.
 
-The local site dials the relay, which dials the remote site. It carries TCP connections and UDP datagrams that come
-to the same port. The sites cannot tell it from a slow network, except that TCP's own handshake is not delayed, and
-that TCP loses nothing: loss, duplicates, corruption and reordering are done to datagrams alone.
+The local site dials the relay, which dials the remote site. It carries TCP connections and UDP datagrams that arrive
+at one port. To the sites it is a slow network, except that TCP's handshake is not delayed, and that TCP loses
+nothing: loss, duplicates, corruption and reordering apply to datagrams alone.
 
-Plays a link's timeline in real time.
+Settings that change with time are a timeline, which is played in real time.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from farhand.deploy.link.streams import Streams
 
 
 class TimelinePlayer:
-    """Applies the settings of a timeline, each when its time has come, in the running event loop.
+    """Player of a timeline of settings in the running event loop.
 
     Args:
-        apply: Puts settings into force.
+        apply: Called with each of the settings at their time.
     """
 
     def __init__(self, apply: Callable[[LinkSettings], None]):
@@ -64,15 +64,15 @@ _FREE_PORT_TRIES = 20
 
 
 class Relay:
-    """Carries every connection and every datagram from `listen` to `target`, through the link's impairments.
+    """Relay of every connection and every datagram from `listen` to `target`, through the link's impairments.
 
-    It is made, and all methods run, in one event loop.
+    All of it runs in one event loop, including the constructor.
 
     Args:
-        listen: Where the local site dials; port 0 takes one that is free for TCP and UDP.
-        target: Where the remote site listens; it may come later.
-        settings: Both directions, fixed or over time; `change` replaces them.
-        seed: With the settings' seeds it fixes all that is random.
+        listen: Address for the local site to dial; port 0 takes one that is free for TCP and UDP.
+        target: Address of the remote site, which may start later.
+        settings: Settings of both directions, fixed or over time; `change` replaces them.
+        seed: Seed of all random numbers, together with the seeds of the settings.
         profile: Name of the settings, for the status.
     """
 
@@ -101,11 +101,11 @@ class Relay:
 
     @property
     def settings(self) -> LinkSettings:
-        """The settings in force."""
+        """Settings in force."""
         return self._settings
 
     async def start(self) -> None:
-        """Bind and begin to accept.
+        """Bind the port and begin to accept.
 
         Raises:
             LinkError: The port is in use, or the address is not of this machine.
@@ -118,11 +118,11 @@ class Relay:
         await self._datagrams.start(sock)
 
     async def wait(self) -> None:
-        """Return when the relay was stopped; raise what ended it if it ended by itself."""
+        """Wait until the relay is stopped; raise the error that ended it otherwise."""
         await self._streams.wait()
 
     async def stop(self) -> None:
-        """Cut all connections and give the port back."""
+        """Cut all connections and release the port."""
         self.clear()
         self._player.stop()
         await self._streams.stop()
@@ -140,13 +140,13 @@ class Relay:
         log.info("the link is now: %s", profile)
 
     def outage(self, kind: Outage, duration_s: float = 0.0) -> None:
-        """Interrupt both directions for a while, instead of an outage under way.
+        """Interrupt both directions for a while; a present outage ends.
 
         Args:
             kind: `stall` holds everything and delivers it afterwards; `blackhole` swallows everything and
                 cuts the connections at its end; `reset` cuts them now and refuses new ones meanwhile;
-                `none` ends the outage under way. Datagrams have no connection: both of the latter swallow them.
-            duration_s: How long [s].
+                `none` ends the present outage. Datagrams have no connection: `blackhole` and `reset` swallow them.
+            duration_s: Duration [s].
 
         Raises:
             InvalidConfiguration: The duration is not above 0 and finite; nothing has changed.
@@ -164,7 +164,7 @@ class Relay:
         log.info("outage: %s for %g s", kind, duration_s)
 
     def clear(self) -> None:
-        """End the outage under way, if there is one."""
+        """End the present outage, if any."""
         if not self._outage_end:
             return
         self._outage_end.cancel()

@@ -1,4 +1,4 @@
-"""One relayed connection: two sockets and the pipe each way between them."""
+"""One relayed connection: two sockets and a pipe in each direction between them."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ log = logging.getLogger(__name__)
 
 DIAL_TIMEOUT_S = 5.0
 SOCKET_BUFFER_BYTES = 65536
-"""Bound of the kernel's buffers: what waits there is not bounded by `queue_bytes`."""
+"""Size of the kernel's buffers, whose content `queue_bytes` does not bound [B]."""
 
 
 class Connection:
-    """Carries bytes both ways until both ends have closed, or one has broken off.
+    """Carrier of the bytes in both directions until both ends have closed, or one has reset.
 
     Args:
-        near: The local site.
+        near: Accepted connection of the local site.
         far: Socket to the remote site.
-        settings: How the link is.
-        stream: Name of the connection, which with the settings' seeds fixes its jitter.
-        meters: Of the uplink and the downlink.
+        settings: Settings of both directions.
+        stream: Name of the connection; its jitter depends on it and on the settings' seeds.
+        meters: Meters of the uplink and the downlink.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class Connection:
         """Carry until the end.
 
         Returns:
-            Whether both ends have closed in order; otherwise one broke off, and the other is to be reset.
+            True if both ends have closed in order; False if one has reset, and the other must be reset too.
         """
         in_order = True
         try:
@@ -75,29 +75,29 @@ class Connection:
             pipe.stall(until_s)
 
     def swallow(self) -> None:
-        """Lose what is under way and all that comes."""
+        """Drop all bytes in transit and all that arrive later."""
         for pipe in self.pipes:
             pipe.swallow()
 
 
 class Dialler:
-    """Connects to the remote site, again and again as the local site asks for it.
+    """Dialler of the remote site, once for each connection of the local site.
 
     Args:
-        target: Where the remote site listens.
+        target: Address of the remote site.
     """
 
     def __init__(self, target: Address):
         self._target = target
         self._answers, self._ever = True, False
         self.problem = ""
-        """Why the newest connection was not made; empty when it was."""
+        """Reason why the newest connection failed; empty if it succeeded."""
 
     async def dial(self) -> socket.socket:
         """Return a non-blocking socket connected to the target.
 
         Raises:
-            OSError: Its name is unknown, or nobody answers within `DIAL_TIMEOUT_S`.
+            OSError: The target's name is unknown, or nobody answers within `DIAL_TIMEOUT_S`.
         """
         try:
             connected = await _connect(self._target)
@@ -133,7 +133,7 @@ async def _connect(target: Address) -> socket.socket:
 
 
 def close(sock: socket.socket, *, reset: bool) -> None:
-    """Close a socket: in order, or so that the peer sees a reset and loses what it has not read."""
+    """Close a socket, in order or by a reset, which makes the peer lose unread bytes."""
     if reset:
         # A linger of no time makes the kernel send RST.
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))

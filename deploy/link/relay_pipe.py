@@ -1,4 +1,4 @@
-"""One direction of one relayed connection: read, hold back as the delay line says, write."""
+"""One direction of one relayed connection: read, hold back according to the delay line, write."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from farhand.deploy.link.listener import Visitor
 
 CHUNK_BYTES = 65536
 CHUNK_S = 0.01
-"""A chunk takes no longer to send than this, so that a slow line trickles and does not arrive in lumps."""
+"""Longest sending time of a chunk [s]: a slow line then delivers steadily, not in lumps."""
 MIN_CHUNK_BYTES = 64
 
 Chunk = bytes | None
 END: Chunk = b""
-"""Passed along after the last byte: the source has closed its side."""
+"""Mark behind the last byte: the source has closed its side."""
 RESET: Chunk = None
-"""Passed along when the source broke off: it reaches the other end after what was sent before."""
+"""Mark of a reset by the source; it reaches the other end behind the bytes sent before."""
 
 
 class Meter:
@@ -29,9 +29,9 @@ class Meter:
         self.delivered_bytes = 0
         self.swallowed_bytes = 0
         self.lateness_s: deque[float] = deque(maxlen=4096)
-        """Actual minus due time of the newest chunks [s]: what this process adds to the link's delay."""
+        """Actual minus due time of the newest chunks: the delay that this process adds to the link's [s]."""
         self.most_late_s: float | None = None
-        """The largest since the beginning [s]."""
+        """Largest lateness since the start [s]."""
 
     def forwarded(self, lateness_s: float) -> None:
         """Note a chunk with its lateness [s]."""
@@ -39,7 +39,7 @@ class Meter:
         self.most_late_s = max(lateness_s, self.most_late_s or 0.0)
 
     def report(self) -> dict[str, float | None]:
-        """Bytes, quantiles and maximum of the lateness [ms], which are None before the first chunk."""
+        """Return the bytes, and quantiles and maximum of the lateness [ms], which are None before the first chunk."""
         ordered = sorted(self.lateness_s)
         p50_ms, p99_ms = (
             round(1000 * ordered[int(quantile * (len(ordered) - 1))], 3) if ordered else None
@@ -55,16 +55,16 @@ class Meter:
 
 
 class Pipe:
-    """Carries the bytes of one socket to another through a delay line.
+    """Carrier of bytes from one socket to another through a delay line.
 
     Both sockets are non-blocking; their owner closes them. `read` and `deliver` run as two tasks.
 
     Args:
-        source: Where the bytes come from.
-        sink: Where they go.
-        line: Says when.
-        meter: Counts them.
-        visitor: Whose bytes they are, where somebody watches over its silence.
+        source: Socket to read from.
+        sink: Socket to write to.
+        line: Delay line, which sets the due time of each chunk.
+        meter: Meter of this direction.
+        visitor: Accepted connection that the bytes come from, whose silence is watched; None for others.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Pipe:
     ):
         self._visitor = visitor
         self.opposite = self
-        """The pipe of the same connection that runs the other way."""
+        """Pipe of the same connection in the other direction."""
         self._source, self._sink, self._line, self._meter = source, sink, line, meter
         self._loop = asyncio.get_running_loop()
         self._chunks: deque[Chunk] = deque()  # in step with the line's queue
@@ -104,7 +104,7 @@ class Pipe:
         self._wake.set()
 
     def swallow(self) -> None:
-        """Lose what is held and all that comes, without a word to the source."""
+        """Drop all held bytes and all that arrive later, without an error for the source."""
         self._swallowing = True
         self._meter.swallowed_bytes += self._line.queued_bytes
         self._line.clear()
@@ -112,7 +112,7 @@ class Pipe:
         self._room.set()
 
     async def read(self) -> None:
-        """Take bytes while the queue has room; a full queue leaves them in the source, which so must wait."""
+        """Read bytes while the queue has room; with a full queue the source has to wait."""
         chunk: Chunk = b"any"
         while chunk:
             if not self._line.free_bytes:
@@ -138,7 +138,7 @@ class Pipe:
             if due_s is None or due_s > now_s:
                 await self._wait(due_s)
                 continue
-            # Time that the sink made us wait is its own, not ours.
+            # Time spent waiting for the sink is not this process's lateness.
             self._meter.forwarded(now_s - max(due_s, self._sink_ready_s))
             self._line.pop()
             self._room.set()
@@ -190,7 +190,7 @@ class Pipe:
                 await self._loop.sock_sendall(self._sink, chunk)
                 self._meter.delivered_bytes += len(chunk)
         except OSError:
-            # The news travels back over the link like everything else, behind what the sink had sent.
+            # The reset travels back over the link like all bytes, behind those that the sink had sent.
             self._sink_lost = True
             self.opposite._put(RESET)
         self._sink_ready_s = self._loop.time()

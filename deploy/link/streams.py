@@ -1,4 +1,4 @@
-"""The relay's TCP side: every connection is dialled on to the remote site, and carried through delay lines."""
+"""TCP side of the relay: each connection is dialled on to the remote site, and carried through delay lines."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from farhand.deploy.link.relay_pipe import Meter
 log = logging.getLogger(__name__)
 
 _LIMITS = ListenerLimits(most=64, first_word_s=10.0, silence_s=180.0)
-"""The sites speak at once, and every 30 s at least: the transport's own sign of life."""
+"""Limits that the sites keep: the transport sends at once, and a keep-alive every 30 s."""
 
 
 class Streams:
-    """Carries TCP connections. Rate and queue hold for each connection and direction.
+    """Carrier of the TCP connections. Each connection has a rate and a queue of its own in each direction.
 
     Args:
-        target: Where the remote site listens; it may come later.
-        settings: Both directions; `change` replaces them.
-        seed: With the settings' seeds and a connection's number it fixes the jitter of the connection.
-        meters: Of the uplink and the downlink.
+        target: Address of the remote site, which may start later.
+        settings: Settings of both directions; `change` replaces them.
+        seed: Seed of a connection's jitter, together with the settings' seeds and the connection's number.
+        meters: Meters of the uplink and the downlink.
     """
 
     def __init__(self, target: Address, settings: LinkSettings, seed: int, meters: tuple[Meter, Meter]):
@@ -36,13 +36,13 @@ class Streams:
         self._outage: Outage = "none"
         self._outage_end_s = -math.inf
         self.accepted = 0
-        """Connections that were let in."""
+        """Number of accepted connections."""
         self.refused = 0
-        """Connections that were not carried."""
+        """Number of refused connections."""
 
     @property
     def connections(self) -> int:
-        """Connections that are carried now."""
+        """Number of present connections."""
         return len(self._connections)
 
     @property
@@ -51,19 +51,19 @@ class Streams:
         return self._dialler.problem
 
     def queued_bytes(self, direction: int) -> int:
-        """Return what is held back in one direction [B]; 0: uplink, 1: downlink."""
+        """Return the bytes held back in one direction (0: uplink, 1: downlink) [B]."""
         return sum(connection.pipes[direction].queued_bytes for connection in self._connections)
 
     def start(self, listener: socket.socket) -> None:
-        """Let connections in."""
+        """Begin to accept connections."""
         self._listener.start(listener)
 
     async def wait(self) -> None:
-        """Return when `stop` was called; raise what ended the carrying if something did."""
+        """Wait until `stop` is called; raise the error that ended the carrier otherwise."""
         await self._listener.wait()
 
     async def stop(self) -> None:
-        """Cut all connections and give the port back."""
+        """Cut all connections and release the port."""
         await self._listener.close()
 
     def change(self, settings: LinkSettings) -> None:
@@ -76,8 +76,8 @@ class Streams:
         """Begin an outage.
 
         Args:
-            outage: Its kind.
-            until_s: Its end, by the event loop's clock [s].
+            outage: Kind of the outage.
+            until_s: End of the outage on the event loop's clock [s].
         """
         self._outage, self._outage_end_s = outage, until_s
         if outage == "reset":
@@ -86,7 +86,7 @@ class Streams:
             self._interrupt(connection)
 
     def resume(self) -> None:
-        """End the outage under way."""
+        """End the present outage."""
         outage, self._outage = self._outage, "none"
         if outage == "blackhole":
             self._listener.empty()

@@ -41,14 +41,14 @@ class Init(_InFolder):
     """Make the authority that every robot and operator of a fleet trusts. Keep its folder on one machine ashore."""
 
     name: str = "farhand"
-    """What the authority is called in certificates."""
+    """Name of the authority in its certificates."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         from farhand.deploy.pki.registry import Registry
 
         Registry.create(self._path(), self.name)
-        _say(f"the authority is in {self._path()}: keep ca.key secret, whoever has it can be any site")
+        _say(f"the authority is in {self._path()}: keep ca.key secret, whoever has it can pose as any site")
         _say("next: farhand pki robot NAME --san HOST, and farhand pki operator NAME")
         return 0
 
@@ -60,12 +60,12 @@ class Robot(_InFolder):
     name: SiteName
     """The vehicle's name, at most 32 letters, digits, '.', '_' and '-'."""
     san: tuple[str, ...]
-    """Host names and addresses that operators dial, without port; that of a relay too, where one is between."""
+    """Host names and addresses that operators dial, without port; with a relay on the way, also the relay's."""
     days: int = _ROBOT_DAYS
-    """How long the certificate is valid."""
+    """Days for which the certificate is valid."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         folder = self._registry().issue(self.name, "robot", self.san, self.days)
         _say(
             f"copy {folder} and {self._path() / 'sites.json'} to the robot, and there: farhand remote "
@@ -81,12 +81,12 @@ class Operator(_InFolder):
     name: SiteName
     """The site's name, at most 16 letters, digits, '.', '_' and '-'; `farhand local --site-name` is the same."""
     observer: bool = False
-    """It may watch and stop, and nothing else."""
+    """Let the site watch and stop the robot, and nothing else."""
     days: int = _OPERATOR_DAYS
-    """How long the certificate is valid."""
+    """Days for which the certificate is valid."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         folder = self._registry().issue(self.name, "observer" if self.observer else "operator", (), self.days)
         _say(
             f"copy {folder} to the site, and there: farhand local --certificates FOLDER --site-name {self.name} "
@@ -100,12 +100,12 @@ class Renew(_InFolder):
     """Make a new certificate for the key, the name and the hosts of a site."""
 
     name: SiteName
-    """Of the robot or the operator."""
+    """Name of the robot or the operator's site."""
     days: int | None = None
-    """How long the certificate is valid; 365 for a robot, 90 for an operator when not said."""
+    """Days for which the certificate is valid; when not given 365 for a robot, 90 for an operator."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         registry = self._registry()
         robots = {issued.name for issued in registry.all() if issued.right.role == "robot"}
         days = self.days if self.days is not None else _ROBOT_DAYS if self.name in robots else _OPERATOR_DAYS
@@ -116,13 +116,13 @@ class Renew(_InFolder):
 
 @dataclass(frozen=True)
 class Revoke(_InFolder):
-    """Mark a name as refused in the list of sites, for good; its key is deleted here."""
+    """Revoke a name for good: the list of sites marks it as refused, and its key in this folder is deleted."""
 
     name: SiteName
-    """Of the robot or the operator."""
+    """Name of the robot or the operator's site."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         registry = self._registry()
         registry.revoke(self.name)
         _say(
@@ -133,16 +133,16 @@ class Revoke(_InFolder):
 
 @dataclass(frozen=True)
 class Show(_InFolder):
-    """List every site with its role, its hosts and how long its certificate is still valid.
+    """List every site with its role, its hosts and the remaining validity of its certificate.
 
-    The exit status is 3 when one that is not revoked has expired or expires within 14 days.
+    The exit status is 3 if a certificate that is not revoked has expired or expires within 14 days.
     """
 
     json: bool = False
     """Print the list as JSON."""
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         registry, now = self._registry(), datetime.now(UTC)
         rows = _rows(registry, now)
         if self.json:
@@ -166,12 +166,12 @@ Action = (
 
 @dataclass(frozen=True)
 class Pki:
-    """Make and manage the certificates by which robots and operators know each other."""
+    """Make and manage the certificates by which robots and operators recognise each other."""
 
     action: tyro.conf.OmitArgPrefixes[Action]
 
     def run(self) -> int:
-        """Do it."""
+        """Run the command and return its exit status."""
         return self.action.run()
 
 

@@ -25,11 +25,11 @@ _HOST = re.compile(r"(?=.{1,253}\Z)([A-Za-z0-9]([A-Za-z0-9-]{0,61}[A-Za-z0-9])?)
 
 @dataclass(frozen=True)
 class Authority:
-    """The certificate of the authority and its key.
+    """Certificate of the authority, and its key.
 
     Args:
-        certificate: Self-signed.
-        key: Signs every other certificate.
+        certificate: The self-signed certificate.
+        key: Private key that signs the certificates of the sites.
     """
 
     certificate: x509.Certificate
@@ -37,11 +37,11 @@ class Authority:
 
     @classmethod
     def create(cls, name: str, now: datetime | None = None) -> Authority:
-        """Make a new one.
+        """Make a new authority.
 
         Args:
             name: Common name.
-            now: Begin of its validity; the present when not given.
+            now: Begin of the validity; the present when not given.
         """
         key, now = new_key(), now or datetime.now(UTC)
         subject = _subject(name)
@@ -65,11 +65,11 @@ class Authority:
         cannot pass for a robot's.
 
         Args:
-            name: The site's name.
-            public_key: The site's.
-            hosts: Names and addresses by which it is dialled, as `parse_hosts` returns them.
-            days: How long it is valid; never longer than the authority.
-            now: Begin of its validity; the present when not given.
+            name: Name of the site.
+            public_key: Public key of the site.
+            hosts: Names and addresses by which the site is dialled, as `parse_hosts` returns them.
+            days: Validity of the certificate [days]; it never outlasts the authority.
+            now: Begin of the validity; the present when not given.
         """
         now = now or datetime.now(UTC)
         end = min(now + timedelta(days=days), self.certificate.not_valid_after_utc)
@@ -104,7 +104,7 @@ def parse_hosts(texts: tuple[str, ...]) -> tuple[str, ...]:
     """Return host names and addresses, each once, in the usual form.
 
     Raises:
-        InvalidConfiguration: When one is neither; names it.
+        InvalidConfiguration: When a text is neither; names the text.
     """
     return tuple(dict.fromkeys(_parse_host(text) for text in texts))
 
@@ -120,11 +120,11 @@ def hosts_of(certificate: x509.Certificate) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Issued:
-    """A site with its newest certificate.
+    """Site with its newest certificate.
 
     Args:
-        right: Its role.
-        certificate: The newest one.
+        right: Role of the site, and its revocation.
+        certificate: The newest certificate.
     """
 
     right: Right

@@ -1,8 +1,8 @@
-"""The folder of the authority: its key, a folder for each site, and the list of who may do what.
+"""Folder of the authority: its key, a folder for each site, and the list of the sites' rights.
 
 ca.pem, ca.key            the authority; the key never leaves this folder
-sites.json                every name that was ever issued, its role, and since when it is revoked
-sites/NAME/ca.pem         these three go to the site, and nothing else
+sites.json                every issued name with its role and, if revoked, the date
+sites/NAME/ca.pem         these three files go to the site, and no others
 sites/NAME/certificate.pem
 sites/NAME/key.pem
 """
@@ -43,17 +43,17 @@ _MOST_DAYS = 3650
 
 
 class Registry:
-    """An authority with its files. Use `create` or `open`."""
+    """Authority with its files. Use `create` or `open`."""
 
     def __init__(self, folder: Path, authority: Authority, rights: dict[str, Right]):
         self._folder, self._authority, self._rights = folder, authority, rights
 
     @classmethod
     def create(cls, folder: Path, name: str, now: datetime | None = None) -> Registry:
-        """Make a new authority in a folder that has none.
+        """Make a new authority in a folder without one.
 
         Raises:
-            InvalidConfiguration: When the folder has one: every certificate that it issued would be worthless.
+            InvalidConfiguration: When the folder has an authority, whose certificates would become worthless.
             OSError: When the folder cannot be written.
         """
         check_name(name, "name", most=64)
@@ -75,7 +75,7 @@ class Registry:
         """Read the folder of an authority.
 
         Raises:
-            InvalidConfiguration: When it has none, or a file of it is malformed; names the file.
+            InvalidConfiguration: When there is no authority, or one of its files is malformed; names the file.
         """
         if not (folder / CA_KEY).exists():
             expected = f"the folder of an authority, which `farhand pki init` makes; {folder} has no {CA_KEY}"
@@ -93,11 +93,11 @@ class Registry:
         """Make key and certificate of a new site.
 
         Args:
-            name: Its name, never given out before.
-            role: What it may do.
+            name: Name of the site, never issued before.
+            role: Role of the site, which sets its rights.
             hosts: Names and addresses by which a robot is dialled; none for the others.
-            days: How long the certificate is valid.
-            now: The time; the present when not given.
+            days: Validity of the certificate [days].
+            now: Present time; read from the clock when not given.
 
         Returns:
             The folder that goes to the site.
@@ -129,11 +129,11 @@ class Registry:
 
         Args:
             name: The site's name.
-            days: How long the certificate is valid.
-            now: The time; the present when not given.
+            days: Validity of the certificate [days].
+            now: Present time; read from the clock when not given.
 
         Returns:
-            The certificate's file: it alone goes to the site.
+            The file of the certificate, the only one that goes to the site.
 
         Raises:
             InvalidConfiguration: When the name is unknown or revoked, or the days make no sense.
@@ -152,7 +152,7 @@ class Registry:
         return file
 
     def revoke(self, name: str, now: datetime | None = None) -> None:
-        """Refuse a name for good; its key is deleted here.
+        """Revoke a name for good, and delete its key in this folder.
 
         Raises:
             InvalidConfiguration: When the name is unknown; to revoke twice changes nothing.
