@@ -1,8 +1,6 @@
-"""Time: a clock that names its boot and continues while the computer is suspended, and a fixed-rate loop.
+"""Clocks: of one boot, counting suspends; of a loop at a fixed rate; and a virtual one that the caller advances.
 
 The two sites share no clock. A stamp is only ever compared with the clock that made it.
-
-Virtual time, which passes only when somebody advances it: due jobs are done in order, at once.
 """
 
 from __future__ import annotations
@@ -23,23 +21,25 @@ LONGEST_WAIT_S = 1e8
 Wait = Annotated[float, Meta(ge=1e-3, le=LONGEST_WAIT_S)]
 """Time that a process can wait for [s]."""
 
-_BOOTTIME = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)  # only Linux has one that counts a suspend
+_BOOTTIME = getattr(
+    time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC
+)  # only Linux has a clock that counts suspends
 _LEAST_SUSPEND_S = 0.1
 """Least time that counts as a suspend; shorter ones are included in all ages anyway [s]."""
 
 
 def elapsed_ns() -> int:
-    """Return the time of a clock that never goes back and counts while the computer is suspended [ns]."""
+    """Return the time of a clock that never goes back and continues while the computer is suspended [ns]."""
     return time.clock_gettime_ns(_BOOTTIME)
 
 
 def elapsed_s() -> float:
-    """Return the same time in seconds; every age is measured with it [s]."""
+    """Return `elapsed_ns` in seconds; every age is measured with it [s]."""
     return elapsed_ns() * 1e-9
 
 
 class SuspendWatch:
-    """Detector of suspends: one clock ran meanwhile, the other stood still.
+    """Detector of suspends, by a clock that continues in a suspend and one that stands still.
 
     Args:
         awake_ns: Clock that stands still in a suspend [ns].
@@ -103,7 +103,7 @@ class Rate:
         """Lateness of the present tick [s]."""
 
     def wait(self) -> bool:
-        """Wait for the next tick. Return False when the loop shall end."""
+        """Wait for the next tick. Return False if the loop is to end."""
         self._due_s += self._period_s
         late_s = time.monotonic() - self._due_s
         if late_s > self._period_s:
@@ -119,7 +119,7 @@ Job = Callable[[], None]
 
 
 class VirtualTime:
-    """Clock with a schedule of jobs.
+    """Virtual clock with a schedule of jobs; it advances only in `run_until`, which runs the due jobs in order.
 
     Args:
         start_s: First time [s].

@@ -18,14 +18,14 @@ Job = Callable[[], None]
 class EventLoop:
     """Runner of jobs, and of one periodic job of its own.
 
-    In real time `start` gives it a thread. In virtual time whoever advances the time calls `run_waiting`
-    after each event and `tick` each period.
+    In real time `start` gives it a thread. In virtual time the caller that advances the time calls `run_waiting`
+    after each event and `tick` in each period.
 
     Args:
         name: Name of the thread.
         period_s: Time from one tick to the next [s].
         on_tick: Called each period.
-        afterwards: Called after the other jobs, when something may have changed.
+        afterwards: Called after each of the other jobs, for example to redraw.
         now_s: Clock [s].
     """
 
@@ -97,7 +97,7 @@ class EventLoop:
             job()
         except Exception:
             # One bad message or intent must not end the loop.
-            _log.exception("something could not be done")
+            _log.exception("a job of the loop failed")
 
 
 T = TypeVar("T")
@@ -136,7 +136,7 @@ class Mailbox(Generic[T]):
 
 
 class Worker(Generic[T]):
-    """Thread that does its jobs one after the other; the mailboxes bound how many wait.
+    """Thread that runs its jobs in turn; the mailboxes bound the number of waiting jobs.
 
     Args:
         name: Name of the thread.
@@ -171,5 +171,5 @@ class Worker(Generic[T]):
                 try:
                     self._do(job)
                 except Exception:
-                    _log.exception("a job could not be done")
+                    _log.exception("a job of the worker failed")
                 job = None  # its references end now, not with the next job

@@ -1,4 +1,4 @@
-"""Logging: one line per fact, pretty on a terminal, rate-limited inside loops; and a log of events on disk.
+"""Logging: one line per fact, coloured on a terminal, rate-limited inside loops; and a log of events on disk.
 
 A log that reaches its maximal size is renamed to `.1`, and a new one is begun, so that it never fills a disk.
 A disk that is full or gone stops the log, not the site.
@@ -23,7 +23,7 @@ _FORMAT = "%(asctime)s %(levelname)-7s %(name)s: %(message)s"
 
 
 class RateLimitFilter(logging.Filter):
-    """Filter that lets each place of the code log once per period, and tells how much it dropped.
+    """Filter that lets each line of code log once per period, and adds the number of dropped records.
 
     Args:
         period_s: Shortest time between two records of the same file and line [s].
@@ -80,7 +80,7 @@ def configure_logging(process: str, verbose: bool = False) -> None:
         handler.setFormatter(logging.Formatter(_FORMAT.replace("%(name)s", process)))
     logging.basicConfig(level=logging.DEBUG if verbose else logging.INFO, handlers=[handler], force=True)
     # dm_control logs at every start which OpenGL it does not load, which reads like a failure.
-    # What a library warns of is a line of the log, too.
+    # A library's warning becomes a line of the log.
     warnings.formatwarning = _one_line
     logging.captureWarnings(True)
     logging.getLogger("absl").setLevel(logging.NOTSET if verbose else logging.WARNING)
@@ -113,7 +113,7 @@ class EventLog:
         self._waiting.put({"time": now, **fields})
 
     def close(self) -> None:
-        """Write what waits, and end."""
+        """Write the waiting events, and end the thread."""
         self._waiting.put(None)
         self._thread.join(timeout=5.0)
 
@@ -125,7 +125,7 @@ class EventLog:
                 self.error = None
             except OSError as error:
                 self.error = error
-                _log.warning("an event could not be written to %s: %s", self.path, error.strerror)
+                _log.warning("could not write an event to %s: %s", self.path, error.strerror)
 
     def _write(self, line: bytes) -> None:
         self.path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,8 +1,8 @@
-"""The one rule for what may be asked of the robot now, used by the page's buttons, the console and the robot.
+"""Permission of commands: one rule for the page's buttons, the console and the robot.
 
-Each side fills in the situation as far as it knows it, and adds only what it alone knows: the console that a
-command is pending or a page was outdated; the robot how old a command is, whether it sees its target, and how
-far a preview still describes what would happen.
+Each side fills in the situation as far as it knows it, and adds rules of its own: the console for a pending
+command or an outdated page; the robot for the age of a command, the sight of its target, and the validity of a
+preview.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class Situation:
 
     Args:
         mode: Mode of the robot.
-        phase: Its phase.
+        phase: Phase of the robot.
         why_not_in_control: Reason why the asking site may not command the robot; None if it may.
         why_no_model: Reason why the robot has no model to preview or to execute; None if it has one.
         is_previewed: True if a preview is known that Execute can name.
@@ -37,10 +37,10 @@ class Situation:
 
 
 def refusal(action: Action, situation: Situation) -> Reason | None:
-    """Return why an action may not be asked of the robot now; None if it may.
+    """Return the reason why an action may not be asked of the robot now; None if it may.
 
     Args:
-        action: Action. Stop is always allowed.
+        action: The action; Stop is always allowed.
         situation: State of the robot, as far as the caller knows it.
     """
     mode = situation.mode

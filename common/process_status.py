@@ -56,13 +56,13 @@ class RobotFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="robot")
         holder: Site in control, empty for none.
         heard_s: Time since the operator was last heard [s]; None before.
         tick_age_s: Time since the newest control period began [s].
-        overruns: Control periods left out in this boot.
+        overruns: Control periods skipped in this boot.
         control_hz: Control rate [Hz].
         model: First digits of the newest verified model's hash.
         stopped_because: Reason why the robot is STOPPED, empty in other modes.
         stopped_by_fault: True if a guard stopped it rather than an operator.
         waiting: Number of messages that wait for the control loop.
-        not_understood: Why a site that is there is not understood; empty for none.
+        not_understood: Reason why a connected site is not understood; empty for none.
     """
 
     mode: str
@@ -125,7 +125,7 @@ class OperatorFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="oper
         holder: Site in control, as the robot reported.
         in_control: True if this site is in control.
         only_watches: True if this site does not want the control.
-        why_not_in_control: The robot's reason.
+        why_not_in_control: Reason of the robot why this site is not in control; empty if it is.
         link: State of the reports: never, ok, late, lost.
         silent_s: Time since the newest report arrived [s]; None before the first one.
         age_s: Estimated age of the newest report [s]; None while unknown.
@@ -167,14 +167,14 @@ class ProcessStatus(Struct, frozen=True, kw_only=True):
     Args:
         role: Role of the process.
         name: Name of the vehicle or of the operator's site, or the link's address.
-        pid: Its process id.
+        pid: Process id.
         uptime_s: Time since its start [s].
-        version: Version of its Farhand.
-        schema: Schema of its messages.
-        endpoint: Endpoint on which it listens or to which it connects.
-        tasks: Tasks that it does or teaches.
-        data: Its data folder; None for the link, which keeps nothing.
-        facts: Its state; None while it starts.
+        version: Version of the process's Farhand.
+        schema: Schema version of the process's messages.
+        endpoint: Endpoint that the process listens on or connects to.
+        tasks: Tasks of the robot, or those taught at the operator's site.
+        data: Data folder of the process; None for the link, which has none.
+        facts: State of the process; None while it starts.
     """
 
     role: Role

@@ -100,7 +100,7 @@ def _keys() -> str:
 
 
 def _reasons() -> str:
-    """The table of all codes: their values are the names in their sentences."""
+    """Return the table of all codes; their values are the names in their sentences."""
     return _table(["code", "values and words"], [[f"`{code}`", words] for code, words in WORDS.items()])
 
 

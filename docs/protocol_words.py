@@ -7,40 +7,41 @@ HEAD = """
 
 Made from `common/wire/keys.py` and `common/wire/messages.py` by `python -m docs.protocol_page`; a test holds it to them.
 
-The sites speak Zenoh over one TCP connection: the remote site listens, the local site connects, nothing is found by
-itself. Each payload is one MessagePack map with the names below. Version **{schema}** is that of all messages together; a
-site refuses another one by name, but for Stop and StopAck, whose form never changes: a stop is understood in every
-version. Nothing above {max_bytes:,} B is unpacked, an unknown, missing or wrong field is an error, and so is a number that is not finite. Floats are double precision, in telemetry single; a report has at most
-{telemetry} B. A *put* is not answered; a *query* is, and is asked again with the same content until it is.
+The sites speak Zenoh over one TCP connection: the remote site listens, the local site connects, and there is no
+discovery. Each payload is one MessagePack map with the names below. Version **{schema}** is that of all messages together; a
+site refuses another one by name, except for Stop and StopAck, whose form never changes: a stop is understood in every
+version. Messages above {max_bytes:,} B are dropped; an unknown, missing or wrong field is an error, and so is a
+number that is not finite. Floats have double precision, in telemetry single; a report has at most {telemetry} B. A *put* has
+no answer; a *query* is repeated with the same content until it is answered.
 
 ## Keys
 All below the vehicle's name, which is the session's namespace (`rov1/op/cmd`). *Urgency* is the order in which the
-transport serves what waits: STOP, COMMAND, STREAM, TELEMETRY, EVENT, BULK. *Full queue*: `waits` for room, or only the
-newest is sent. *Kept* is how many wait for a slow receiver; the oldest give way. *Share* is what a stream may take of a
-link whose rate is known (`link.rate_bps`): what does not fit is skipped; commands, stops and their acknowledgements are
-never held back. Models travel in parts on a narrow link, each asked for when the one before was confirmed.
+transport serves what waits: STOP, COMMAND, STREAM, TELEMETRY, EVENT, BULK. *Full queue*: a message `waits` for room, or only the
+newest is sent. *Share* is the part of a link of known rate (`link.rate_bps`) that a stream may use; messages beyond
+it are skipped. Commands, stops and their acknowledgements are never held back. On a narrow link models travel in parts,
+each sent after the previous one was confirmed.
 """
 
 TAIL = """
 ## Age
-The robot computes `age = its now - the echoed stamp` on its own clock. A command, renewal or input counts when its age is
-at most the reference (the smallest age of the last ten accepted renewals) plus a time that follows their spread, and
-never when it is above `max_age_s`; the limits stand in [safety.md](safety.md). Without an echo, or with one of another
+The robot computes `age = its now - the echoed stamp` on its own clock. A command, renewal or input is accepted if its age is
+at most the reference (the smallest age of the last ten accepted renewals) plus a time that follows their spread, and at
+most `max_age_s`; [safety.md](safety.md) has the limits. Without an echo, or with one of another
 boot, only Stop, LeaseRequest, ModelTransfer, ReportRequest, EventsRequest, CatalogueRequest and BlobRequest are
 answered; their answers carry a stamp.
 
 ## Answers
-A command is answered twice: by its CommandReply (received, or refused with a reason whose first number is what was measured), then by an
-Event with its `command_id` (`completed` or `failed`). It runs at most once in a boot; what arrives again gets the same
-first answer. What is refused, and what happens, is said as a [Reason](#reason): a code with its numbers and names; the
-operator's site makes the sentence, and shows a code that it does not know as it came. A stop is sent every 0.2 s with one id until both acknowledgements came. A model counts when the robot has
-returned the hash of what it decoded. Events carry numbers without a gap: who misses some asks for them (`op/events`), the
-robot has the last 256.
+A command is answered twice: by its CommandReply (accepted, or refused with a reason whose first number is the measured
+value), then by an Event with its `command_id` (`completed` or `failed`). It runs at most once in a boot; a repeated command
+gets the same first answer. Refusals and events have a [Reason](#reason): a code with its numbers and names. The operator's
+site makes the sentence, and shows an unknown code as received. A stop is sent every 0.2 s with one id until both
+acknowledgements have come. A model is confirmed when the robot has returned the hash of the decoded content. Events are
+numbered without gaps: a site that misses some asks for them (`op/events`); the robot keeps the last 256.
 
-## What is fetched
-The robot lists what it looks like and the motions that it recorded (`op/catalogue`), each by its hash; a site asks at the
-first report of a boot and after each event `recorded` of its own. A content is fetched in parts (`op/blob`), each asked for
-when the one before has come, after an outage from where it was; it counts when its hash is right.
+## Drawing and recordings
+The robot lists its drawing and its recorded motions (`op/catalogue`), each by its hash; a site asks for the list at the
+first report of a boot and after each event `recorded` that names it. A content is fetched in parts (`op/blob`), each
+requested after the previous one has arrived, also after an outage; it is used only if its hash is right.
 
 A content of `farhand.common.wire.motion_encoding` is a MessagePack map: `task`, `frame_names`, `n_dims`, `oriented`, `began` (a stamp)
 and `rows`, single precision, little-endian: for each sample the time since the first one [s], the position [m] or pose, and
@@ -49,53 +50,53 @@ a second, none more than 0.1 s after the one before, at most 120 s.
 
 | a recording | is | when |
 | --- | --- | --- |
-| whole | fetched and learned by the site that asked for it | who drove ended it: `end recording`, Clutch, Execute, the hand let go |
-| interrupted | kept; who drove may fetch and learn it (`Recover`) | Stop, Disarm, a guard, the lease or the link lost, 10 s without input |
+| whole | fetched and learned by the site that requested it | the driving operator ended it: `end recording`, Clutch, Execute, the hand let go |
+| interrupted | kept; the driving operator may fetch and learn it (`Recover`) | Stop, Disarm, a guard, the lease or the link lost, 10 s without input |
 | incomplete | not kept | 0.1 s without a sample, longer than 120 s, not driven at all |
 
-The robot keeps the newest eight until its process ends; after its restart they are gone, and the site says so. A restarted
-site learns none of them by itself: what is not in its library can be recovered.
+The robot keeps the newest eight until its process ends; after a restart they are lost, and the site reports that. A
+restarted site learns none of them on its own: `Recover` fetches those that are not in its library.
 """
 
 SHARED_FIELDS = {
     "schema": "Version of all messages together.",
-    "seq": "Counts the messages of this kind of one sender; what does not count on is old or was there before.",
-    "stamp": "When it was said, on the robot's clock.",
-    "mode": "The mode of the robot then.",
-    "phase": "What AUTONOMOUS is at; empty in every other mode.",
-    "echo": "The newest stamp of the robot that the sender had seen and shown.",
-    "session": "One life of a local site's process, a random name.",
-    "site_name": "What the local site is called.",
-    "lease_id": "The control of the robot, as its holder was told it; empty for none.",
-    "coupling_id": "Which coupling; 0 for none. Each Couple makes a new one.",
-    "command_id": "Random name of a command; in an event the one that it answers, empty for none.",
-    "stop_id": "Random name of a stop; the same when it is sent again.",
-    "plan_id": "Which preview; 0 for none.",
-    "path_id": "Which rollout of this boot.",
+    "seq": "Number of this message among those of its kind from one sender; one that is not above the last is old or a copy.",
+    "stamp": "Time of sending, on the robot's clock.",
+    "mode": "Mode of the robot at that time.",
+    "phase": "Phase of AUTONOMOUS; empty in every other mode.",
+    "echo": "Newest stamp of the robot that the sender has received and shown.",
+    "session": "Random name of the local site's process, new at each start.",
+    "site_name": "Name of the local site.",
+    "lease_id": "Id of the lease of the robot's control, which only its holder knows; empty for none.",
+    "coupling_id": "Number of the coupling; 0 for none. Each Couple makes a new one.",
+    "command_id": "Random name of a command; in an event that of the answered command, empty for none.",
+    "stop_id": "Random name of a stop; the same when it is resent.",
+    "plan_id": "Number of the preview; 0 for none.",
+    "path_id": "Number of the rollout in this boot.",
     "task": "Name of the task.",
-    "sha256": "Of the model's whole content.",
-    "model_sha256": "Which model, by its content; empty for none.",
-    "content": "Bytes of the model's file, all or a part.",
-    "reason": "Why not; nil otherwise.",
-    "accepted": "Whether it was.",
-    "complete": "Whether all of the model has arrived.",
-    "granted": "Whether the asker is in control after this.",
-    "holder": "Who is in control; empty for nobody.",
+    "sha256": "SHA-256 of the model's whole content.",
+    "model_sha256": "SHA-256 of the model; empty for none.",
+    "content": "Bytes of the model's file, or of a part of it.",
+    "reason": "Reason of a refusal; nil otherwise.",
+    "accepted": "True if the message was accepted.",
+    "complete": "True if all of the model has arrived.",
+    "granted": "True if the asking site is in control after this.",
+    "holder": "Name of the site in control; empty for none.",
     "n_dims": "Dimension D of positions.",
-    "rotation_rad": "Orientation: a rotation vector in space; nothing where there is none.",
-    "position_m": "In the plane or in space. In telemetry: of the effector.",
-    "action": "What is asked for.",
-    "wish": "What the site wants of the control.",
+    "rotation_rad": "Orientation: a rotation vector in space; empty for no rotation.",
+    "position_m": "Position in the plane or in space; in telemetry that of the effector.",
+    "action": "The requested action.",
+    "wish": "Request about the control of the robot.",
     "kind": "Kind of the event: completed, failed, stopped, control, decoupled, paused, ...; a newer robot may have others.",
-    "succeeded": "False for what went wrong or was refused.",
-    "events": "The oldest first, at most 64 at once.",
+    "succeeded": "False for a failure or a refusal.",
+    "events": "Events, the oldest first, at most 64 at a time.",
     "newest_seq": "Number of the newest event.",
-    "after_seq": "The newest number up to which the asker has all.",
-    "began": "When the execution began; nil before the first.",
-    "arrived_after_s": "Time from there to the end of the motion; nil before it.",
-    "overruns": "Control periods that came too late, in this boot.",
-    "step_s": "Time from one point to the next.",
-    "reaches_end": "Whether the rollout comes to the end of the motion.",
+    "after_seq": "Number up to which the asking site has all events.",
+    "began": "Time of the execution's beginning; nil before the first.",
+    "arrived_after_s": "Time from the beginning to the end of the motion; nil before that end.",
+    "overruns": "Control periods of this boot that were skipped because they came too late.",
+    "step_s": "Time between two points.",
+    "reaches_end": "True if the rollout reaches the end of the motion.",
 }
 
 _DROPPED = "a put is dropped and logged, a query not answered"
@@ -123,7 +124,7 @@ ERRORS = (
     ("`op/cmd`", "a stop travels on its own key", "Stop as a command", _REFUSED, "common/wire/words.py"),
     ("`op/cmd`, `op/model`", "this robot does", "a task that is none of the robot's", _REFUSED,
      "common/wire/words.py"),
-    ("`op/cmd`", "is one of", "Execute or Preview of a task with a model that was sent for another", _REFUSED,
+    ("`op/cmd`", "is for", "Execute or Preview of a task with a model that was sent for another", _REFUSED,
      "common/wire/words.py"),
     ("`op/cmd`", "the robot has no model", "Execute or Preview of a model that was not confirmed", _REFUSED,
      "common/wire/words.py"),
@@ -131,7 +132,7 @@ ERRORS = (
      _REFUSED, "common/wire/words.py"),
     ("`op/cmd`", "this task is previewed before it is executed", "Execute from DIRECT", _REFUSED,
      "common/wire/words.py"),
-    ("`op/cmd`", "says nowhere to retract to", "Retract without `retract_m` in the task", _REFUSED,
+    ("`op/cmd`", "defines no retreat", "Retract without `retract_m` in the task", _REFUSED,
      "common/wire/words.py"),
     ("`op/cmd`", "there is no plan", "Execute without a preview, or of an older boot", _REFUSED,
      "common/wire/words.py"),

@@ -1,4 +1,4 @@
-"""Configuration of the local site."""
+"""Configuration of the local site. `farhand.common.task.load_toml` reads it from a file."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
     link: EndpointSettings = EndpointSettings(connect="tcp/127.0.0.1:7447")
     link_control: str = ""
-    """Control socket of the link process, host:port; empty: none, the link is a real one."""
+    """Control socket of the simulated link, host:port; empty for a real link."""
     task: str = "planar"
     """Name of a task that comes with Farhand, or a task file; several, of one robot, with commas between them."""
     site_name: SiteName | None = None
-    """What the robot and other operators call this place; none: made from the user, the host and the data folder."""
+    """Name of this site for the robot and other operators; none: made from the user, the host and the data folder."""
     watch: bool = False
-    """Only watch: never take the control of the robot by itself. Stop works all the same."""
+    """Only watch: do not take the control of the robot until asked to. Stop works nevertheless."""
     data_dir: str = ""
-    """Where demonstrations and models are kept; empty: ~/.local/share/farhand."""
+    """Folder of demonstrations and models; empty: ~/.local/share/farhand."""
     page_port: Annotated[int, Meta(ge=0, le=65535)] = 0
     """Port of the web page; 0: no page."""
     page_host: Annotated[str, Meta(min_length=1)] = "127.0.0.1"
-    """Address that the page is served at; 0.0.0.0 or :: for all of this machine. Off loopback it asks for a token,
-    which the printed address contains. It is not encrypted: put a proxy with TLS before it."""
+    """Address of the page's server; 0.0.0.0 or :: for all addresses of this machine. At other addresses than loopback the
+    page asks for a token, which the printed address contains. It is not encrypted: put a proxy with TLS before it."""
     page_names: tuple[str, ...] = ()
     """Further hosts that browsers reach the page by, as in their address bar, such as https://console.example."""
     page_published_at: str = ""
-    """Where the page's port is published on the container's machine, such as 127.0.0.1:8080; empty outside of a
-    container. At loopback, who comes from the container's gateway needs no token."""
+    """Address of the container's machine at which the page's port is published, such as 127.0.0.1:8080; empty outside of a
+    container. If it is a loopback address, visitors from the container's gateway need no token."""
     connect_timeout_s: Annotated[float, Meta(ge=0, le=LONGEST_WAIT_S)] = 60.0
-    """How long to wait for the first report of the robot [s]; 0: for ever."""
+    """Longest wait for the first report of the robot [s]; 0: for ever."""
     seed: Annotated[int, Meta(ge=0)] = 0
-    """Of the scripted operator's hand."""
+    """Seed of the scripted operator's hand."""
 
     def __post_init__(self) -> None:
         if not self.link.connect:

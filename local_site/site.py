@@ -1,4 +1,4 @@
-"""Local process: link, library and console, with a scripted operator or a page in front of them."""
+"""Process of the local site: link, library and console, operated by a script or through a page."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _log = logging.getLogger(__name__)
 
 _RELAY_ANSWERS_S = 1.0
 _SILENT_S = 5.0
-"""A robot that has not reported after so long has a reason [s]."""
+"""Silence of the robot after which its probable reason is logged [s]."""
 
 
 class LocalSite:
@@ -97,7 +97,7 @@ class LocalSite:
             ready: Called once the robot has reported; with the page's address, if there is a page.
 
         Raises:
-            LinkError: When the robot does not report in time, or the page's address cannot be had.
+            LinkError: When the robot does not report in time, or the page's address is not available.
         """
         with self._opened(page_port=self._config.page_port) as opened:
             ready(**({"page": opened.page.address} if opened.page is not None else {}))
@@ -108,7 +108,7 @@ class LocalSite:
         """Have the scripted operator do the job once.
 
         Args:
-            outage: Cut of the link during the execution, or None.
+            outage: Outage during the execution; None for none.
             ready: Called once the robot has reported.
 
         Returns:
@@ -185,13 +185,13 @@ class _Opened:
         return self
 
     def _wait_for_robot(self) -> None:
-        """Wait for its first report; say after some seconds why there may be none.
+        """Wait for the robot's first report; after some seconds log the probable reason of its silence.
 
         Raises:
-            LinkError: When none came in time.
+            LinkError: When no report came in time.
         """
         where, timeout_s = self._config.link.connect, self._config.connect_timeout_s
-        for_how_long = f"for at most {timeout_s:g} s" if timeout_s else "for as long as it takes"
+        for_how_long = f"for at most {timeout_s:g} s" if timeout_s else "without a time limit"
         _log.info("connecting to the robot at %s, %s", where, for_how_long)
         first_s = min(timeout_s or _SILENT_S, _SILENT_S)
         if self._robot_reports(first_s):
@@ -216,7 +216,7 @@ class _Opened:
         self.log.close()
 
     def _open_page(self) -> Page:
-        """Return the page, opened before the robot has reported: it shows that it waits."""
+        """Open the page before the robot has reported: it shows that it waits."""
         # Imported here: it takes half a second, and a site without a page does not need it.
         from farhand.local_site.view.door import Door, kept_token
         from farhand.local_site.view.page import Page
@@ -236,7 +236,7 @@ def relay_control(address: str, timeout_s: float = 5.0) -> RelayControl | None:
     """Return the control of the link process at HOST:PORT, or None for an empty address.
 
     Raises:
-        InvalidConfiguration: When the address is not of that form.
+        InvalidConfiguration: When the address has another form.
     """
     if not address:
         return None

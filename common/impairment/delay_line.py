@@ -1,8 +1,7 @@
-"""Delay of a byte stream on a slow link, and the clock of a line, which stands still during a stall.
+"""Delay of a byte stream on a slow link, with jitter of four distributions.
 
-A byte never overtakes an earlier one, whatever its jitter.
-
-Scatter of the delay: four distributions, each delay correlated with the previous one.
+A byte never overtakes an earlier one, and each delay is correlated with the previous one. The line has a clock of
+its own, which stands still during a stall.
 """
 
 from __future__ import annotations

@@ -3,10 +3,10 @@
 Names and units are those of netem (ms, %, bit/s). The models that apply them are pure, seeded and without a
 clock; the caller passes the time, so that the same model runs in real and in virtual time:
 
-    delay_line.py    a stream, which keeps its order, and the scatter of its delay: what the relay is to a TCP
+    delay_line.py    a stream, which keeps its order, and the jitter of its delay: the relay for a TCP
                      connection
-    message_line.py  messages, which may be lost, duplicated, corrupted and overtaken, at random or in bursts: what the relay is to UDP
-                     datagrams, and what the in-process link is
+    message_line.py  messages, which may be lost, duplicated, corrupted and overtaken, at random or in bursts
+                     (Gilbert-Elliott): the relay for UDP datagrams, and the in-process link
     link_profile.py  named settings, and those that change with time
 """
 

@@ -1,6 +1,6 @@
-"""The link process's control protocol and its client: one line of JSON per request, one per answer.
+"""Control protocol of the link process and its client: one line of JSON per request, one per answer.
 
-This goes over a socket of its own, never over the link, and works while the link is down.
+The protocol has a socket of its own, so it works while the simulated link is down.
 
     {"request": "status"}
     {"request": "profile", "name": "geo"}
@@ -9,7 +9,7 @@ This goes over a socket of its own, never over the link, and works while the lin
     {"request": "clear"}
     {"request": "rebind"}
 
-Every answer is {"status": {...}}, as it is after the request, or {"error": {...}}, and nothing was changed.
+Every answer is {"status": {...}} with the state after the request, or {"error": {...}} if nothing was changed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from farhand.common.errors import InvalidConfiguration, InvalidInput, InvalidMes
 from farhand.common.impairment.impairment import Outage
 from farhand.common.wire.codec import field_of
 
-CONTROL_PORT = 7448
+CONTROL_PORT = 7449
 MAX_LINE_BYTES = 65536
 
 
@@ -38,7 +38,7 @@ class StatusRequest(_Request, frozen=True, tag_field="request", tag="status"):
 
 
 class ProfileRequest(_Request, frozen=True, tag_field="request", tag="profile"):
-    """Request to take the settings of a profile."""
+    """Request to apply the settings of a profile."""
 
     name: str
 
@@ -62,7 +62,7 @@ class ClearRequest(_Request, frozen=True, tag_field="request", tag="clear"):
 
 
 class RebindRequest(_Request, frozen=True, tag_field="request", tag="rebind"):
-    """Go on from other ports towards the remote site, as after a satellite hand-over: UDP alone survives it."""
+    """Request to continue from other ports towards the remote site, as after a satellite hand-over; only UDP survives it."""
 
 
 Request = StatusRequest | ProfileRequest | SetRequest | OutageRequest | ClearRequest | RebindRequest
@@ -84,15 +84,15 @@ class Answer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class ForeignLine(InvalidMessage):
-    """Line of another protocol; its sender did not mean this one."""
+    """Line of another protocol."""
 
 
 def decode_request(line: bytes | None) -> Request:
-    """Return the request in a line; a line of None was too long.
+    """Return the request in a line; None stands for a line that was too long.
 
     Raises:
-        ForeignLine: When it is not a JSON object.
-        InvalidMessage: When it is not a request; names the field.
+        ForeignLine: When the line is not a JSON object.
+        InvalidMessage: When the object is not a request; names the field.
     """
     try:
         return msgspec.json.decode(_object(line), type=Request)
@@ -115,7 +115,7 @@ def _object(line: bytes | None) -> msgspec.Raw:
 
 
 def refuse(error: InvalidInput) -> Answer:
-    """Encode the answer to a refused request."""
+    """Return the answer to a refused request."""
     return Answer(error=Refusal(source=error.source, field=error.field, expected=error.expected))
 
 
@@ -126,12 +126,12 @@ class RelayControl:
 
     Args:
         host: Host of the link's control socket.
-        port: Its port.
+        port: Port of the link's control socket.
         timeout_s: Longest wait for an answer [s].
 
     Raises:
         LinkError: (each method) The link process cannot be reached or does not answer.
-        InvalidConfiguration: (each method) It refused the request, and nothing has changed; names the field.
+        InvalidConfiguration: (each method) The link process refused the request and changed nothing; names the field.
     """
 
     def __init__(self, host: str = "127.0.0.1", port: int = CONTROL_PORT, timeout_s: float = 5.0):
@@ -142,7 +142,7 @@ class RelayControl:
         return self._ask(StatusRequest())
 
     def profile(self, name: str) -> dict[str, Any]:
-        """Take the settings of a profile."""
+        """Apply the settings of a profile."""
         return self._ask(ProfileRequest(name=name))
 
     def set(self, uplink: Mapping[str, Any] = {}, downlink: Mapping[str, Any] = {}) -> dict[str, Any]:
@@ -158,7 +158,7 @@ class RelayControl:
         return self._ask(ClearRequest())
 
     def rebind(self) -> dict[str, Any]:
-        """Send what comes from now on to the remote site from other UDP ports."""
+        """Send later datagrams to the remote site from other UDP ports."""
         return self._ask(RebindRequest())
 
     def _ask(self, request: Request) -> dict[str, Any]:

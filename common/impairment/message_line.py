@@ -1,9 +1,8 @@
-"""Effect of an impaired link on messages: each may be late, lost, duplicated or reordered.
+"""Effect of an impaired link on messages: each may be late, lost, duplicated, corrupted or reordered.
 
-Loss of messages: a Markov chain of two conditions of the link, each with its own share of losses.
-
-Gilbert and Elliott's model is such a chain. Random loss with a correlation C is one, too: bad loses all, good
-loses nothing, and the chain turns bad with P (1 - C) and good with (1 - P) (1 - C).
+Losses follow a Markov chain with two states of the link, good and bad, each with its own share of losses: the
+model of Gilbert and Elliott. Random loss of share P with a correlation C is such a chain as well: the bad state
+loses all messages, the good one none, and the chain turns bad with P (1 - C) and good with (1 - P) (1 - C).
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ class GilbertElliott:
 
 
 class Loss:
-    """Decides for one message after another whether it is lost. Begins in the chain's long-run state.
+    """Source of losses, message by message. The first state is drawn from the chain's long-run distribution.
 
     Args:
         settings: Parameters; `change` replaces them.
@@ -90,11 +89,11 @@ class Loss:
 
 
 class Arrival(NamedTuple):
-    """The arrival of one copy of a message.
+    """Arrival of one copy of a message.
 
     Args:
-        due_s: When [s].
-        corrupted_at: Where one bit of it is inverted, as a part of its length from 0 to below 1; None for a whole one.
+        due_s: Time of the arrival [s].
+        corrupted_at: Place of the one inverted bit, as a share of the length from 0 to below 1; None for an intact copy.
     """
 
     due_s: float
@@ -109,7 +108,7 @@ class Arrival(NamedTuple):
 
 
 class MessageLine:
-    """One direction of a link of messages: decides when each arrives, how often, how whole, and whether at all.
+    """One direction of a link of messages, which draws the arrivals of each message.
 
     Each impairment has its own random sequence, so that a change of one leaves the others as they are. A
     message that is lost in transit has still taken its time to send.
@@ -141,8 +140,8 @@ class MessageLine:
             n_bytes: Size of the message.
 
         Returns:
-            Its arrivals: none if it is lost, two if it is duplicated. A later message may arrive earlier where
-            jitter or reorder have it so.
+            The arrivals: none of a lost message, two of a duplicated one. With jitter or reorder a later message may
+            arrive earlier.
         """
         settings = self._settings
         sending_s = 8 * n_bytes / settings.rate_bps if settings.rate_bps else 0.0

@@ -1,7 +1,7 @@
 """In-process link in virtual time: each message may be late, lost, duplicated, corrupted or reordered.
 
-Both ends offer the protocol `farhand.common.link.link.Link`. What Zenoh and TCP add (retransmission, order,
-the handshake) is not modelled: this link is worse than any of theirs, and shows nothing about their timing.
+Both ends offer the protocol `farhand.common.link.link.Link`. Retransmission, order and the handshake
+of Zenoh and TCP are not modelled: this link is worse than theirs, and says nothing about their timing.
 """
 
 from __future__ import annotations

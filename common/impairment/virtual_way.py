@@ -1,4 +1,4 @@
-"""One direction of a link in virtual time: what waits to be sent, what is in transit, what arrives when."""
+"""One direction of a link in virtual time: its queues, the packets in transit, and their arrivals."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class OneWay:
             if packet is None:
                 break
             for arrival in self._line.push(now_s, len(packet.data) + OVERHEAD_BYTES):
-                if arrival.corrupted_at is None:  # the transport drops what its checksum does not fit
+                if arrival.corrupted_at is None:  # the transport drops packets with a wrong checksum
                     self._time.call_at(arrival.due_s, partial(self._arrive, packet, self._epoch))
         self._wake_when_possible(now_s)
 

@@ -1,4 +1,4 @@
-"""Conversion of messages to bytes and back. An arriving message is checked whole before anybody sees it."""
+"""Conversion of messages to bytes and back. An arriving message is checked completely before it is handled."""
 
 from __future__ import annotations
 

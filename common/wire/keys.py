@@ -11,11 +11,11 @@ from enum import Enum
 from farhand.common.wire.messages import MAX_BYTES, MOST_CONTENT_BYTES
 
 _SMALL_BYTES = 2048
-"""Room for whatever has no content [B]: names, a few numbers."""
+"""Largest size of a message without bulk content [B]: names and a few numbers."""
 
 
 class Urgency(Enum):
-    """Order in which the transport serves what waits; the values are the transport's names."""
+    """Order in which the transport serves waiting messages; the values are the transport's names."""
 
     STOP = "REAL_TIME"
     COMMAND = "INTERACTIVE_HIGH"
@@ -72,7 +72,7 @@ EVENT = Channel("rov/event", Urgency.EVENT, must_arrive=True, most_bytes=MAX_BYT
 PATH = Channel("rov/path", Urgency.BULK, must_arrive=False, most_bytes=MAX_BYTES)
 
 OBSERVERS = (STOP, HEARTBEAT, REPORT, EVENTS, CATALOGUE, BLOB)
-"""Where a site may speak that watches and may stop, and nothing else."""
+"""Channels on which a site may send that has the right to watch and stop only."""
 
 ALL = (
     STOP,

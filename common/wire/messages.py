@@ -68,7 +68,7 @@ class ArmState(Struct, frozen=True, forbid_unknown_fields=True, array_like=True)
     force_n: float
     """Force on its tool [N]."""
     overruns: Count
-    """Control periods that came too late in this boot, and were left out."""
+    """Control periods of this boot that were skipped because they came too late."""
 
 
 class Telemetry(
@@ -120,9 +120,9 @@ class Telemetry(
     stale_refused: Count = 0
     """Number of operators' messages refused for their age or their lease in this boot."""
     pace: float = 1.0
-    """How fast executions and manoeuvres go, as a share of how they were meant."""
+    """Speed of executions and manoeuvres, as a share of their intended speed."""
     arm: ArmState | UnsetType = UNSET
-    """State of an arm; None for a point."""
+    """State of an arm; unset for a point."""
     recorded_s: float | UnsetType = UNSET
     """Duration so far of the motion that is recorded in DIRECT."""
 
@@ -144,7 +144,7 @@ class OperatorInput(Message, frozen=True, kw_only=True):
     coupling_id: Count
     position_m: Vector
     rotation_rad: Rotation = ()
-    """Of a hand that guides a pose: a rotation vector [rad]."""
+    """Orientation of a hand that guides a pose: a rotation vector [rad]."""
     released: bool = False
     """The drag ended: the operator let go."""
 
@@ -164,9 +164,9 @@ class Wish(StrEnum):
     """Local site's request about the control of the robot."""
 
     CONTROL = "control"
-    """Have it when it is free, keep it while it has it."""
+    """Take the control when it is free, and keep it."""
     WATCH = "watch"
-    """Never take the control; give it up."""
+    """Only watch; give up the control."""
     ASK = "ask"
     """Ask the holder for the control."""
     GIVE = "give"
@@ -191,10 +191,10 @@ class LeaseReply(Message, frozen=True, kw_only=True):
     holder: Id
     reason: Reason | None = None
     asked_by: Id = ""
-    """To the holder: who asks for the control."""
+    """To the holder: name of the site that asks for the control."""
     stamp: Stamp
     tasks: Annotated[tuple[Id, ...], Meta(min_length=1, max_length=MOST_TASKS)]
-    """Names of the robot's tasks; it begins with the first."""
+    """Names of the robot's tasks; the robot starts with the first."""
     n_dims: Annotated[int, Meta(ge=2, le=3)]
     newest_age_s: float | None = None
     """Age of the echo in the request, as the robot measured it [s]."""
@@ -212,11 +212,11 @@ class Command(Message, frozen=True, kw_only=True):
     model_sha256: Sha256 = ""
     plan_id: Count = 0
     pace: Pace = 1.0
-    """What "set pace" sets; executions and manoeuvres go at it from then on."""
+    """New speed for "set pace", for all executions and manoeuvres from then on."""
 
 
 class CommandReply(Message, frozen=True, kw_only=True):
-    """First answer to a command: received, or refused with the reason and what was measured."""
+    """First answer to a command: accepted, or refused with the reason and the measured value."""
 
     command_id: Id
     accepted: bool
@@ -302,7 +302,7 @@ class ModelTransfer(Message, frozen=True, kw_only=True):
     """Learned model, whole or in parts; a part without content asks whether the robot has the model."""
 
     session: Id = ""
-    """Of the sender: while another site is in control of the robot, that one alone sends models."""
+    """Session of the sender: while a site is in control of the robot, only that site may send models."""
     task: Id
     sha256: Sha256
     version: Count = 0
@@ -310,16 +310,16 @@ class ModelTransfer(Message, frozen=True, kw_only=True):
     parent_sha256: Sha256 = ""
     """SHA-256 of the model that this one was refined from."""
     size: Annotated[int, Meta(ge=0, le=MAX_MODEL_BYTES)] = 0
-    """Of the whole model [B]; 0: this is all of it."""
+    """Size of the whole model [B]; 0: this message has all of it."""
     offset: Count = 0
-    """Where this part begins in it [B]."""
+    """Offset of this part in the model [B]."""
     content: Annotated[bytes, Meta(max_length=MOST_CONTENT_BYTES)]
 
 
 class ModelReply(Message, frozen=True, kw_only=True):
-    """Robot's confirmation: the hash computed over what it decoded and stored.
+    """Robot's confirmation of a model, by the hash of what it stored.
 
-    For a part: how much of the model has arrived; the model counts when all of it has.
+    After a part it names the number of arrived bytes; the model is confirmed when all have arrived.
     """
 
     accepted: bool
@@ -332,18 +332,18 @@ class ModelReply(Message, frozen=True, kw_only=True):
 
 
 class CatalogueRequest(Message, frozen=True, kw_only=True):
-    """Request for the list of what the robot offers."""
+    """Request for the list of the robot's recordings and its drawing."""
 
 
 class RecordingOffer(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
     """Motion that the robot recorded while it was driven."""
 
     sha256: Sha256
-    """Of its content, see `farhand.common.wire.motion_encoding`."""
+    """SHA-256 of its content, see `farhand.common.wire.motion_encoding`."""
     site_name: Id
     """Site that drove."""
     whole: bool
-    """True if the driving operator ended it, and nothing else did."""
+    """True if the driving operator ended it, False if anything else did."""
     duration_s: float
 
 
@@ -355,7 +355,7 @@ class CatalogueReply(Message, frozen=True, kw_only=True):
     recordings: Annotated[tuple[RecordingOffer, ...], Meta(max_length=8)] = ()
     """Recordings of this boot, the newest last."""
     version: Id = ""
-    """Of the robot's Farhand."""
+    """Version of the robot's Farhand."""
     stamp: Stamp
 
 
@@ -363,9 +363,9 @@ class BlobRequest(Message, frozen=True, kw_only=True):
     """Request for a part of a content that the catalogue names."""
 
     sha256: Sha256
-    """Of the whole content."""
+    """SHA-256 of the whole content."""
     offset: Count = 0
-    """Where the part begins [B]."""
+    """Offset of the part in the content [B]."""
     n_bytes: Annotated[int, Meta(ge=1, le=MOST_CONTENT_BYTES)]
     """Largest size of the part [B]."""
 
@@ -374,11 +374,11 @@ class BlobReply(Message, frozen=True, kw_only=True):
     """Part of a content; the receiver of all parts compares the hash."""
 
     sha256: Sha256
-    """Of the whole content."""
+    """SHA-256 of the whole content."""
     size: Annotated[int, Meta(ge=0, le=4_000_000)]
-    """Of the whole content [B]; 0: the robot does not have it."""
+    """Size of the whole content [B]; 0: the robot does not have it."""
     offset: Count = 0
-    """Where the part begins [B]."""
+    """Offset of the part in the content [B]."""
     content: Annotated[bytes, Meta(max_length=MOST_CONTENT_BYTES)] = b""
     """Bytes of the part."""
     stamp: Stamp
@@ -400,9 +400,9 @@ class PlannedPath(Message, frozen=True, kw_only=True):
     """Shape (N, n_coordinates); see `farhand.common.wire.motion_encoding`."""
     reaches_end: bool
     away: Annotated[float, Meta(ge=0, le=1e6)] = 0.0
-    """How many times further away than in the demonstrations a previewed motion begins or ends; 0: no preview."""
+    """Distance of a previewed motion's start or end from the demonstrated ones, as a multiple of their spread; 0: no preview."""
     away_frame: Count = 0
-    """The task frame that sees it furthest away, from 0."""
+    """Index of the task frame in which that multiple is largest, from 0."""
 
 
 class Stop(Message, frozen=True, kw_only=True):

@@ -179,7 +179,7 @@ def because(code: Code, **values: float | str | tuple[str, ...]) -> Reason:
 
     Args:
         code: Code of the reason.
-        values: Its numbers and names, in the order on the wire, the measured value first.
+        values: Numbers and names of the reason, in the order on the wire, the measured value first.
     """
     return Reason(
         code.value,

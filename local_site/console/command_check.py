@@ -1,6 +1,6 @@
-"""The console's permission for commands: the common rule, and what this site alone knows.
+"""Permission of commands at the console: the common rule, and rules of this site.
 
-The page's buttons and the console ask the same function, so that a button never offers what the console would refuse.
+The page's buttons and the console use the same function, so that no button offers a command that the console refuses.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from farhand.local_site.console.console_state import ConsoleState
 
 
 class CommandRefused(FarhandError):
-    """A command that the console does not send.
+    """Refusal of a command by the console.
 
     Args:
-        reason: Why.
+        reason: Reason of the refusal.
     """
 
     def __init__(self, reason: Reason):
@@ -27,12 +27,12 @@ class CommandRefused(FarhandError):
 
 
 def command_refusal(action: Action, picture: ConsoleState, shown: ControlMode | None = None) -> Reason | None:
-    """Return why a command is not sent now; None when it may be. The robot judges once more.
+    """Return the reason why a command may not be sent now; None if it may. The robot checks it again.
 
     Args:
-        action: The command. Stop is always allowed.
+        action: Action of the command; Stop is always allowed.
         picture: State of the console.
-        shown: Mode that the operator saw; None if that does not matter.
+        shown: Mode that the page showed to the operator; None to skip this check.
     """
     robot = picture.robot
     if action is Action.STOP:

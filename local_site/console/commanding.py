@@ -1,4 +1,4 @@
-"""Commands to the robot: who is in control, which commands are pending, and how they ended."""
+"""Commands to the robot: the lease, the pending commands, and their outcomes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Commanding:
         inquiries: Asks the robot.
         monitor: Measures the round trip from the heartbeats.
         site_name: Name of this site.
-        notify: Tells the operator.
+        notify: Shows a message to the operator.
         wish: First wish of this site about the control of the robot.
     """
 
@@ -69,7 +69,7 @@ class Commanding:
         self.pending: dict[Action, Pending] = {}
         self.round_trips_s: list[float] = []
         self._lease_stamp_ns, self._lease_boot = 0, ""
-        # Not from zero: the robot echoes its holder's heartbeats; ours must differ from another site's.
+        # Not from zero: the robot echoes its holder's heartbeats, and those of two sites must differ.
         self._heartbeat_seq = secrets.randbelow(2**31)
         self._heartbeat_s = self._renewed_s = float("-inf")
         self._renewed_boot = ""
@@ -84,7 +84,7 @@ class Commanding:
         self._renewed_s = float("-inf")
 
     def tick(self, robot: Telemetry | None, now_s: float) -> None:
-        """Send a sign of life, renew the lease, and give up commands that were never answered."""
+        """Send a heartbeat, renew the lease, and give up commands that were never answered."""
         echo = robot.stamp if robot else None
         if now_s - self._heartbeat_s >= _HEARTBEAT_S:
             self._heartbeat_s = now_s
@@ -159,7 +159,7 @@ class Commanding:
         )
 
     def on_report(self, robot: Telemetry) -> None:
-        """Process a newer report: it shows what an accepted command led to."""
+        """Process a newer report, which may settle an accepted command."""
         for action, pending in list(self.pending.items()):
             if pending.accepted_ns is not None and action is not Action.PREVIEW:
                 later = robot.stamp.t_ns > pending.accepted_ns and robot.mode is pending.leads_to
@@ -208,6 +208,6 @@ class Commanding:
             self.pending[action] = Pending(command_id, pending.since_s, reply.stamp.t_ns, reply.mode)
 
     def _tell(self, at_s: float, action: Action, why: Reason, prefix: str = "") -> None:
-        """Tell the operator why something was not done."""
+        """Tell the operator why an action was not done."""
         text = f"{prefix}{sentence(why)}"
         self._notify(Notice(at_s, action, text, good=False, measured=why.measured, code=why.code))

@@ -1,7 +1,7 @@
-"""Operator's console: every intent and report goes through one queue with one owner; STOP has its own lane.
+"""Operator's console: every intent and report goes through one queue with one owner, except STOP, which is sent at once.
 
-It shows what the robot reported, never what it expects: an action stays pending until the robot's own report
-settles it.
+The console shows only the reported state of the robot, never an expected one: an action is pending until the robot's
+report settles it.
 """
 
 from __future__ import annotations
@@ -46,18 +46,18 @@ PERIOD_S = 0.05
 
 
 class Console:
-    """Owner of everything that the operator's site knows and asks.
+    """Owner of the site's state, and sender of its requests.
 
     Args:
         library: Lessons of all tasks.
         link: To the robot.
         site_name: Name of this site.
         log: Keeps the log of events; None keeps it in memory alone.
-        wish: Whether this site takes control when it can, or watches.
+        wish: Whether this site takes the control of the robot when it is free, or only watches.
         now_s: Clock of this site [s].
         rate_bps: Capacity of the link [bit/s]; 0 for more than enough.
-        place: Workcell of the operator; None makes the one that the tasks need.
-        known: Drawings of robots that need not be fetched; None when nobody draws the robot.
+        place: Workcell of the operator; None to make the one that the tasks need.
+        known: Drawings of robots that need not be fetched; None if the robot is not drawn.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class Console:
         self.owner.put(partial(self._on_intent, intent))
 
     def ask_report(self, timeout_s: float = 15.0) -> ExecutionReport | None:
-        """Ask the robot how the newest execution went, and wait. None when no answer came."""
+        """Ask the robot for the report of its newest execution, and wait. Return None without an answer."""
         answers: queue.SimpleQueue[ExecutionReport | None] = queue.SimpleQueue()
         self.request_report(answers.put)
         try:
@@ -145,7 +145,7 @@ class Console:
             return None
 
     def request_report(self, answered: Callable[[ExecutionReport | None], None]) -> None:
-        """Ask the robot how the newest execution went; return at once.
+        """Ask the robot for the report of its newest execution; return at once.
 
         Args:
             answered: Called once, in the console's thread; with None when no answer came.
@@ -247,11 +247,11 @@ class Console:
         self._tell("restart", "the robot was restarted: send the models again", good=False)
 
     def _forget_what_was_asked(self, why: str) -> None:
-        """Forget requests made in another situation; a stop is resent all the same."""
+        """Forget requests made in another situation; a stop is still resent."""
         self._teaching.roll_back(why)
         self._reports.forget_plan()
         self._commanding.pending.clear()
-        self._tell("suspended", f"{why}: what was asked before is not asked again", good=False)
+        self._tell("suspended", f"{why}: earlier requests are not repeated", good=False)
 
     def _on_event(self, event: Event) -> None:
         self._commanding.on_event(event, self._now_s())

@@ -64,4 +64,4 @@ def _relay_facts(control: RelayControl | None) -> tuple[LinkFacts | None, str]:
     except FarhandError as error:
         return None, str(error)
     except KeyError as error:
-        return None, f"the simulated link is of another version: it does not say {error}"
+        return None, f"the simulated link is of another version: its status lacks {error}"

@@ -38,10 +38,10 @@ class RecordDemonstration:
 
 @dataclass(frozen=True)
 class EndDemonstration:
-    """Request to end the demonstration that is being recorded and keep what was learned.
+    """Request to end the demonstration in progress and keep it.
 
     Args:
-        anyway: True to keep a motion that misses the task's goal; otherwise the operator is asked first.
+        anyway: True to keep a motion that misses the task's goal without asking the operator.
     """
 
     label: ClassVar[str] = "end"
@@ -51,7 +51,7 @@ class EndDemonstration:
 
 @dataclass(frozen=True)
 class Undo:
-    """Request to forget the demonstration that is being recorded, or else the last one."""
+    """Request to discard the demonstration in progress, else the last one."""
 
     label: ClassVar[str] = "undo"
 

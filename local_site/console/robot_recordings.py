@@ -18,11 +18,11 @@ from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.library import Library
 
 _SOURCE = "driven; recorded by the robot as "
-"""Where a demonstration of the robot's is from; its hash follows."""
+"""Beginning of the source of a demonstration that the robot recorded; the hash follows."""
 
 
 class RobotRecordings:
-    """Learner of the robot's recordings: of this process at once, of earlier ones when asked to recover.
+    """Learner of the robot's recordings: of those of this process at once, of earlier ones by Recover.
 
     Used by the console's thread alone.
 
@@ -56,10 +56,7 @@ class RobotRecordings:
         return self._newest is not None and self.fetching is None
 
     def action_for(self, intent: intents.Intent, picture: ConsoleState) -> Action | None:
-        """Return the action to ask of the robot when an intent is about its recording.
-
-        None when it is not.
-        """
+        """Return the action of the robot for an intent about its recording; None for any other intent."""
         match intent:
             case intents.RecordDemonstration() if picture.coupled:
                 self._expected = True
@@ -82,7 +79,7 @@ class RobotRecordings:
     def on_restart(self) -> None:
         """Forget the robot's recordings: it was restarted, and they are gone."""
         if self._expected or self._ended or self._newest is not None:
-            self._tell("record", "the robot was restarted: what it had recorded is lost", good=False)
+            self._tell("record", "the robot was restarted: its recordings are lost", good=False)
         self._expected = self._ended = False
         self._offers = ()
         self._to_fetch.clear()
@@ -103,7 +100,7 @@ class RobotRecordings:
         """Fetch and learn the newest recording that was not learned.
 
         Raises:
-            NotNow: When there is none, or one is being fetched.
+            NotNow: When there is no such recording, or one is being fetched.
         """
         offer = self._newest
         if offer is None or self.fetching is not None:
@@ -112,7 +109,7 @@ class RobotRecordings:
         self._fetch_next()
 
     def learn_arrived(self) -> None:
-        """Learn an arrived recording, once no other demonstration is being made."""
+        """Learn an arrived recording, unless another demonstration is being made."""
         if self._arrived is None or self._library.recording:
             return
         (sha256, content), self._arrived = self._arrived, None
@@ -120,15 +117,15 @@ class RobotRecordings:
         try:
             learned = self._learn(content, sha256)
         except FarhandError as error:
-            self._tell("record", f"what the robot recorded was not learned: {error}", good=False)
+            self._tell("record", f"the robot's recording was not learned: {error}", good=False)
         else:
-            self._tell("record", f"learned what the robot recorded: {learned}")
+            self._tell("record", f"learned the robot's recording: {learned}")
 
     def _learn(self, content: bytes, sha256: str) -> str:
-        """Learn a recorded motion into its task; return what is known of it now.
+        """Learn a recorded motion into its task; return the task and its number of components, in words.
 
         Raises:
-            FarhandError: When it is malformed, of an unknown task, or no motion.
+            FarhandError: When the motion is malformed, of an unknown task, or cannot be learned.
         """
         motion = RecordedMotion.from_bytes(content)
         task, taught = self._library.tasks.get(motion.task), self._library.by_task.get(motion.task)
@@ -137,7 +134,7 @@ class RobotRecordings:
             or taught is None
             or (motion.frame_names, motion.space) != (task.frame_names, task.space)
         ):
-            raise NotNow(f"it is one of {motion.task!r}, which is not taught here")
+            raise NotNow(f"its task {motion.task!r} is not taught here")
         taught.learn([_demonstration(motion, sha256)])
         assert taught.learned is not None
         return f"{task.name}, {taught.learned.model.n_components} components"
@@ -150,7 +147,7 @@ class RobotRecordings:
     def _on_content(self, sha256: str, content: bytes | None) -> None:
         self._fetching = ""
         if content is None:
-            self._tell("record", "what the robot recorded could not be fetched", good=False)
+            self._tell("record", "the robot's recording could not be fetched", good=False)
         else:
             self._arrived = sha256, content
             self._done.add(sha256)

@@ -1,4 +1,4 @@
-"""Models that the operator wants sent to the robot: one task's, each task's, or whatever changes."""
+"""Sending of models to the robot: one task's, each task's, or every changed one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from farhand.local_site.teaching.library import Library
 
 
 class Sending:
-    """Executes the operator's intents about sending, and reports the outcome.
+    """Executor of the operator's intents about sending, which reports the outcome.
 
     Used by the console's thread alone.
 
@@ -50,14 +50,14 @@ class Sending:
                 self.by_itself = on
 
     def robot_does(self, name: str) -> bool:
-        """Return whether the robot does a task, as far as is known."""
+        """Decide whether the robot has a task; True while its tasks are unknown."""
         return not self._robot_tasks or name in self._robot_tasks
 
     def ask_what_it_has(self, boot: str) -> None:
-        """Ask a robot that was not asked yet which of the models it has: this site may have been restarted.
+        """Ask the robot, once per boot, which of the models it has: this site may have been restarted.
 
         Args:
-            boot: Process life of the robot.
+            boot: Boot id of the robot.
         """
         if boot != self._asked_boot:
             self._asked_boot = boot
@@ -69,7 +69,7 @@ class Sending:
         """Send changed models, if the operator chose so.
 
         Args:
-            robot_tasks: Tasks that the robot named; none before it has.
+            robot_tasks: Names of the robot's tasks; empty before its first answer.
         """
         if robot_tasks != self._robot_tasks:
             self._robot_tasks = robot_tasks

@@ -1,4 +1,4 @@
-"""Intents about demonstrations at the local site: recording, undoing, returning to revisions."""
+"""Intents about demonstrations at the local site: recording, undo, and return to revisions."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from farhand.local_site.teaching.task_library import TaskLibrary
 from farhand.local_site.workcell.workcell import Workcell
 
 _LOST_S = 3.0
-"""Control that came back sooner was not lost; equals the duration of a lease [s]."""
+"""Time without control after which it counts as lost; equals the duration of a lease [s]."""
 
 
 class Teaching:
-    """Executes the operator's intents about the chosen task. Used by the console's thread alone.
+    """Executor of the operator's intents about the chosen task. Used by the console's thread alone.
 
     Args:
         library: Lessons of all tasks.
@@ -65,21 +65,21 @@ class Teaching:
                 self._move_arm(intent)
 
     def choose(self, name: str, picture: ConsoleState) -> None:
-        """Choose the task that is taught, and switch the workcell to it.
+        """Choose the task to teach, and switch the workcell to it.
 
         Args:
             name: Name of the task.
             picture: Present state of the console.
 
         Raises:
-            NotNow: When there is no such task, something is recorded, or the robot executes the one before.
+            NotNow: When there is no such task, a demonstration is being recorded, or the robot executes the present task.
         """
         if picture.robot_records:
             raise NotNow("the robot records a demonstration: end or undo it first")
         if picture.mode in (ControlMode.AUTONOMOUS, ControlMode.PAUSED):
             raise NotNow(f"the robot executes {self._library.task.name}: end that first, by Clutch or Abort")
         if picture.pending.keys() & {Action.PREVIEW, Action.EXECUTE}:
-            raise NotNow("a preview or an execution is under way: wait for what the robot says")
+            raise NotNow("a preview or an execution is under way: wait for the robot's answer")
         self._library.choose(name)
         self._place.switch_task(self._library.task)
         self._tell("task", f"{name} is chosen: it is taught, previewed and executed now")
@@ -93,14 +93,14 @@ class Teaching:
             self.roll_back("the control of the robot was lost")
 
     def roll_back(self, why: str) -> None:
-        """Forget a demonstration in progress; the model is as before it, bit for bit."""
+        """Roll a demonstration in progress back; the model is as before it, bit for bit."""
         if self._task.recording:
             self._task.set_aside()
-            self._tell("recording", f"rolled back: {why}; what was recorded can be recovered")
+            self._tell("recording", f"rolled back: {why}; Recover learns it all the same")
 
     @property
     def miss(self) -> str:
-        """Distance of an ended demonstration from the goal, in words, while the operator is asked about it."""
+        """Distance of the ended demonstration from the goal, in words, while the operator is asked to keep it."""
         return self._task.miss() if self.asks_to_keep else ""
 
     def _end(self, anyway: bool) -> None:
@@ -148,10 +148,10 @@ class Teaching:
         match intent:
             case intents.SelectRevision(number):
                 self._task.go_to(number)
-                self._tell("library", f"revision {number} counts now")
+                self._tell("library", f"revision {number} is current now")
             case intents.StartAnew():
                 self._task.start_anew()
-                self._tell("library", "begun anew; what was taught before can be gone back to")
+                self._tell("library", "started without demonstrations; the earlier ones stay as a revision")
             case intents.Delete(number):
                 self._task.delete(number)
                 self._tell("library", f"revision {number} was deleted")

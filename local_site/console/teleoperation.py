@@ -1,4 +1,4 @@
-"""Operator's half of direct teleoperation: sends the hand's movement to the robot."""
+"""Direct teleoperation, the operator's part: the hand's movement is sent to the robot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Teleoperation:
         """Coupling in which the present drag moved the robot; 0 for none."""
 
     def goes_on(self, coupling: int, released: bool) -> bool:
-        """Decide whether a drag still moves what it moved before: one that drove the robot never moves anything else.
+        """Decide whether a drag may continue: one that drove the robot must never move anything else.
 
         Args:
             coupling: Present coupling, 0 for none.
@@ -36,7 +36,7 @@ class Teleoperation:
         return began == coupling
 
     def end_drag(self) -> None:
-        """End the drag: the operator asks for something else, so the hand is free."""
+        """End the drag, because the operator gives a command."""
         self._drag = 0
 
     def hand(self, point: tuple[float, ...], released: bool, robot: Telemetry, lease_id: str) -> None:
@@ -46,7 +46,7 @@ class Teleoperation:
             point: Position [m], or pose. Length C.
             released: True when the hand let go: the coupling ends.
             robot: Report that the operator sees; it must be coupled.
-            lease_id: Proof of control.
+            lease_id: Id of the lease, the proof of control.
         """
         self._seq += 1
         turned = len(point) == POSE.n_coordinates
@@ -66,8 +66,8 @@ class Teleoperation:
 
         Args:
             position_m: New mean position of the target. Length D [m].
-            robot: The report that the operator sees; before the first one nothing is sent.
-            lease_id: Proof of control.
+            robot: The report that the operator sees; None before the first, when nothing is sent.
+            lease_id: Id of the lease, the proof of control.
         """
         if robot is not None:
             message = MoveTarget(echo=robot.stamp, lease_id=lease_id, position_m=position_m)

@@ -26,7 +26,7 @@ _ARM_EXTENT_M = 0.4
 
 
 class NotNow(FarhandError):
-    """Refusal of something that is not possible at this moment; its text says why."""
+    """Refusal of a request that is not possible now; its text has the reason."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,10 @@ class LearnedModel:
 
 
 class Lesson:
-    """Lesson of one task; it starts with what was current when the last process ended.
+    """Lesson of one task; it starts with the revision that was current at the end of the last process.
 
     Args:
-        task: Task that is taught.
+        task: Task to teach.
         folder: Folder of its demonstrations and models.
     """
 
@@ -68,7 +68,7 @@ class Lesson:
         """Learner of these demonstrations; it learns the demonstration in progress as well."""
         self.learned: LearnedModel | None = None
         """Model of all of them."""
-        self._begin_with_what_counted()
+        self._restore()
 
     @property
     def revisions(self) -> tuple[Revision, ...]:
@@ -82,17 +82,19 @@ class Lesson:
         return current.number if current is not None else 0
 
     def end(self, demonstration: Demonstration) -> None:
-        """Add the demonstration that the learner has just been learning.
+        """Add the demonstration that the learner has learned while it was recorded.
 
         Raises:
-            InvalidDemonstration: When it is no motion; the learner is as before it.
-            NotSaved: When it was added, but could not be written to disk.
+            InvalidDemonstration: When it has no motion that can be learned; the learner is as before it.
+            NotSaved: When it was added, but not written to disk.
         """
         try:
             check_units(demonstration)
             check_moves(demonstration, self.settings)
             self.learner.end()
-            self._count(self.learner, (*self.demonstrations, StoredDemonstration.made_now(demonstration)))
+            self._make_current(
+                self.learner, (*self.demonstrations, StoredDemonstration.made_now(demonstration))
+            )
         except InvalidInput:
             self.learner = self._learner_of(self.demonstrations)
             raise
@@ -101,23 +103,23 @@ class Lesson:
         """Learn whole demonstrations as one revision: all of them or none.
 
         Raises:
-            InvalidDemonstration: When one is no motion; nothing is learned.
-            NotSaved: When they were learned, but could not be written to disk.
+            InvalidDemonstration: When one has no motion that can be learned; nothing is learned.
+            NotSaved: When they were learned, but not written to disk.
         """
         made = tuple(StoredDemonstration.made_now(prepared(each, self.settings)) for each in demonstrations)
         self.relearn((*self.demonstrations, *made))
 
     def lacking(self, demonstrations: Sequence[Demonstration]) -> list[Demonstration]:
-        """Return those of some demonstrations that are not learned yet."""
+        """Return the given demonstrations without those that are learned already."""
         known = [each.demonstration for each in self.demonstrations]
         pairs = [(each, prepared(each, self.settings)) for each in demonstrations]
         return [each for each, motion in pairs if not any(motion.same_motion(one) for one in known)]
 
     def undo(self) -> None:
-        """Return to before the newest demonstrations: those that were learned at once are undone at once.
+        """Undo the newest demonstration, or the newest ones together if they were learned together.
 
         Raises:
-            NotSaved: When it was undone, but could not be written to disk.
+            NotSaved: When it was undone, but not on disk.
         """
         names = tuple(each.name for each in self.demonstrations)
         starts = [
@@ -134,10 +136,10 @@ class Lesson:
         """Learn these demonstrations in place of all others.
 
         Raises:
-            InvalidDemonstration: When one is no motion; nothing is changed.
-            NotSaved: When they were learned, but could not be written to disk.
+            InvalidDemonstration: When one has no motion that can be learned; nothing is changed.
+            NotSaved: When they were learned, but not written to disk.
         """
-        self._count(self._learner_of(demonstrations), demonstrations)
+        self._make_current(self._learner_of(demonstrations), demonstrations)
 
     def start_anew(self) -> None:
         """Begin without demonstrations.
@@ -145,7 +147,7 @@ class Lesson:
         The present ones stay as a revision until they are deleted on purpose.
 
         Raises:
-            NotSaved: When it was done, but could not be written to disk.
+            NotSaved: When it was done, but not on disk.
         """
         self._archive.revisions.hold()
         self.relearn(())
@@ -156,7 +158,7 @@ class Lesson:
         Raises:
             NotNow: When there is no such revision.
             InvalidDemonstration: When one of its files is missing or damaged; nothing is changed.
-            NotSaved: When it is current, but this could not be written to disk.
+            NotSaved: When it is current, but not on disk.
         """
         demonstrations = self._archive.load(self._kept(number))
         self._archive.revisions.hold()
@@ -170,7 +172,7 @@ class Lesson:
             NotSaved: When it was deleted, but not on disk.
         """
         if self._kept(number).number == self.revision:
-            raise NotNow(f"revision {number} is the one that counts: go to another one first")
+            raise NotNow(f"revision {number} is the current one: go to another one first")
         self._archive.forget(number)
 
     def _kept(self, number: int) -> Revision:
@@ -200,8 +202,8 @@ class Lesson:
         learner.observe_many(motion.points, motion.frames(), motion.time_s)
         learner.end()
 
-    def _count(self, learner: OnlineLearner, demonstrations: tuple[StoredDemonstration, ...]) -> None:
-        """Make the model, and make it and its demonstrations current; a model that fails changes nothing."""
+    def _make_current(self, learner: OnlineLearner, demonstrations: tuple[StoredDemonstration, ...]) -> None:
+        """Compute the model, and make it and its demonstrations current; a model that fails changes nothing."""
         parent_sha256 = self.learned.sha256 if self.learned is not None else ""
         content = encode(learner.model()) if demonstrations else b""
         model = decode(content) if content else None  # bit for bit what the robot will have
@@ -212,8 +214,8 @@ class Lesson:
         finally:
             self.learned = model and LearnedModel(model, content, sha256, self.revision, parent_sha256)
 
-    def _begin_with_what_counted(self) -> None:
-        """Learn what was current; set damaged demonstrations aside, and learn the others."""
+    def _restore(self) -> None:
+        """Learn the current revision again; set damaged demonstrations aside, and learn the others."""
         revision, self.faults = self._archive.revisions.current, self._archive.revisions.faults
         try:
             if revision is not None:
@@ -236,12 +238,12 @@ class Lesson:
                 sound.append(kept)
             except InvalidDemonstration as error:
                 self._archive.set_aside(name)
-                fault = f"a demonstration of {self._task.name} is damaged and does not count: {error}"
+                fault = f"a demonstration of {self._task.name} is damaged and was left out: {error}"
                 self.faults += (fault,)
         return tuple(sound)
 
 
 def _lambda_m(task: AnyTask) -> float:
-    """Return the task's own lambda, or one that suits the size of its motions [m]."""
+    """Return the task's own lambda, else a fraction of the size of its motions [m]."""
     extent_m = max(task.workspace_m) if isinstance(task, PointTask) else _ARM_EXTENT_M
     return task.learning.max_distance_m or LAMBDA_FRACTION * extent_m

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 class Library:
-    """Lessons of all tasks; the first task is chosen at first, and earlier lessons are loaded.
+    """Lessons of all tasks, including those of earlier processes; the first task is chosen at the start.
 
     Args:
         tasks: Tasks of the robot.
@@ -56,7 +56,7 @@ class Library:
             times_s: Times of the points. Shape (n,) [s].
 
         Raises:
-            InvalidDemonstration: When this is no motion; everything before it is learned.
+            InvalidDemonstration: When a point is impossible; the points before it are learned.
         """
         if self.recording:
             for point, time_s in zip(points, times_s, strict=True):

@@ -22,7 +22,7 @@ _INDEX = "library.json"
 
 
 class NotSaved(FarhandError):
-    """Failure to write to disk what was learned or undone; in memory it is done."""
+    """Failure to write a change to disk; in memory it was made."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class StoredDemonstration:
 
     @classmethod
     def made_now(cls, demonstration: Demonstration) -> StoredDemonstration:
-        """Return a demonstration with a new file name, made from the present time."""
+        """Return a demonstration with a new file name, which contains the present time."""
         name = f"demonstration-{time.strftime('%Y%m%dT%H%M%S')}-{time.time_ns() % 10**9 // 1000:06d}.npz"
         return cls(name, demonstration)
 
@@ -43,7 +43,7 @@ class TaskArchive:
     """Files of one task.
 
     Args:
-        folder: Folder; made when something is written.
+        folder: Folder of the task, created when something is written.
     """
 
     def __init__(self, folder: Path):
@@ -63,7 +63,7 @@ class TaskArchive:
         return StoredDemonstration(name, Demonstration.load(self._folder / name))
 
     def set_aside(self, name: str) -> None:
-        """Rename a damaged file so that nothing looks for it, or remove it."""
+        """Rename a damaged file, so that it is not read again."""
         with contextlib.suppress(OSError):
             (self._folder / name).rename(self._folder / f"{name}.damaged")
 
@@ -71,12 +71,12 @@ class TaskArchive:
         """Store these demonstrations, in this order, as the current revision.
 
         Args:
-            kept: All its demonstrations.
+            kept: All demonstrations of the revision.
             sha256: SHA-256 of the model learned from them; empty without any.
             content: Bytes of the model.
 
         Raises:
-            NotSaved: When it is current, but could not be written to disk.
+            NotSaved: When it is current, but not on disk.
         """
         before = self.revisions.names
         self.revisions.commit(tuple(each.name for each in kept), sha256)

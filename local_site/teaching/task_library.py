@@ -1,4 +1,4 @@
-"""Teaching of one task: record demonstrations one after the other, undo them, return to revisions."""
+"""Teaching of one task: recording of demonstrations, undo, and return to revisions."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _MIN_SAMPLES = 5
 
 
 class TaskLibrary:
-    """Demonstrations and revisions of one task; earlier ones are loaded at first.
+    """Demonstrations and revisions of one task; those of earlier processes are loaded at the start.
 
     Args:
-        task: Task that is taught.
+        task: Task to teach.
         data_dir: Folder of demonstrations and models.
     """
 
@@ -57,7 +57,7 @@ class TaskLibrary:
 
     @property
     def left_over(self) -> Demonstration | None:
-        """Demonstration that was rolled back, or whose process ended; None when there is none."""
+        """Unfinished demonstration, which was rolled back or whose process ended; None without one."""
         return self._recording.left_over
 
     @property
@@ -98,7 +98,7 @@ class TaskLibrary:
         return self._taught.revision
 
     def forming(self) -> TPHSMM | None:
-        """Return the model in the middle of a demonstration; None without one, or before it moves."""
+        """Return the model during a demonstration; None without one, or before its first movement."""
         n = len(self.current)
         if self._recording.resting:
             return None
@@ -119,10 +119,10 @@ class TaskLibrary:
         """Begin a demonstration.
 
         Args:
-            frames: Task frames of the place where it is made; they stand still meanwhile. Length P.
+            frames: Task frames of the workcell, which do not move during a demonstration. Length P.
 
         Raises:
-            NotNow: When one is being recorded already.
+            NotNow: When a demonstration is being recorded already.
         """
         self._not_while_recording()
         self._recording.begin(frames)
@@ -135,7 +135,7 @@ class TaskLibrary:
         See `Recording.hand`.
 
         Raises:
-            InvalidDemonstration: When none is being recorded, or this is no motion; nothing is learned.
+            InvalidDemonstration: When no demonstration is being recorded, or the point is impossible; nothing is learned.
         """
         if not self.recording:
             raise InvalidDemonstration("demonstration", "", "start the demonstration first")
@@ -147,8 +147,8 @@ class TaskLibrary:
         """End the demonstration, keep it, and make the model.
 
         Raises:
-            NotNow: When none is being recorded, or nothing moves in it; then it is forgotten.
-            NotSaved: When it was learned, but could not be written to disk.
+            NotNow: When no demonstration is being recorded, or nothing moved in it; then it is forgotten.
+            NotSaved: When it was learned, but not written to disk.
         """
         if not self.recording:
             raise NotNow("no demonstration is being recorded: press Record first")
@@ -168,7 +168,7 @@ class TaskLibrary:
         """Learn the unfinished demonstration.
 
         Raises:
-            NotNow: When there is none, or a demonstration is being recorded.
+            NotNow: When there is no unfinished demonstration, or another one is being recorded.
         """
         if self.left_over is None:
             raise NotNow("there is no demonstration to recover")
@@ -179,29 +179,29 @@ class TaskLibrary:
         """Learn whole demonstrations, at the learning rate: all of them or none.
 
         Raises:
-            NotNow: When one is being recorded.
-            InvalidDemonstration: When one is no motion; nothing is learned.
-            NotSaved: When they were learned, but could not be written to disk.
+            NotNow: When a demonstration is being recorded.
+            InvalidDemonstration: When one has no motion that can be learned; nothing is learned.
+            NotSaved: When they were learned, but not written to disk.
         """
         self._not_while_recording()
         self._taught.learn(demonstrations)
 
     def lacking(self, demonstrations: Sequence[Demonstration]) -> list[Demonstration]:
-        """Return those of some demonstrations that are not learned yet."""
+        """Return the given demonstrations without those that are learned already."""
         return self._taught.lacking(demonstrations)
 
     def set_aside(self) -> None:
-        """Roll back to before the demonstration in progress, and keep its samples recoverable."""
+        """Roll the demonstration in progress back, and keep its samples for `recover`."""
         self._recording.set_aside()
         self._discard()
 
     # Undo and revisions -------------------------------------------------------------------------
 
     def undo(self) -> None:
-        """Roll back to before what was learned last, one demonstration or several at once, bit for bit.
+        """Undo the last demonstration, or the last ones together if they were learned together, bit for bit.
 
         Raises:
-            NotNow: When there is none.
+            NotNow: When there is no demonstration.
             NotSaved: When it was undone, but not on disk.
         """
         if self.recording:

@@ -29,7 +29,7 @@ def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
             choose_revision(tab, "1: 3 demonstrations")
             tab.press("Go to")
             tab.says("demos", "3")
-            tab.tells("revision 1 counts now")
+            tab.tells("revision 1 is current now")
             assert stack.model_file.read_bytes() == three
             choose_revision(tab, "2: 0 demonstrations")
             tab.press("Delete")

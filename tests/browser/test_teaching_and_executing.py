@@ -116,7 +116,7 @@ def test_what_the_robot_is_driven_through_while_it_records_becomes_a_demonstrati
     with tab.hold([(0.1, 0.3), (0.12, 0.3)]):
         drive_right_until(tab, begin[0] + 0.05)
     tab.says("demos", str(n + 1))
-    tab.tells("learned what the robot recorded")
+    tab.tells("learned the robot's recording")
     tab.says("robot-recording", "")
     tab.press("Undo")
     tab.says("demos", str(n))

@@ -70,4 +70,4 @@ def test_a_disk_that_is_gone_stops_the_log_and_nothing_else(tmp_path: Path, capl
     log = EventLog(tmp_path / "file" / "events.jsonl")
     log.append(n=1)
     log.close()
-    assert "an event could not be written" in caplog.text
+    assert "could not write an event" in caplog.text

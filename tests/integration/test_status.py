@@ -241,7 +241,7 @@ def test_a_page_without_a_robot(place: Place) -> None:
     with place.another_operator(
         "lonely", f"--port={free_port()}", "--connect-timeout-s=0", port=nobody
     ) as site:
-        site.until("for as long as it takes")
+        site.until("without a time limit")
         answer = await_codes({"page-only"})
         assert str(nobody) in answer["troubles"][0]["text"]
         with _robot(place.folder / "late", nobody) as robot:

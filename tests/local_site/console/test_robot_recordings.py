@@ -112,7 +112,7 @@ def test_a_restarted_robot_has_none_any_more_and_the_operator_is_told(meeting: M
     meeting.restart_robot()
     meeting.run(1.0)
     assert meeting.mode is ControlMode.DISARMED
-    assert ann.told("what it had recorded is lost")
+    assert ann.told("its recordings are lost")
     assert ann.picture.learned is None and not ann.picture.can_recover and ann.picture.fetching is None
 
 
@@ -144,7 +144,7 @@ def test_it_is_learned_into_the_task_that_it_was_made_for_though_another_one_is_
     assert ann.ask(intents.Choose("other")).fetching is not None
     ann.link.mend()
     meeting.run(0.5)
-    assert ann.told("record: learned what the robot recorded: planar,")
+    assert ann.told("record: learned the robot's recording: planar,")
     assert [task.n_demonstrations for task in ann.picture.tasks] == [1, 0]
     # And for the one that is chosen, though the robot has not executed it yet.
     driving(ann)

@@ -116,7 +116,7 @@ def test_a_model_of_another_task_and_a_task_of_another_robot_are_refused_in_word
 ):
     bench, sha256 = two_tasks(), transfer().sha256
     reply = bench.command(action, task="other", model_sha256=sha256)
-    assert said(reply) == f"model {sha256[:8]} is one of 'planar', not of 'other'"
+    assert said(reply) == f"model {sha256[:8]} is for 'planar', not for 'other'"
     reply = bench.command(action, task="juggling", model_sha256=sha256)
     assert said(reply) == "this robot does 'planar' and 'other', not 'juggling'"
 
