@@ -19,7 +19,7 @@ WORDS: dict[Code, str] = {
     Code.NEVER_SENT: "this {what} came too late: it echoes a report that was never sent",
     Code.TOO_OLD: "this {what} came too late: it is {age_s:.2f} s old, at most {limit_s:.2f} s is allowed",
     Code.ANONYMOUS: "a request must name its session, and a site whose name has letters or digits",
-    Code.TAKEN_OVER: "another site named {site} has taken over: this site was restarted, or there is a second one of this name "
+    Code.TAKEN_OVER: "another site named {site} has taken over: this site was started again, or there is a second one of this name "
     "(--site-name tells them apart); this one only watches",
     Code.ONLY_WATCHES: "it only watches",
     Code.WATCHING: "watching",
@@ -27,7 +27,7 @@ WORDS: dict[Code, str] = {
     Code.WAITING_TO_HEAR: "waiting to hear the robot",
     Code.HELD: "held by {site} for {held_s:.0f} s",
     Code.LEASE_ENDED: "you are not in control: the lease ended",
-    Code.LEASE_CHANGED: "the control of the robot was lost for a moment and is back: press again",
+    Code.LEASE_CHANGED: "the control of the robot was lost for a moment; it is back: press again",
     Code.OTHER_IN_CONTROL: "{site} is in control",
     Code.NOTHING_IN_TIME: "no message of it arrived in time for {lease_s:g} s",
     Code.CONTROL_TAKEN: "{site} is in control",

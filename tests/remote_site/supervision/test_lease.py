@@ -169,9 +169,9 @@ def test_a_renewal_that_comes_late_renews_for_less():
 @pytest.mark.parametrize("name", ["", " ", "\t\n", "\u200b", "--", "\u2066\u2069"])
 def test_nobody_holds_it_who_does_not_say_who_it_is(name: str):
     lease = Lease(3.0)
-    assert "must say who it is" in sentence(lease.request("a", name, 0.0))
-    assert "must say who it is" in sentence(lease.request("a", name, 0.0, Wish.ASK))
-    assert "must say who it is" in sentence(lease.request("", "ann", 0.0))
+    assert "must name its session, and a site" in sentence(lease.request("a", name, 0.0))
+    assert "must name its session, and a site" in sentence(lease.request("a", name, 0.0, Wish.ASK))
+    assert "must name its session, and a site" in sentence(lease.request("", "ann", 0.0))
     assert (lease.holder, lease.lease_id, lease.asked_by) == ("", "", "")
 
 
