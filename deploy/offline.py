@@ -143,12 +143,12 @@ def make_samples(out: Path, task: str, n: int, seed: int) -> int:
     return 0
 
 
-def evaluate(study: str, trials: int | None, seed: int, out: Path) -> int:
+def evaluate(study: str, trials: int | None, seed: int, out: Path, only: str | None = None) -> int:
     """Run a study."""
     from farhand.evaluation.study import run
 
     command = " ".join(["farhand", *sys.argv[1:]])
-    result = run(study, trials, seed, out, command)
+    result = run(study, trials, seed, out, command, only)
     _say(f"written: {result.with_suffix('.md')}, with its figures and {result.name} beside it")
     return 0
 

@@ -81,12 +81,14 @@ class Evaluate:
     """Seed of the first trial; reporting and tuning never share one."""
     out: Path = Path("results")
     """Folder for the results."""
+    only: str | None = None
+    """Only the trials of this task, neighbour, profile or whatever else the study tells apart; an unknown word lists them."""
 
     def run(self) -> int:
         """Run the command and return its exit status."""
         from farhand.deploy.offline import evaluate
 
-        return evaluate(self.study, self.trials, self.seed, self.out)
+        return evaluate(self.study, self.trials, self.seed, self.out, self.only)
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,9 @@ def reporting_seeds(seed: int, n: int) -> range:
     return range(first, first + n)
 
 
-def run(name: str, trials: int | None, seed: int, out_dir: Path | str, command: str) -> Path:
+def run(
+    name: str, trials: int | None, seed: int, out_dir: Path | str, command: str, only: str | None = None
+) -> Path:
     """Run a study and write its record.
 
     Args:
@@ -126,6 +128,7 @@ def run(name: str, trials: int | None, seed: int, out_dir: Path | str, command: 
         seed: Chooses the reporting seeds.
         out_dir: Folder of the record; made when missing.
         command: Command line, for the record.
+        only: Runs only the cases in which some value is this word.
 
     Returns:
         Path of the JSON file.
@@ -140,7 +143,7 @@ def run(name: str, trials: int | None, seed: int, out_dir: Path | str, command: 
     if not 0 <= seed <= _MOST:
         raise InvalidConfiguration("evaluate", "seed", f"from 0 to {_MOST}, got {seed}")
     study = cast(Study, importlib.import_module(STUDIES[name]))
-    results = _run_all(name, study.trial, study.cases(trials, seed))
+    results = _run_all(name, study.trial, _chosen(study.cases(trials, seed), only))
     summary, markdown = study.summarise(results)
     record = {
         "study": name,
@@ -159,6 +162,14 @@ def run(name: str, trials: int | None, seed: int, out_dir: Path | str, command: 
     write_whole(path, f"{json.dumps(plain(record), indent=1, allow_nan=False)}\n".encode())
     write_whole(path.with_suffix(".md"), f"{markdown.rstrip()}{figures}\n\n{_footer(record)}\n".encode())
     return path
+
+
+def _chosen(cases: list[Case], only: str | None) -> list[Case]:
+    chosen = [case for case in cases if only is None or only in map(str, case.values())]
+    if not chosen:
+        words = sorted({value for case in cases for value in case.values() if isinstance(value, str)})
+        raise InvalidConfiguration("evaluate", "only", f"one of {', '.join(words)}, got {only!r}")
+    return chosen
 
 
 def _run_all(name: str, trial: Callable[[Case], Case], cases: list[Case]) -> list[Case]:

@@ -35,7 +35,9 @@ OVERHEAD_BYTES = 70
 # One reader for each connection, so that a slow or paused one holds up no other; read when the first session opens.
 os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {MOST_SESSIONS + 1}))")
 _PAUSE_S = 0.002
-"""Pause in reading a connection after a message that was not wanted [s]."""
+"""Shortest pause in reading a connection after a message that was not wanted [s]."""
+_PAUSES = 9
+"""The pause in durations of its reading: a flood has a tenth of one processor at most."""
 
 Deliver = Callable[[bytes], bool | None]
 """Takes a message, without blocking; returns False when it was not wanted: its sender must slow down."""
@@ -248,6 +250,7 @@ class ZenohLink:
         def hear(item: Any) -> None:
             if self._gate is not None:
                 self._gate.heard()
+            began_s = time.thread_time()
             try:
                 wanted = item.payload is None or len(item.payload) <= channel.most_bytes
                 if not wanted:
@@ -257,6 +260,6 @@ class ZenohLink:
                 _log.exception("a message on %s could not be handled", channel.key)
                 return
             if wanted is False:
-                time.sleep(_PAUSE_S)
+                time.sleep(max(_PAUSE_S, _PAUSES * (time.thread_time() - began_s)))
 
         return zenoh.handlers.Callback(hear, indirect=False)

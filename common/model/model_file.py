@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import msgpack
+import msgspec
 import numpy as np
 
 from farhand.common.errors import InvalidInput, InvalidModel
@@ -24,6 +25,10 @@ KIND = "farhand/tphsmm"
 SCHEMA_VERSION = 3
 MAX_BYTES = 16 * 1024 * 1024
 _MAX_DIMENSION = 16
+_SMALL_BYTES = 4096
+_BYTES = (0xC4, 0xC5, 0xC6)
+"""First bytes of MessagePack's `bin`."""
+_Map = Annotated[dict[str, msgspec.Raw], msgspec.Meta(max_length=64)]
 
 _FIELDS = {
     "frame_names": list,
@@ -113,12 +118,32 @@ def load(path: Path | str) -> TPHSMM:
         return decode(read_whole(path, MAX_BYTES), str(path))
 
 
+def _map(data: bytes) -> dict[str, msgspec.Raw]:
+    """Unpack a map and leave its values as they are."""
+    return msgspec.msgpack.decode(data, type=_Map)
+
+
+def _value(raw: msgspec.Raw, source: str, field: str) -> Any:
+    """Unpack a value that is bytes, small, or the map of the parts.
+
+    Millions of values in one another would hold up every thread of the process for a second.
+    """
+    data = bytes(raw)
+    if data[0] in _BYTES or len(data) <= _SMALL_BYTES:
+        return msgpack.unpackb(data)
+    if field != "parts":
+        raise InvalidModel(source, field, f"at most {_SMALL_BYTES} bytes, got {len(data)}")
+    return {name: _value(part, source, f"parts.{name}") for name, part in _map(data).items()}
+
+
 def _unpacked(data: bytes, source: str) -> dict[str, Any]:
     """Unpack the outer map and check its keys and plain fields."""
     if len(data) > MAX_BYTES:
         raise InvalidModel(source, "", f"at most {MAX_BYTES} bytes, got {len(data)}")
     try:
-        content = msgpack.unpackb(data)
+        content: Any = {name: _value(raw, source, name) for name, raw in _map(data).items()}
+    except InvalidModel:
+        raise
     except Exception as error:
         raise InvalidModel(
             source, "", "a whole model file; this one is truncated or of another kind"

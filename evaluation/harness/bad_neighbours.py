@@ -26,7 +26,13 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
-from farhand.common.wire.messages import SCHEMA, EventsRequest
+from farhand.common.wire.messages import (
+    MAX_MODEL_BYTES,
+    MOST_CONTENT_BYTES,
+    SCHEMA,
+    EventsRequest,
+    ModelTransfer,
+)
 from farhand.deploy.places import find_point_task
 from farhand.evaluation.harness.real_process import HOST, Process
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
@@ -124,16 +130,44 @@ def _send_garbage(link: ZenohLink, over: threading.Event) -> None:
                 link.send(channel, garbage)
 
 
-def _send_models(content: Callable[[], bytes], size: int, link: ZenohLink, over: threading.Event) -> None:
-    data = content()
+def _send_huge(link: ZenohLink, over: threading.Event) -> None:
+    """Send models in one message each, which is larger than any may be."""
     for number in range(_N_MODELS):
-        sha256 = f"{number:064x}" if size else content_hash(data)  # a model that is whole is tried
         sent = {
-            "schema": SCHEMA, "task": "planar", "session": "a stranger", "sha256": sha256, "size": size,
-            "content": data,
+            "schema": SCHEMA, "task": "planar", "session": "a stranger", "sha256": f"{number:064x}",
+            "content": bytes(3_800_000),
         }  # fmt: skip
         link.ask(keys.MODEL, msgpack.packb(sent) or b"", _PATIENCE_S, lambda _: None)
-        if over.wait(0.05):
+        if over.wait(_PERIOD_S):
+            return
+
+
+def _send_in_parts(link: ZenohLink, over: threading.Event) -> None:
+    """Send the largest models in parts, as a site does: each is put together, and is nothing but empty lists."""
+    for number in range(_N_MODELS):
+        data = (
+            b"\xdd"
+            + (MAX_MODEL_BYTES - 6).to_bytes(4, "big")
+            + b"\x90" * (MAX_MODEL_BYTES - 6)
+            + bytes([number])
+        )
+        for offset in range(0, len(data), MOST_CONTENT_BYTES):
+            part = ModelTransfer(
+                session="a stranger", task="planar", sha256=content_hash(data), size=len(data), offset=offset,
+                content=data[offset : offset + MOST_CONTENT_BYTES],
+            )  # fmt: skip
+            link.ask_and_wait(keys.MODEL, encode(part), _PATIENCE_S)
+            if over.is_set():
+                return
+
+
+def _send_widest(link: ZenohLink, over: threading.Event) -> None:
+    """Send a model of the most components, which is tried each time."""
+    data = _widest_model()
+    sent = encode(ModelTransfer(session="a stranger", task="planar", sha256=content_hash(data), content=data))
+    for _ in range(_N_MODELS):
+        link.ask_and_wait(keys.MODEL, sent, _PATIENCE_S)
+        if over.is_set():
             return
 
 
@@ -149,9 +183,9 @@ def _widest_model() -> bytes:
 
 
 MODELS: dict[str, Callable[[ZenohLink, threading.Event], None]] = {
-    "models of 3.8 MB": lambda link, over: _send_models(lambda: bytes(3_800_000), 0, link, over),
-    "parts of 2 MB": lambda link, over: _send_models(lambda: bytes(1_900_000), 2_000_000, link, over),
-    "the widest models": lambda link, over: _send_models(_widest_model, 0, link, over),
+    "models of 3.8 MB": _send_huge,
+    "models of 2 MB in parts": _send_in_parts,
+    "the widest models": _send_widest,
 }
 
 

@@ -2,7 +2,7 @@
 
 A robot's process has one neighbour: nobody; a watching site that is suspended; one whose network takes nothing any
 more while it asks for all events at the rate of the robot's periods; somebody without the lease who sends 100
-models of 3.8 MB, of parts of 2 MB, or of the most components; garbage on every key. Meanwhile an operator sends 100
+models of 3.8 MB, of 2 MB in parts that hold nothing but empty lists, or of the most components; garbage on every key. Meanwhile an operator sends 100
 STOPs, each again every 0.2 s as a site does, and waits for its acknowledgement.
 
 On the same machine another robot's process runs that nobody speaks to: how late its periods begin is what the machine

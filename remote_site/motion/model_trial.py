@@ -6,6 +6,8 @@ The trial finds this outside of the control loop, before the robot moves by the 
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -34,6 +36,8 @@ MOST_CONDITION = 1e12
 _MOST_GAIN = 1e4
 _TRIED_STEPS, _TRIED_STARTS = 5, 4
 _MOST_WAITING = 4
+_RESTS = 9
+"""Rest after a trial in durations of it: models that never end have a tenth of one processor."""
 
 # Largest magnitude of a field's numbers.
 _LIMITS: dict[str, tuple[float, str]] = {
@@ -147,14 +151,29 @@ def try_at_once(trial: ModelTrial, done: Callable[[Outcome], None]) -> None:
 
 
 class ModelTrials(Worker[tuple[ModelTrial, Callable[[Outcome], None]]]):
-    """Worker that tries models in turn; when too many wait, the oldest is dropped, unanswered."""
+    """Worker that tries models in turn; when too many wait, the oldest is dropped, unanswered.
+
+    After each it rests: on a busy machine a thread that always computes delays the control loop, because one
+    interpreter runs both.
+    """
 
     def __init__(self) -> None:
-        super().__init__("model trials", lambda job: try_at_once(*job), Mailbox(_MOST_WAITING))
+        self._over = threading.Event()
+        super().__init__("model trials", self._try, Mailbox(_MOST_WAITING))
 
     def submit_trial(self, trial: ModelTrial, done: Callable[[Outcome], None]) -> None:
         """Have a model tried; `done` gets the outcome in the worker's thread. Never blocks."""
         self.submit((trial, done))
+
+    def close(self) -> None:
+        """End the worker."""
+        self._over.set()
+        super().close()
+
+    def _try(self, job: tuple[ModelTrial, Callable[[Outcome], None]]) -> None:
+        began_s = time.thread_time()
+        try_at_once(*job)
+        self._over.wait(_RESTS * (time.thread_time() - began_s))
 
 
 def _check_task(model: TPHSMM, task: AnyTask) -> None:

@@ -10,7 +10,8 @@ import pytest
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.evaluation import study
-from farhand.evaluation.study import reporting_seeds, run, tuning_seeds
+from farhand.evaluation.live import neighbours
+from farhand.evaluation.study import _chosen, reporting_seeds, run, tuning_seeds
 from tests.farhand_process import await_end
 
 
@@ -85,3 +86,11 @@ def test_the_workers_of_a_study_that_is_killed_end_too(tmp_path):
         worker = int(parent.stdout.readline())
         parent.kill()
         await_end(worker)
+
+
+def test_of_a_study_the_chosen_rows_alone_are_run_and_an_unknown_word_lists_those_there_are():
+    cases = neighbours.cases(5, 0)
+    assert _chosen(cases, None) == cases
+    assert [case["neighbour"] for case in _chosen(cases, "garbage")] == ["garbage"]
+    with pytest.raises(InvalidConfiguration, match=r"only: one of .*garbage, .*nobody, .*got 'rubbish'"):
+        _chosen(cases, "rubbish")

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import hashlib
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -100,6 +101,33 @@ def test_a_truncated_model_is_refused(cut: float):
 def test_foreign_bytes_are_refused(data: bytes):
     with pytest.raises(InvalidModel):
         decode(data)
+
+
+_N = 1_900_000
+HUGE: dict[str, Any] = {
+    "lists": [[]] * _N, "maps": [{}] * _N, "nested": [[[[]] * 100] * 100] * 190, "texts": ["ab"] * (_N // 3),
+    "names": {f"k{number}": 0 for number in range(_N // 8)},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", HUGE)
+@pytest.mark.parametrize("where", ["", "kind", "frame_names", "shape", "parts", "parts.means", "colour"])
+def test_millions_of_values_in_one_another_do_not_hold_up_the_threads_of_a_robot(where: str, what: str):
+    """The reader gives way to no other thread: what it needs in all must be less than a late control period."""
+
+    def put(content: dict[str, Any]) -> None:
+        owner = content["parts"] if where == "parts.means" else content
+        owner[where.rpartition(".")[2]] = HUGE[what]
+
+    data = _changed(put) if where else msgpack.packb(HUGE[what]) or b""
+    assert len(data) > 1_500_000
+    took_s = []
+    for _ in range(3):
+        began_s = time.thread_time()
+        with pytest.raises(InvalidModel):
+            decode(data)
+        took_s.append(time.thread_time() - began_s)
+    assert min(took_s) < 0.02
 
 
 def _changed(change: Any) -> bytes:
