@@ -1,13 +1,13 @@
 """Way: a whole motion as demonstrations made it, and how it depends on where it starts (an extension).
 
-The paper's components say where motions pass; a way says, of demonstrations that went alike, where a motion
-passes that begins at a given start. At N + 1 equal phases it has the mean of the demonstrations, and at
-M + 1 coarse ones the regression on the start s and what that leaves:
+The paper's components describe the region of all motions; a way predicts, from similar demonstrations, the one
+motion that begins at a given start. It has the mean of the demonstrations at N + 1 equal phases, and at M + 1
+coarse phases the regression on the start s with its residual covariance:
 
     x_k(s) = exp(mean_k, G_k log(mean_0, s)),    G_0 = I,  G_N = 0
 
-Position and rotation are regressed each by itself, so that all matrices have zeros between them. Between the
-coarse phases gains follow a monotone cubic, everything else a line.
+Position and rotation are regressed separately, so all matrices are block diagonal. Between the coarse phases
+gains are interpolated by a monotone cubic, all other quantities linearly.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ Array = NDArray[np.float64]
 
 N_PHASES, N_COARSE = 32, 8
 MAX_WAYS = 64
-# Standard deviation of an entry of the gains before anything was shown.
+# Prior standard deviation of an entry of the gains.
 GAIN_STD = 0.3
-# How far starts spread before anything was shown [lambda, rad], and how many demonstrations that is worth.
+# Prior spread of the starts [lambda, rad], and its weight in demonstrations.
 START_SPREAD, START_WEIGHT = 0.2, 3.0
-# A way serves where a motion may be this far from what is expected of it at most [lambda, rad].
+# A way is used for a start only if its prediction has at most this standard deviation [lambda, rad].
 _REACH = 0.5
-# Scenes further from the demonstrated ones than so many times as these are from their mean are outside.
+# A scene counts as outside of the demonstrated ones beyond this multiple of their own spread.
 OUTSIDE = 3.0
-# A motion takes no less than this part of the mean time between two phases, and its whole time within this factor.
+# Least share of the mean time between two phases, and largest factor between a motion's duration and the mean.
 _SHORTEST, _LONGEST = 0.4, 2.0
 
 # Shape of every array: P frames, N + 1 phases, M + 1 coarse phases, C coordinates, T tangent numbers, B parts.
@@ -53,20 +53,20 @@ ARRAY_FIELDS = {
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Way:
-    """Course of a motion, as regressed from demonstrations that went alike.
+    """Course of a motion, regressed from similar demonstrations.
 
     Args:
-        n_demonstrations: How many they are.
-        terminal: The terminal component in which most of them ended.
-        duration_s: How long they took, the geometric mean [s].
-        points: Their means at equal phases. Shape (P, N + 1, C).
+        n_demonstrations: Number of demonstrations.
+        terminal: Terminal component in which most of them ended.
+        duration_s: Geometric mean of their durations [s].
+        points: Mean points at equal phases. Shape (P, N + 1, C).
         time_shares: Mean fraction of the time at each phase, from 0 to 1. Shape (N + 1,).
         gains: Regression of the points on the start, at the coarse phases. Shape (P, M + 1, T, T).
-        covariances: What the regression leaves, with the minimum covariance. Shape (P, M + 1, T, T).
-        start_covariances: Of the starts, seen from each frame. Shape (P, T, T).
+        covariances: Residual covariances of the regression, with the minimum covariance. Shape (P, M + 1, T, T).
+        start_covariances: Covariances of the starts relative to each frame. Shape (P, T, T).
         time_gains: Regression of the time shares on the start [1/m, 1/rad]. Shape (M + 1, T).
         duration_gains: Regression of the duration's logarithm on the start [1/m, 1/rad]. Shape (T,).
-        deviations: Noise of the regression of each part, seen from the goal [m, rad]. Shape (M + 1, B).
+        deviations: Noise of the regression of each part, relative to the goal [m, rad]. Shape (M + 1, B).
 
     Raises:
         InvalidModel: Naming the field whose shape or range is wrong.
@@ -108,7 +108,7 @@ class Way:
 
     @property
     def space(self) -> Manifold:
-        """Positions or poses."""
+        """Space of the points: positions or poses."""
         return Manifold.of(self.points.shape[2], self.covariances.shape[3])
 
     def __eq__(self, other: object) -> bool:
@@ -120,13 +120,13 @@ class Way:
         return hash(self.points.tobytes())
 
     def course(self, start: Array) -> Array:
-        """Return the points of a motion that begins at a start. Shapes (P, C), (P, N + 1, C)."""
+        """Return the predicted points (P, N + 1, C) of a motion that begins at a start (P, C)."""
         e = self.space.log(self.points[:, 0], start)
         gains = between_coarse(self.gains, axis=1, smooth=True)
         return self.space.exp(self.points, np.einsum("pktu,pu->pkt", gains, e))
 
     def times_s(self, start: Array) -> Array:
-        """Return when a motion from a start passes each phase, from zero [s]. Shapes (P, C), (N + 1,)."""
+        """Return the times (N + 1,) of the phases of a motion from a start (P, C), from zero [s]."""
         e = self.space.log(self.points[-1, 0], start[-1])
         mean = np.diff(self.time_shares)
         steps = np.maximum(mean + np.diff(between_coarse(self.time_gains, axis=0) @ e), _SHORTEST * mean)
@@ -135,13 +135,12 @@ class Way:
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def unsureness(self, start: Array, max_distance_m: float) -> float:
-        """Return how far a motion from a start may be from where it is expected, in lambda or radians.
+        """Return the standard deviation of the prediction from a start, at the worst phase and of the worse part.
 
-        That is the standard deviation of the regression's prediction, at its worst phase and of the worse
-        part.
+        It is in lambda for positions, in radians for rotations.
 
         Args:
-            start: Seen from the goal. Shape (C,).
+            start: Start relative to the goal. Shape (C,).
             max_distance_m: The lambda [m].
         """
         e, n, worst = self.space.log(self.points[-1, 0], start), self.n_demonstrations, 0.0
@@ -155,12 +154,12 @@ class Way:
         return worst
 
     def growth(self, start: Array) -> Array:
-        """Return by how much more a new motion's points vary than the covariances say, since the regression is unsure.
+        """Return the factors by which the regression's own uncertainty enlarges the variances of a new motion.
 
-        It is known from few demonstrations, the less the further away from their starts the new one is.
+        They grow with the distance of its start from the demonstrated ones, and shrink with the number of those.
 
         Args:
-            start: Where the motion begins in each frame. Shape (P, C).
+            start: Start of the motion in each frame. Shape (P, C).
 
         Returns:
             Factors of variances, of each part's tangents. Shape (P, M + 1, T).
@@ -183,13 +182,14 @@ class Way:
         return total
 
     def distances(self, point: Array, frames: Sequence[TaskFrame], max_distance_m: float) -> Array:
-        """Return how many times further away than in the demonstrations a motion begins and ends, seen from each frame.
+        """Return the distances of a motion's start and end from the demonstrated ones, as multiples of their spread.
 
-        Counted from the mean, of position or rotation whichever is further. The goal's own frame sees the start alone.
+        For each frame it is the larger one of start and end, position and rotation. In the goal's own frame only the
+        start counts, because the end is always at the mean.
 
         Args:
-            point: Where the motion begins, in the world. Shape (C,).
-            frames: The task frames then. Length P.
+            point: Start of the motion in the world. Shape (C,).
+            frames: Task frames at the start. Length P.
             max_distance_m: The lambda [m].
 
         Returns:
@@ -209,7 +209,7 @@ class Way:
         return np.array(found)
 
     def _distance(self, e: Array, covariance: Array, max_distance_m: float) -> float:
-        """Length of a tangent of n demonstrations' covariance, in the root of its trace, of the worse part."""
+        """Return the length of a tangent in units of the demonstrations' spread (root of the trace), for the worse part."""
         n, worst = self.n_demonstrations, 0.0
         for number, part in enumerate(self.space.parts):
             prior = START_WEIGHT * (START_SPREAD * (max_distance_m if number == 0 else 1.0)) ** 2
@@ -219,11 +219,11 @@ class Way:
 
 
 def chosen_way(ways: Sequence[Way], start: Array, max_distance_m: float) -> int:
-    """Return the number of the way that a motion from a start takes; -1 when none is sure enough.
+    """Return the number of the most likely way for a start; -1 if the prediction of none is certain enough.
 
     Args:
-        ways: Of a model.
-        start: Where the motion begins, seen from the goal. Shape (C,).
+        ways: Ways of a model.
+        start: Start of the motion relative to the goal. Shape (C,).
         max_distance_m: The lambda [m].
     """
     best, most = -1, -np.inf
@@ -238,10 +238,10 @@ def chosen_way(ways: Sequence[Way], start: Array, max_distance_m: float) -> int:
 def distance_from_taught(
     ways: Sequence[Way], point: Array, frames: Sequence[TaskFrame], max_distance_m: float
 ) -> tuple[float, int]:
-    """Return how many times further away than the demonstrated ones a scene is, and the frame that sees it so.
+    """Return the distance of a scene from the demonstrated ones, as a multiple of their spread, and its frame.
 
-    Of the nearest way, and of the frame that sees it furthest away. More than `OUTSIDE` is outside of what was shown.
-    Arguments as of `Way.distances`.
+    It is the distance from the nearest way, in the frame in which that is largest. Above `OUTSIDE` the scene is
+    outside of the demonstrated ones. Arguments as of `Way.distances`.
     """
     seen = [way.distances(point, frames, max_distance_m) for way in ways]
     nearest = min(seen, key=np.max, default=np.zeros(len(frames)))
@@ -249,7 +249,7 @@ def distance_from_taught(
 
 
 def spread_squares(S: Array, e: Array, deviations: Array) -> Array:
-    """Return e^T (S + sigma^2 / h0^2 I)^-1 e for each sigma: what a start away from the others is worth.
+    """Return the leverage e^T (S + sigma^2 / h0^2 I)^-1 e of a start for each sigma.
 
     Args:
         S: Scatter of the starts. Shape (n, n).
@@ -262,7 +262,7 @@ def spread_squares(S: Array, e: Array, deviations: Array) -> Array:
 
 
 def between_coarse(values: Array, axis: int, smooth: bool = False) -> Array:
-    """Return what is known at the coarse phases at all of them, along one axis of length M + 1."""
+    """Interpolate values from the coarse phases to all phases, along one axis of length M + 1."""
     coarse, fine = np.linspace(0.0, 1.0, N_COARSE + 1), np.linspace(0.0, 1.0, N_PHASES + 1)
     if smooth:
         return np.asarray(PchipInterpolator(coarse, values, axis=axis)(fine), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Contents fetched from the robot by their hash, in parts; the drawing of the robot is one, kept on disk."""
+"""Contents fetched from the robot by their hash, in parts; its drawing, which is kept on disk, is one of them."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class _Fetch:
 
     Args:
         sha256: SHA-256 of the content.
-        done: Gets the content, or None.
+        done: Called with the content, or with None.
         size: Size of the whole content [B]; 0 before the first part.
-        arrived: Bytes that arrived, from the beginning on.
+        arrived: Arrived bytes, from the beginning on.
         attempts: Number of attempts.
     """
 
@@ -48,7 +48,7 @@ class BlobFetcher:
     A part lost in an outage is requested again; parts that arrived are kept.
 
     Args:
-        inquiries: Asks the robot.
+        inquiries: Requests to the robot.
         rate_bps: Capacity of the link [bit/s], 0 for more than enough; it sets the size of the parts.
     """
 
@@ -62,7 +62,7 @@ class BlobFetcher:
 
         Args:
             sha256: SHA-256 of the content.
-            done: Called once with the content, whose hash was verified, or with None when it cannot be had.
+            done: Called once with the content, whose hash is verified, or with None if it could not be fetched.
         """
         self._open.append(_Fetch(sha256, done))
         self._ask()
@@ -136,14 +136,16 @@ class KnownScenes:
         """Keep a description for later processes as well.
 
         Raises:
-            InvalidMessage: When it is no description.
+            InvalidMessage: When the content is no description.
         """
         self._take(sha256, content)
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             write_whole(self._file(sha256), content)
         except OSError as error:
-            _log.warning("what the robot looks like is not kept in %s: %s", self._folder, error.strerror)
+            _log.warning(
+                "the drawing of the robot could not be saved in %s: %s", self._folder, error.strerror
+            )
 
     def _take(self, sha256: str, content: bytes) -> None:
         if hashlib.sha256(content).hexdigest() == sha256:
@@ -158,18 +160,18 @@ class RobotScene:
 
     Args:
         fetcher: Fetches the description.
-        known: Descriptions that need not be fetched; None when nobody draws the robot.
+        known: Descriptions that need not be fetched; None if the robot is not drawn.
     """
 
     def __init__(self, fetcher: BlobFetcher, known: KnownScenes | None):
         self._fetcher, self._known = fetcher, known
         self._sha256, self._attempts = "", 0
         self.description: SceneDescription | None = None
-        """It; None before it is known, and of a robot without any."""
+        """Description of the robot; None before it is known, and for a robot without one."""
 
     @property
     def fetching(self) -> float | None:
-        """Share of it that has arrived, from 0 to 1; None while it is not being fetched."""
+        """Arrived share of the description, from 0 to 1; None while it is not being fetched."""
         return self._fetcher.share(self._sha256) if self._sha256 else None
 
     def on_named(self, sha256: str) -> None:
@@ -188,11 +190,11 @@ class RobotScene:
 
     def _on_content(self, known: KnownScenes, sha256: str, content: bytes | None) -> None:
         if content is None:
-            _log.warning("what the robot looks like could not be fetched")
+            _log.warning("the drawing of the robot could not be fetched")
             return
         try:
             known.keep(sha256, content)
         except InvalidMessage as error:
-            _log.warning("what the robot looks like was not understood: %s", error)
+            _log.warning("the drawing of the robot was not understood: %s", error)
         if sha256 == self._sha256:
             self.description = known.get(sha256)

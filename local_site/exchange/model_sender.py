@@ -16,7 +16,7 @@ from farhand.local_site.teaching.lesson import LearnedModel
 _GIVE_UP_S = 600.0
 
 Settled = Callable[[str, bool], None]
-"""Gets the words for what became of a model, and whether they are good ones."""
+"""Called with the outcome in words, and True for a success."""
 
 
 @dataclass
@@ -28,8 +28,8 @@ class _Transfer:
     ask_first: bool
     settled: list[Settled]
     began_s: float = 0.0
-    moved: bool = False  # part of its content was sent
-    only_asks: bool = False  # nothing is sent, whatever the answer
+    moved: bool = False  # a part of the content was sent
+    only_asks: bool = False  # the robot is only asked; nothing is sent
 
     def notify(self, text: str, good: bool) -> None:
         for settled in self.settled:
@@ -42,7 +42,7 @@ class ModelSender:
     Used by the console's thread alone.
 
     Args:
-        inquiries: Asks the robot.
+        inquiries: Requests to the robot.
         now_s: The console's clock.
         session: Session of this site.
         rate_bps: Capacity of the link [bit/s], 0 for more than enough; it sets the size of the parts.
@@ -57,7 +57,7 @@ class ModelSender:
         self._had: set[str] = set()  # confirmed earlier; a restarted robot may have lost it
 
     def sending(self, task: str) -> bool:
-        """Return whether a task's model is being sent, or waits for another one's end."""
+        """Decide whether a task's model is being sent, or waits for its turn."""
         return any(each.task == task and not each.only_asks for each in self._queue)
 
     def asking(self, task: str) -> bool:
@@ -87,16 +87,16 @@ class ModelSender:
         The robot is asked first whether it has the model already, if that is possible or would save much.
 
         Args:
-            task: Name of the task that it is for.
+            task: Name of the model's task.
             learned: The model.
             settled: Called once, with the outcome.
-            ask_first: Whether to ask in any case.
+            ask_first: True to ask in any case.
         """
         ask_first = ask_first or learned.sha256 in self._had or len(learned.content) > self._part_bytes
         self._enqueue(_Transfer(task, learned, ask_first, [settled]))
 
     def ask_whether_it_has(self, task: str, learned: LearnedModel) -> None:
-        """Ask the robot for a model by its hash, and send nothing: it may have it from before this site's start."""
+        """Ask the robot whether it has a model, and send nothing: it may have it from before this site's start."""
         if not any(each.task == task for each in self._queue):
             self._enqueue(_Transfer(task, learned, True, [], only_asks=True))
 
@@ -150,7 +150,7 @@ class ModelSender:
             return
         self._queue.pop(0)
         if lacks_it:
-            pass  # it was only asked, and has to be sent
+            pass  # the robot was only asked; the operator has to send it
         elif reply is None:
             transfer.notify("NOT DELIVERED: the robot did not confirm it", False)
         elif not reply.accepted or reply.sha256 != sha256:

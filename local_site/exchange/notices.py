@@ -24,7 +24,7 @@ class Notice:
         who: Site that caused it; empty for the robot itself, and for this site.
         robot_s: Time of the event on the robot's clock [s]; None for an event at this site.
         late_s: Time beyond the usual delay that an outage held it up [s].
-        code: Of the reason, where it has one: behaviour depends on it and never on the text.
+        code: Code of the reason, empty for none: behaviour depends on it and never on the text.
     """
 
     time_s: float
@@ -39,10 +39,10 @@ class Notice:
 
 
 class Tell(Protocol):
-    """Callback that tells the operator something."""
+    """Callback with a message for the operator."""
 
     def __call__(self, what: str, text: str, good: bool = True) -> None:
-        """Tell the operator."""
+        """Show a message to the operator."""
         ...
 
 
@@ -50,7 +50,7 @@ class Notices:
     """Newest messages. Used by the console's thread alone.
 
     Args:
-        log: Keeps every message; None keeps the newest alone.
+        log: Log of every message; None to keep only the newest.
     """
 
     def __init__(self, log: EventLog | None):

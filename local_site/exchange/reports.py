@@ -1,8 +1,7 @@
-"""Newest reports of the robot: its state, its path, every event once.
+"""Reception of the robot's reports: its newest state and path, and every event once.
 
-Follower of the robot's events: tells each once, and requests those that an outage has swallowed.
-
-Reception of the robot's messages, each on its way to the one thread that may handle it.
+Events lost in an outage are requested again by their numbers. Each message is handled in the console's thread. Its
+age is measured in `farhand.common.link.link_monitor`.
 """
 
 from __future__ import annotations
@@ -30,8 +29,8 @@ class EventFollower:
     """Follower of the events' numbers. Used by the console's thread alone.
 
     Args:
-        inquiries: Asks the robot.
-        tell: Takes each new event.
+        inquiries: Requests to the robot.
+        tell: Called with each new event.
     """
 
     def __init__(self, inquiries: Requests, tell: Callable[[Event], None]):
@@ -77,7 +76,7 @@ class EventFollower:
     def _on_reply(self, asked_boot: str, reply: EventsReply | None, _took_s: float) -> None:
         more = asked_boot != self._boot  # the robot restarted meanwhile: its numbers began again
         if reply is not None and reply.stamp.boot == asked_boot == self._boot and reply.events:
-            # The robot keeps no older ones.
+            # The robot has no older events.
             self._complete_to = max(self._complete_to, reply.events[0].seq - 1)
             self._ahead = {seq for seq in self._ahead if seq > self._complete_to}
             for event in reply.events:
@@ -89,16 +88,16 @@ class EventFollower:
 
 
 PLAN_GOOD_S = 60.0
-"""The robot executes a preview for so long after it was made [s]."""
+"""Time for which the robot executes a preview [s]."""
 
 
 class Reports:
-    """Robot as last reported. Used by the console's thread alone.
+    """State of the robot as last reported. Used by the console's thread alone.
 
     Args:
-        monitor: Learns the state of the link from the reports.
-        events: Requests missed events.
-        restarted: Called when the robot was restarted, which invalidates whatever was known of it.
+        monitor: Monitor of the link, which measures the reports.
+        events: Follower that requests missed events.
+        restarted: Called when the robot was restarted, which invalidates all earlier knowledge of it.
     """
 
     def __init__(self, monitor: LinkMonitor, events: EventFollower, restarted: Callable[[], None]):
@@ -107,11 +106,11 @@ class Reports:
         self.path: PlannedPath | None = None
         self.path_received_s = 0.0
         self.plan_id = 0
-        """The newest preview, 0 without one that still counts."""
+        """Number of the newest valid preview, 0 for none."""
         self.plan_received_s = 0.0
         self._plan_stamp_ns, self._plan_sha256 = 0, ""
         self.other_schema = ""
-        """Why the newest message was not understood, when the robot speaks another version."""
+        """Reason why the newest message was not understood, if the robot has another version; empty otherwise."""
 
     def on_telemetry(self, report: Telemetry, now_s: float) -> bool:
         """Process a report; return False for one that is older than the newest known."""
@@ -124,7 +123,7 @@ class Reports:
             self.forget_plan()
             self._restarted()
         elif _moves(report) and report.stamp.t_ns > self._plan_stamp_ns:
-            self.plan_id = 0  # the robot has moved away from where the plan began: the robot would refuse it
+            self.plan_id = 0  # the robot has moved away from the plan's start and would refuse it
         if was_lost or before is None or report.stamp.boot != before.stamp.boot:
             self._events.catch_up(report.stamp.boot)
         return True
@@ -142,7 +141,7 @@ class Reports:
         """Forget a preview that the robot would refuse: too old, or of another model than it has.
 
         Args:
-            now_s: Now [s].
+            now_s: Present time [s].
             sha256: SHA-256 of the model that the robot has confirmed; empty when unknown.
         """
         too_old = now_s - self.plan_received_s > PLAN_GOOD_S
@@ -176,15 +175,15 @@ def listen(
     kind: type[M],
     handle: Callable[[M], None],
 ) -> None:
-    """Have messages handled as they come; drop and log malformed ones.
+    """Subscribe to a channel; drop and log malformed messages.
 
     Args:
         link: To the robot.
-        put: Has a function called in the right thread.
-        dropped: Takes the reason why a message was not understood.
+        put: Queues a job for the handling thread.
+        dropped: Called with the reason why a message was not understood.
         channel: Channel of the messages.
         kind: Type of the messages.
-        handle: Handles each message.
+        handle: Called with each message.
     """
 
     def deliver(data: bytes) -> None:

@@ -21,7 +21,7 @@ Do = Callable[[Callable[[], None]], None]
 
 _RETRY_S = 0.3
 _OVERDUE_S = 1.0
-"""Beyond the link's own patience [s]: a link that was closed or blocked never answers."""
+"""Time beyond the link's own time-out after which an attempt counts as lost: a closed link never answers [s]."""
 
 
 @dataclass
@@ -29,12 +29,12 @@ class _Inquiry:
     """Request in progress.
 
     Args:
-        channel: Channel on which it is served.
+        channel: Channel of the request.
         data: Encoded question.
         kind: Type of the answer.
         give_up_s: Time of the last retry, on the owner's clock [s].
-        answered: Gets the answer, or None, and the duration of the answered attempt [s].
-        wanted: Returns whether the answer still matters.
+        answered: Called with the answer, or None, and the duration of the answered attempt [s].
+        wanted: Returns False once the answer no longer matters.
         asked_s: Time of the newest attempt [s].
         waiting: True while the newest attempt may still be answered.
     """
@@ -53,8 +53,8 @@ class Requests:
     """Requests to the robot. Used by its owner's thread alone, which calls `tick` often.
 
     Args:
-        link: To the robot.
-        do: Runs something on the owner's thread.
+        link: Link to the robot.
+        do: Runs a job in the owner's thread.
         now_s: The owner's clock [s].
         ask_timeout_s: Time-out of one attempt [s]; must exceed the round trip.
     """
@@ -76,13 +76,13 @@ class Requests:
         """Ask a question; returns at once.
 
         Args:
-            channel: Channel on which it is served.
-            question: Question. The robot must tolerate hearing it twice.
+            channel: Channel of the request.
+            question: The question; it may arrive twice.
             kind: Type of the answer.
             give_up_s: Time to retry [s]; zero asks once.
             answered: Called on the owner's thread with the answer, or None, and the duration of the
                 answered attempt [s].
-            wanted: Returns whether the answer still matters; without that it is not asked again.
+            wanted: Returns False once the answer no longer matters; the question is then not repeated.
         """
         give_up_s += self.now_s()
         inquiry = _Inquiry(channel, encode(question), kind, give_up_s, answered, wanted)

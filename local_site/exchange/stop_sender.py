@@ -1,7 +1,7 @@
-"""STOP's own lane: from the press to the wire and back, it shares no queue, lock or thread with the console.
+"""Sending of STOP without waiting: it shares no queue, lock or thread with the console.
 
-Whatever the console is busy with (learning, a slow disk, the operator's arm), a press has been sent when
-`press` returns; a thread of its own resends it every 0.2 s, and the answers arrive here.
+Even while the console is busy (learning, a slow disk, the operator's arm), a stop has been sent when `press`
+returns; a separate thread resends it every 0.2 s until the robot has acknowledged that it stands.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from farhand.local_site.exchange.reports import listen
 RESEND_S = 0.2
 _LOOK_S = 0.05
 _SEEN_TO_STAND_S = 3.0
-"""After an outage old reports arrive before the present one; for so long a settled stop may come undone [s]."""
+"""Time after settling in which a report may still contradict a stop: after an outage old reports arrive late [s]."""
 _MOVING = (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
 
 
@@ -56,10 +56,10 @@ class StopStatus:
 
 
 class StopLane:
-    """Stops of one site. Any thread may call every method, and none waits for another one's work.
+    """Sender of one site's stops. Every method may be called from any thread and returns at once.
 
     Args:
-        link: To the robot.
+        link: Link to the robot.
         site_name: Name of the site that stops.
         now_s: The site's clock [s].
     """
@@ -75,7 +75,7 @@ class StopLane:
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="stop", daemon=True)
         self.status: StopStatus | None = None
-        """Of the newest press; None before the first."""
+        """Status of the newest stop; None before the first."""
 
     def listen(self) -> None:
         """Listen to the robot's acknowledgements and reports.
@@ -87,7 +87,7 @@ class StopLane:
         hear(keys.TELEMETRY, Telemetry, self.reported)
 
     def start(self) -> None:
-        """Resend in a thread of its own."""
+        """Start the thread that resends."""
         self._thread.start()
 
     def close(self) -> None:
@@ -97,7 +97,7 @@ class StopLane:
             self._thread.join(timeout=5.0)
 
     def press(self) -> None:
-        """Stop the robot: each press is a new stop, and replaces one that is still unanswered."""
+        """Stop the robot. Each press is a new stop, and replaces an unanswered one."""
         now_s = self._now_s()
         with self._lock:
             waiting = self.status is not None and not self.status.standing
@@ -149,7 +149,7 @@ class StopLane:
         if status is None or stood is None:
             return
         if self._settled_s is not None and now_s - self._settled_s > _SEEN_TO_STAND_S:
-            return  # from now on the robot moves before the operator's eyes
+            return  # from here on the operator sees in the reports whether the robot moves
         if report.stamp.boot != stood.boot or report.stamp.t_ns >= stood.t_ns:
             self.status = status = replace(status, reported=report.mode)
             self._settled_s = (

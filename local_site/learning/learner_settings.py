@@ -1,4 +1,4 @@
-"""LearnerSettings: the two numbers of the paper, and fixed weights."""
+"""Settings of the learner: the two parameters of the paper, and fixed weights."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from farhand.local_site.learning.dp_means import FRAME_RULES
 
 Array = NDArray[np.float64]
 
-# Below this no component could be kept from spanning half a turn, where differences lose their sign.
+# With a smaller weight a component could span half a turn, where differences of rotations lose their sign.
 _LEAST_ROTATION_WEIGHT = 0.4
 
 _LEAST_M = 1e-7
-"""What no sensor tells apart; covariances below its square cannot be inverted beside others [m]."""
+"""Least length, below the resolution of any sensor; smaller covariances cannot be inverted beside others [m]."""
 
 
 @dataclass(frozen=True)
 class LearnerSettings:
-    """Two numbers of the paper, and fixed weights.
+    """Settings of the learner.
 
     Args:
         max_distance_m: Lambda, the distance beyond which a datapoint founds a component [m].
@@ -29,9 +29,9 @@ class LearnerSettings:
         hysteresis: A switch of component must be nearer by this fraction of lambda.
         direction_weight: Weight of the direction of travel in the assignment, in lambda.
         distance_weight: Weight of the distance travelled in the assignment.
-        rotation_weight: What a radian is worth in the assignment of poses, in lambda; at least 0.4.
+        rotation_weight: Weight of a radian in the assignment of poses, in lambda; at least 0.4.
         min_std_rad: Square root of the minimum covariance of orientations [rad].
-        frame_rule: How several task frames decide together, one of `FRAME_RULES` (see `dp_means`).
+        frame_rule: Rule that combines the distances of several task frames, one of `FRAME_RULES` (see `dp_means`).
 
     Raises:
         InvalidConfiguration: When a number is not finite or out of range.

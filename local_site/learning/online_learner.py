@@ -1,7 +1,7 @@
 """OnlineLearner: a TP-HSMM that grows with every datapoint (Sec. III-A, Algorithm 1).
 
-No datapoint is kept: what the learner remembers does not depend on how many it has seen. It can be put
-back to any earlier `snapshot`, bit for bit, which is how the operator undoes a demonstration.
+No datapoint is kept: the learner's memory does not grow with their number. It can be restored to any earlier
+`snapshot`, bit for bit; the undo of a demonstration uses this.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class OnlineLearner:
     """Learner of one task from demonstrations, datapoint by datapoint.
 
     Args:
-        settings: Lambda and the rest.
-        space: Of the datapoints: `farhand.common.model.manifold.POSE`, or the dimension D of positions.
+        settings: Lambda, the minimum covariance and the weights.
+        space: Space of the datapoints: `farhand.common.model.manifold.POSE`, or the dimension D of positions.
         frame_names: Names of the task frames; their number is P.
     """
 
@@ -81,7 +81,7 @@ class OnlineLearner:
         """Begin a demonstration.
 
         Raises:
-            InvalidDemonstration: When one is running.
+            InvalidDemonstration: When a demonstration is running already.
         """
         if self.demonstrating:
             raise InvalidDemonstration("demonstration", "start", "end or discard the running one first")
@@ -95,10 +95,10 @@ class OnlineLearner:
         Args:
             point: Position or pose in the world [m]. Shape (C,).
             frames: The task frames at that time. Length P.
-            time_s: Its time, later than that of the one before [s].
+            time_s: Time of the datapoint, later than that of the previous one [s].
 
         Raises:
-            InvalidDemonstration: When it is malformed or late; nothing was changed.
+            InvalidDemonstration: When the datapoint is malformed or late; nothing is changed.
         """
         return int(self.observe_many(point, frames, [time_s])[0])
 
@@ -111,19 +111,19 @@ class OnlineLearner:
             times_s: Increasing times [s]. Length T.
 
         Raises:
-            InvalidDemonstration: When any is malformed or late; nothing was changed.
+            InvalidDemonstration: When a datapoint is malformed or late; nothing is changed.
         """
         return self._learn(*self._observer.seen(_plain(points), frames, _plain(times_s), self._after()))
 
     def observe_in_frames(self, points: ArrayLike, times_s: ArrayLike) -> NDArray[np.int64]:
-        """Learn from datapoints that were observed in each task frame by itself (before Eq. 1).
+        """Learn from datapoints that were observed separately in each task frame (before Eq. 1).
 
         Args:
-            points: Positions or poses as each frame saw them [m]. Shape (T, P, C).
+            points: Positions or poses relative to each frame [m]. Shape (T, P, C).
             times_s: Increasing times [s]. Length T.
 
         Raises:
-            InvalidDemonstration: When any is malformed or late; nothing was changed.
+            InvalidDemonstration: When a datapoint is malformed or late; nothing is changed.
         """
         return self._learn(*self._observer.seen_in_frames(_plain(points), _plain(times_s), self._after()))
 
@@ -160,10 +160,10 @@ class OnlineLearner:
         return labels
 
     def end(self) -> int:
-        """End the demonstration where it is, and return its terminal component.
+        """End the demonstration at its last datapoint, and return its terminal component.
 
         Raises:
-            InvalidDemonstration: When none is running or it has fewer than two datapoints.
+            InvalidDemonstration: When no demonstration is running, or it has fewer than two datapoints.
         """
         if self._motion is None or self._segment is None:
             raise InvalidDemonstration("demonstration", "", "start the demonstration first")
@@ -182,7 +182,7 @@ class OnlineLearner:
         """Forget the running demonstration; the learner is as before its start, bit for bit.
 
         Raises:
-            InvalidDemonstration: When none is running.
+            InvalidDemonstration: When no demonstration is running.
         """
         if self._before is None:
             raise InvalidDemonstration("demonstration", "discard", "no demonstration is running")
@@ -199,7 +199,7 @@ class OnlineLearner:
         )
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Put the learner back to a snapshot; a demonstration that ran then runs again."""
+        """Restore a snapshot; a demonstration that was running in it continues."""
         if snapshot.motion is None:
             self._before = None
         elif self._before is None:
@@ -229,7 +229,7 @@ class OnlineLearner:
             self._ways = joined(self._ways, whole, self.space, lambda_m)
 
     def _make_room(self) -> None:
-        """Double the arrays until there is room for a component, and for those of datapoints that are held back."""
+        """Double the arrays until there is room for a new component and for those of the held-back datapoints."""
         capacity, held = self._clusters.counts.size, 0
         if self._motion is not None:
             held = int(self._motion.jumps.counts[1])
@@ -244,5 +244,5 @@ class OnlineLearner:
 
 
 def _plain(values: ArrayLike) -> NDArray[np.float64]:
-    """Return a copy in the one kind of memory that the kernels are compiled for: writable and contiguous."""
+    """Return a copy with the memory layout that the kernels are compiled for: writable and contiguous."""
     return np.array(values, dtype=float, order="C")

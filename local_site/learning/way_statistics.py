@@ -1,6 +1,6 @@
 """Sufficient statistics of a way: Algorithm 1's count form at the phases of whole motions.
 
-No demonstration is kept, and the size of the statistics does not depend on how many were shown.
+No demonstration is kept, and the size of the statistics does not depend on their number.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ class WholeMotion:
     """Demonstration at equal phases.
 
     Args:
-        points: Seen from each frame. Shape (P, N + 1, C).
-        time_shares: Fraction of its time at each phase. Shape (N + 1,).
-        duration_s: [s].
-        terminal: The component in which it ended.
+        points: Points relative to each frame. Shape (P, N + 1, C).
+        time_shares: Elapsed share of the time at each phase. Shape (N + 1,).
+        duration_s: Duration [s].
+        terminal: Terminal component.
     """
 
     points: Array
@@ -38,11 +38,11 @@ class WholeMotion:
 
 @dataclass(frozen=True, eq=False)
 class WayStatistics:
-    """Sufficient statistics of the demonstrations that went alike, in count form.
+    """Sufficient statistics of similar demonstrations, in count form.
 
     Args:
-        n: How many.
-        ends: How many of them ended in which terminal component; pairs. Shape (m, 2).
+        n: Number of demonstrations.
+        ends: Pairs of a terminal component and the number of demonstrations that ended in it. Shape (m, 2).
         points: Mean points. Shape (P, N + 1, C).
         time_shares: Mean time shares. Shape (N + 1,).
         log_duration: Mean of the duration's logarithm.
@@ -83,11 +83,9 @@ class WayStatistics:
         )
 
     def merged(self, other: WayStatistics, space: Manifold) -> WayStatistics:
-        """Return the statistics of both ways' demonstrations, exactly (parallel axes).
+        """Return the exact statistics of both ways' demonstrations (parallel axes theorem).
 
-        Of a single one, an update.
-
-        Rotations are carried to the tangent space of the common mean (parallel transport by half the step).
+        With a single demonstration in `other` this is the online update. Rotations are carried to the tangent space of the common mean (parallel transport by half the step).
         """
         n = self.n + other.n
         e = space.log(self.points, other.points)
@@ -112,7 +110,7 @@ class WayStatistics:
         )
 
     def _carried(self, step: Array, space: Manifold) -> WayStatistics:
-        """Return the scatters in the axes of means that are moved by a step. Shape (P, N + 1, T)."""
+        """Return the statistics with scatters in the tangent spaces of means moved by a step (P, N + 1, T)."""
         if not space.oriented or self.n == 1:
             return self
         back = np.broadcast_to(np.eye(6), (*step.shape[:2], 6, 6)).copy()

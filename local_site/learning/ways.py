@@ -1,9 +1,7 @@
-"""Ways: whole motions regressed on their starts, online, one update for each demonstration that ends.
+"""Ways, learned online: whole motions regressed on their starts, with one update per demonstration.
 
-Demonstrations that go alike share a way (DP-means again, over whole motions), and ways that turn out to be one
-are merged exactly.
-
-Covariances of a few demonstrations: their parts, and how far they may be trusted where frames are weighed.
+Similar demonstrations share a way (DP-means again, over whole motions), and ways that turn out to be similar are
+merged exactly. Covariances estimated from few demonstrations are shrunk before frames are weighed by them.
 """
 
 from __future__ import annotations
@@ -42,22 +40,22 @@ def apart(covariances: Array, space: Manifold) -> Array:
 
 
 def per_part(space: Manifold, metres: float, radians: float) -> Array:
-    """Return one number for each of a tangent's positions and another for each of its rotations. Shape (T,)."""
+    """Return a vector with one value for a tangent's positions and another for its rotations. Shape (T,)."""
     numbers = np.full(space.n_tangent, metres)
     numbers[space.n_dims :] = radians
     return numbers
 
 
 def less_by_chance(covariances: Array, n: Array, space: Manifold) -> Array:
-    """Return covariances drawn towards round ones of the same traces, the more the fewer demonstrations they are of.
+    """Shrink covariances towards isotropic ones of the same trace, the more the fewer the degrees of freedom.
 
-    Few demonstrations lie on a line by chance, and a frame that has no part in the task then seems to know one
-    direction well, so that its say grows where the scene is unlike the demonstrated ones.
+    Few demonstrations may lie on a line by chance. A frame that is irrelevant to the task then seems precise in one
+    direction, and its weight grows in scenes unlike the demonstrated ones.
 
     Args:
-        covariances: Shape (..., T, T).
-        n: Degrees of freedom that they are estimated from. Shape (...).
-        space: Of the tangents.
+        covariances: Estimated covariances. Shape (..., T, T).
+        n: Degrees of freedom of each estimate. Shape (...).
+        space: Space of the tangents.
     """
     round_ones = np.zeros_like(covariances)
     for part in space.parts:
@@ -68,11 +66,11 @@ def less_by_chance(covariances: Array, n: Array, space: Manifold) -> Array:
     return (1.0 - share) * covariances + share * round_ones
 
 
-# Deviation of a motion from what its start lets expect, before anything was shown [lambda, rad], and its weight.
+# Prior deviation of a motion from its regression on the start [lambda, rad], and the weight of this prior.
 _NOISE, _NOISE_WEIGHT = 0.15, 2.0
-# Where demonstrations agree to within this part of how far their starts spread, the start has no say.
+# If demonstrations agree to within this share of their starts' spread, the motion does not depend on the start.
 _CALM = 0.05
-# Priors of the regressions of time shares and of the duration: how far starts spread [lambda, rad].
+# Priors of the regressions of time shares and of the duration: spread of the starts [lambda, rad].
 _TIME_SPREAD, _DURATION_SPREAD = 0.7, 1.0
 
 
@@ -81,7 +79,7 @@ def joined(
 ) -> tuple[WayStatistics, ...]:
     """Return the ways after one more demonstration.
 
-    The demonstration joins the nearest way, or founds one; then ways that turn out to be one are merged.
+    The demonstration joins the nearest way, or founds a new one; then ways that predict each other are merged.
     """
     new = WayStatistics.of(motion, space)
     distances = [_distance(way, motion.points[-1], space, max_distance_m) for way in ways]
@@ -94,7 +92,7 @@ def joined(
 
 
 def _without_twins(ways: list[WayStatistics], space: Manifold, unit: float) -> tuple[WayStatistics, ...]:
-    """Return the ways, merging those that expect each other's mean."""
+    """Return the ways after merging pairs that predict each other's mean."""
     for a, b in combinations(range(len(ways)), 2):
         one, other = ways[a], ways[b]
         apart = [_distance(x, y.points[-1], space, unit) for x, y in ((one, other), (other, one))]
@@ -105,7 +103,7 @@ def _without_twins(ways: list[WayStatistics], space: Manifold, unit: float) -> t
 
 
 def _distance(way: WayStatistics, points: Array, space: Manifold, max_distance_m: float) -> float:
-    """Return how far a motion in the goal's frame is from a way, given its start, in lambda or radians. (N + 1, C)."""
+    """Return the distance of a motion in the goal's frame (N + 1, C) from a way, given the start [lambda or rad]."""
     regression, worst = Regression.of(way, space, max_distance_m), 0.0
     e = space.log(way.points[-1, 0], points[0])
     expected = space.exp(way.points[-1, COARSE], regression.gains[-1] @ e)
@@ -123,9 +121,9 @@ class Regression:
     """Regression of the points on the start, for one way, separately for position and rotation.
 
     Args:
-        gains: At the coarse phases. Shape (P, M + 1, T, T).
-        deviations: Of the noise, at the coarse phases. Shape (P, M + 1, B).
-        spent: Degrees of freedom that mean and gains take from the demonstrations. Shape (P, M + 1, B).
+        gains: Gains at the coarse phases. Shape (P, M + 1, T, T).
+        deviations: Standard deviations of the noise, at the coarse phases. Shape (P, M + 1, B).
+        spent: Degrees of freedom used by mean and gains. Shape (P, M + 1, B).
     """
 
     gains: Array
@@ -134,7 +132,7 @@ class Regression:
 
     @classmethod
     def of(cls, way: WayStatistics, space: Manifold, max_distance_m: float) -> Regression:
-        """Return the regression that a way's statistics give, without calm."""
+        """Return the regression of a way's statistics."""
         P, M, T = way.C.shape[:3]
         gains, (deviations, spent) = np.zeros((P, M, T, T)), np.empty((2, P, M, len(space.parts)))
         for p in range(P):
@@ -148,10 +146,10 @@ class Regression:
 
 
 def _regressed(S: Array, C: Array, V: Array, n: int, unit: float) -> tuple[Array, Array, Array]:
-    """Gains (M + 1, D, D), deviations of the noise (M + 1,), and degrees of freedom that were spent (M + 1,).
+    """Return gains (M + 1, D, D), deviations of the noise (M + 1,), and used degrees of freedom (M + 1,).
 
-    The prior gain is a share of the identity, that of the linear warp unless the data say otherwise
-    (empirical Bayes); the entries deviate from it by `GAIN_STD`. Noise and gains are found in turns.
+    The prior gain is a multiple of the identity, that of a linear warp unless the data differ (empirical Bayes);
+    the entries deviate from it by `GAIN_STD`. Noise and gains are estimated alternately.
     """
     D = len(S)
     phase = np.linspace(0.0, 1.0, N_COARSE + 1)
@@ -174,7 +172,7 @@ def _regressed(S: Array, C: Array, V: Array, n: int, unit: float) -> tuple[Array
 
 
 def model_of(way: WayStatistics, space: Manifold, max_distance_m: float, min_covariance: Array) -> Way:
-    """The way as the model has it: calm where demonstrations agree, with what the regression leaves."""
+    """Return the model's way: without dependence on the start where demonstrations agree, and with the residuals."""
     regression, n = Regression.of(way, space, max_distance_m), way.n
     gains, left = regression.gains.copy(), np.zeros_like(way.V)
     for part in space.parts:
@@ -188,7 +186,7 @@ def model_of(way: WayStatistics, space: Manifold, max_distance_m: float, min_cov
         left[..., part, part] = way.V[..., part, part] - G @ Ct - C @ np.swapaxes(G, -1, -2) + GS
     if (
         len(way.points) > 1
-    ):  # frames are weighed against each other: what is known of each must not be overrated
+    ):  # frames are weighed against each other: the precision of none must be overestimated
         free = np.maximum(n - regression.spent.max(axis=-1), 1.0)
         left = less_by_chance(left / free[..., None, None], free, space)
     else:

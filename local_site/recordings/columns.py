@@ -1,7 +1,6 @@
-"""Columns by what they are: times, positions and orientations of bodies.
+"""Roles of columns: times, positions and orientations of bodies.
 
-What a user says with ``--columns`` comes first, then what the headers say; what two readings would fit is refused,
-never guessed.
+The user's ``--columns`` come first, then the headers; an ambiguous column is refused, never guessed.
 """
 
 from __future__ import annotations
@@ -41,19 +40,19 @@ BODY_ROLES = (
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Columns of numbers as a file has them.
+    """Columns of numbers as in the file.
 
     Args:
-        name: Name of the body where the headers name none: a topic, a TF frame.
+        name: Name of the body if the headers name none: a topic, a TF frame.
         headers: One per column. Length C.
-        numbers: NaN where the file has nothing. Shape (T, C).
+        numbers: Numbers; NaN for an empty cell. Shape (T, C).
         rows: Number of each row in the file. Shape (T,).
-        row: What the file calls a row: line, message, frame.
+        row: Word for a row in this kind of file: line, message, frame.
         parent: Name of the frame in which the poses are given; empty: the world.
-        units: Units by kind (length, angle, time) that hold where a header has none.
-        order: Order of quaternions whose columns have numbers, where the format settles it.
+        units: Units by kind (length, angle, time) for headers without one.
+        order: Order of quaternions with numbered columns, if the format has one.
         texts: Row and text of the cells that are no numbers, by column.
-        told: How the file was taken apart, for the preview.
+        told: Interpretation of the file, for the preview.
     """
 
     name: str
@@ -68,7 +67,7 @@ class Table:
     told: str = ""
 
     def part(self, keep: NDArray[np.bool_]) -> Table:
-        """Return the table with some of its rows only."""
+        """Return the table with the kept rows only."""
         rows = self.rows[keep]
         kept = set(rows.tolist())
         texts = {
@@ -78,14 +77,14 @@ class Table:
 
 
 class Roles(NamedTuple):
-    """Columns of a table by what they are."""
+    """Columns of a table by their role."""
 
     time: dict[str, int]
     """Columns of times, frame numbers and episodes, by role."""
     bodies: dict[str, dict[str, int]]
     """Columns of each body that has a position, by role."""
     ignored: list[str]
-    """Headers of columns that are used for nothing."""
+    """Headers of unused columns."""
 
 
 def assign(table: Table, options: ImportOptions) -> Roles:

@@ -21,7 +21,7 @@ def in_root(name: str, tracks: Mapping[str, Track], below: tuple[str, ...] = ())
     """Return the track of a body in the outermost frame that its parents lead to.
 
     Raises:
-        InvalidDemonstration: When the parents go in a circle, or were not recorded while the body was.
+        InvalidDemonstration: When the parents form a circle, or were not recorded at the same time as the body.
     """
     track = tracks[name]
     if name in below:
@@ -48,12 +48,12 @@ def in_root(name: str, tracks: Mapping[str, Track], below: tuple[str, ...] = ())
 
 
 def composed(outer: Track, position_m: Array, quat_wxyz: Array | None) -> tuple[Array, Array | None]:
-    """Return poses given within a moving body as poses of the frame that the body is in.
+    """Convert poses relative to a moving body into poses relative to the body's parent frame.
 
     Args:
-        outer: The body. T samples.
-        position_m: Within it [m]. Shape (T, 3) or (3,).
-        quat_wxyz: Orientations within it. Shape (T, 4) or (4,).
+        outer: Track of the body, with T samples.
+        position_m: Positions relative to the body [m]. Shape (T, 3) or (3,).
+        quat_wxyz: Orientations relative to the body. Shape (T, 4) or (4,).
     """
     turn = np.broadcast_to(_IDENTITY, (len(outer.time_s), 4)) if outer.quat_wxyz is None else outer.quat_wxyz
     position = outer.position_m + np.einsum(
@@ -88,14 +88,14 @@ def with_tool(track: Track, tool: tuple[float, ...]) -> Track:
 
 
 FrameTrack = tuple[Array, Array, str]
-"""Origins (T, D) or (1, D), orientations (T, D, D) or (1, D, D), and in words where they come from."""
+"""Origins (T, D) or (1, D), orientations (T, D, D) or (1, D, D), and their source in words."""
 
 
 def frame_of(choice: FrameChoice, motion: Track, tracks: Mapping[str, Track]) -> FrameTrack:
     """Return one task frame during a motion.
 
     Raises:
-        InvalidDemonstration: When the recording does not have it, or not as the motion is given.
+        InvalidDemonstration: When the recording lacks the frame, or has it in another frame or dimension than the motion.
     """
     D = motion.position_m.shape[1]
     if choice.numbers:

@@ -1,4 +1,4 @@
-"""The door for recordings: files of anybody become demonstrations, and words that say how they were understood."""
+"""Import of recordings: files of other programs become demonstrations, with a report of their interpretation."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ Array = NDArray[np.float64]
 
 
 class Understood(NamedTuple):
-    """One recording, as it was understood.
+    """Interpreted recording.
 
     Args:
-        number: Of the recording in its file.
-        demonstration: Made of it.
-        told: In words, by subject: time, position, what was mended, ...
+        number: Number of the recording in its file.
+        demonstration: The demonstration.
+        told: Interpretation in words, by subject: time, position, repairs, ...
     """
 
     number: int
@@ -41,7 +41,7 @@ def understand(file: Path | str, options: ImportOptions) -> list[Understood]:
 
     Args:
         file: CSV, a rosbag2 or MCAP, a LeRobot data set, an HDF5 of robomimic, or a file of a research set.
-        options: What the recording does not say.
+        options: Choices of the user that the recording lacks.
 
     Raises:
         InvalidDemonstration: Naming the file, the row and what to do, when one of its recordings is at fault.
@@ -69,7 +69,7 @@ def read_demonstrations(file: Path | str, options: ImportOptions) -> list[Demons
 
 
 def write_all(files: Sequence[Path], found: Sequence[Sequence[Understood]], out_dir: Path) -> list[Path]:
-    """Write what was understood of each file as ``STEM_NUMBER.npz`` into a folder, which is made when it is missing.
+    """Write the demonstrations of each file as ``STEM_NUMBER.npz`` into a folder, which is created if missing.
 
     Raises:
         InvalidDemonstration: When two files have one name; nothing was written.
@@ -125,7 +125,7 @@ def _understood(source: str, recording: Recording, options: ImportOptions) -> Un
 
 
 def _motion(recording: Recording, bodies: dict[str, tuple[Table, Roles]], options: ImportOptions) -> str:
-    """Return the name of the body whose motion is demonstrated."""
+    """Return the name of the demonstrated body."""
     if not bodies:
         headers = [header for table in recording.tables for header in table.headers]
         named = ", ".join(map(repr, headers[:24])) + (", ..." if len(headers) > 24 else "")
@@ -151,7 +151,7 @@ def _motion(recording: Recording, bodies: dict[str, tuple[Table, Roles]], option
 def _tracks(
     bodies: dict[str, tuple[Table, Roles]], wanted: Sequence[str], options: ImportOptions
 ) -> dict[str, Track]:
-    """Return the tracks of the bodies that are wanted, and of all that they are given in."""
+    """Return the tracks of the wanted bodies and of all their parent frames."""
     tracks: dict[str, Track] = {}
     for name in wanted:
         while name in bodies and name not in tracks:

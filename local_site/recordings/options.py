@@ -15,7 +15,7 @@ ROLES = (
     "t", "nanosec", "frame", "episode", "x", "y", "z", "qx", "qy", "qz", "qw", "q0", "q1", "q2", "q3",
     "rx", "ry", "rz", "roll", "pitch", "yaw",
 )  # fmt: skip
-"""What a column can be: time, position, quaternion, quaternion by number, rotation of three numbers, angles."""
+"""Roles of a column: time, position, quaternion, quaternion by number, rotation of three numbers, angles."""
 _EULER = frozenset("".join(axes) for text in ("xyz", "XYZ") for axes in itertools.permutations(text))
 
 
@@ -24,38 +24,38 @@ class ImportOptions:
     """Interpretation of a recording; missing options are taken from the recording."""
 
     kind: Kind = "auto"
-    """Format; auto: told by the name. bag: rosbag2 and MCAP. The research sets lasa (mm), robotasks and letters (cm) must
+    """Format; auto: by the file's name. bag: rosbag2 and MCAP. The research sets lasa (mm), robotasks and letters (cm) must
     be named."""
     columns: tuple[str, ...] = ()
-    """Which column is what: t=Time x=Pos_X qw=3, by its name or its number from 1; of another body: socket.x=Pos_X2; none: qw=-.
+    """Columns by role, ROLE=COLUMN: t=Time x=Pos_X qw=3, by name or number from 1; of another body: socket.x=Pos_X2; none: qw=-.
     t, nanosec, frame, episode; x y z; qx qy qz qw or q0 to q3; roll pitch yaw; rx ry rz."""
     motion: str | None = None
-    """The body whose motion is demonstrated, as the preview names it: a group of columns, a topic, a TF frame."""
+    """Name of the demonstrated body, as in the preview: a group of columns, a topic, a TF frame."""
     frames: tuple[str, ...] = ("goal=last",)
-    """Task frames, the goal's last: NAME=last (where the motion ends, axes of the world), NAME=last-pose (also as it
-    ends), NAME=BODY (as recorded), NAME=0.6,0,0.4 (given by hand, in m; then a quaternion w,x,y,z, or in the plane an
-    angle in rad)."""
+    """Task frames, the goal's last: NAME=last (at the end of the motion, axes of the world), NAME=last-pose (with the
+    orientation at the end, too), NAME=BODY (as recorded), NAME=0.6,0,0.4 (by hand, in m; then a quaternion w,x,y,z, or in
+    the plane an angle in rad)."""
     quaternion_order: Literal["auto", "xyzw", "wxyz"] = "auto"
-    """Order of the columns q0 to q3; auto: where the format settles it, and refused elsewhere."""
+    """Order of the columns q0 to q3; auto: that of the format, else an error."""
     rotation: str | None = None
-    """What three numbers of rotation are: rotvec, or Euler angles as scipy names them: xyz fixed axes, XYZ turning ones."""
+    """Meaning of three numbers of rotation: rotvec, or Euler angles as in scipy: xyz fixed axes, XYZ rotating ones."""
     length_unit: Literal["auto", "m", "cm", "mm"] = "auto"
     """Unit of positions; auto: from the header, else m."""
     angle_unit: Literal["auto", "rad", "deg"] = "auto"
-    """Unit of angles; auto: from the header, and refused without."""
+    """Unit of angles; auto: from the header, else an error."""
     time_unit: Literal["auto", "s", "ms", "us", "ns"] = "auto"
     """Unit of times; auto: from the header, else s."""
     delimiter: Literal["auto", "comma", "semicolon", "tab", "bar", "space"] = "auto"
-    """What separates the columns of a text file."""
+    """Delimiter of the columns in a text file."""
     rate_hz: float | None = None
     """Samples per second [Hz] of a recording without times."""
     tool: tuple[float, ...] = ()
-    """Where the tool's tip is on the tracked body: X Y Z in its axes [m], and a quaternion W X Y Z for the tip's own axes."""
+    """Pose of the tool's tip on the tracked body: X Y Z in the body's axes [m], then a quaternion W X Y Z if the axes differ."""
     only: tuple[int, ...] = ()
-    """Import only the recordings with these numbers, as the preview shows them."""
+    """Numbers of the recordings to import, as in the preview; all when not given."""
 
     def check(self) -> None:
-        """Refuse values that no recording could fit.
+        """Refuse values that fit no recording.
 
         Raises:
             InvalidConfiguration: Naming the option.
@@ -87,7 +87,7 @@ class ImportOptions:
         return chosen
 
     def chosen_frames(self) -> tuple[FrameChoice, ...]:
-        """Return the task frames that are wanted, in their order."""
+        """Return the chosen task frames in their order."""
         frames = tuple(_frame(text) for text in self.frames)
         names = [frame.name for frame in frames]
         if not frames or len(set(names)) < len(names):
@@ -99,12 +99,12 @@ class ImportOptions:
 
 @dataclass(frozen=True)
 class FrameChoice:
-    """One task frame that a user wants.
+    """Task frame as chosen by the user.
 
     Args:
-        name: Of the frame.
-        source: ``last``, ``last-pose``, or the name of a body; empty when it is given by hand.
-        numbers: What is given by hand: origin [m], then an angle [rad] or a quaternion w, x, y, z.
+        name: Name of the frame.
+        source: ``last``, ``last-pose``, or the name of a body; empty for a frame given by numbers.
+        numbers: Origin [m], then an angle [rad] or a quaternion w, x, y, z.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Text files of columns: CSV as spreadsheets, motion capture and ROS write it, and the trajectories of SLAM tools.
+"""Reader of text files with columns: CSV of spreadsheets, motion capture and ROS, and trajectories of SLAM tools.
 
 Delimiter, decimal comma, encoding, headers of several lines and their units are recognised; every fault names
 its line as an editor counts it.

@@ -1,6 +1,6 @@
 """Actions of the scripted operator at a console: give a command, wait for its outcome, report.
 
-Surroundings of the scripted operator: a console, a link that can be cut, and time, real or virtual.
+The protocols name all that the script needs: a console, a link that can be cut, and real or virtual time.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class OperatedConsole(Protocol):
         ...
 
     def ask_report(self) -> ExecutionReport | None:
-        """Ask the robot for the report of its newest execution; None when no answer came."""
+        """Ask the robot for the report of its newest execution; return None without an answer."""
         ...
 
 
@@ -117,7 +117,7 @@ class ScriptedActions:
         self._console, self.time = console, time
         self._began_s = time.now_s()
         self.events: list[dict[str, Any]] = []
-        """What was said, and when."""
+        """Announced texts with their times."""
 
     @property
     def picture(self) -> ConsoleState:
@@ -125,7 +125,7 @@ class ScriptedActions:
         return self._console.picture
 
     def submit(self, *asked: intents.Intent) -> None:
-        """Submit an intent."""
+        """Submit intents in turn."""
         for intent in asked:
             self._console.submit(intent)
 
@@ -142,7 +142,7 @@ class ScriptedActions:
         return self.picture
 
     def command(self, action: Action, mode: ControlMode) -> None:
-        """Give a command and wait for the robot's own report; try again, as a person would.
+        """Give a command and wait for the robot's report of the mode; retry a limited number of times.
 
         Raises:
             JobFailed: When the robot did not reach that mode.
@@ -156,7 +156,7 @@ class ScriptedActions:
         """Give a command once; return whether the robot reports that mode.
 
         Raises:
-            JobFailed: When this site cannot get the control of the robot.
+            JobFailed: When this site does not get the control of the robot.
         """
         self.until("control of the robot", lambda p: p.in_control)
         n_answers, n_refusals = len(self.picture.command_round_trips_s), self._refusals(action, self.picture)
@@ -180,22 +180,22 @@ class ScriptedActions:
         """Command a manoeuvre and wait for its end; return whether the robot reached its goal.
 
         Raises:
-            JobFailed: When this site cannot get the control of the robot, or no report of the end came.
+            JobFailed: When this site does not get the control of the robot, or no report of the end came.
         """
         self.until("control of the robot", lambda p: p.in_control)
         n_told = len(self._told(action, self.picture))
         self.submit(intents.CommandRobot(action))
         picture = self.until(f"the end of {action}", lambda p: len(self._told(action, p)) > n_told)
         if self._told(action, picture)[-1].good:
-            self.until("the report of it", lambda p: p.mode is not ControlMode.AUTONOMOUS)
+            self.until("the report of the mode after it", lambda p: p.mode is not ControlMode.AUTONOMOUS)
         self.say(f"{action}: {self._told(action, picture)[-1].text}")
         return self._told(action, picture)[-1].good
 
     def preview(self) -> bool:
-        """Request a preview; return whether one came rather than a refusal.
+        """Request a preview; return True for a preview, False for a refusal.
 
         Raises:
-            JobFailed: When neither came.
+            JobFailed: When the robot sent neither.
         """
         before, n_refusals = self.picture.plan_id, self._refusals(Action.PREVIEW, self.picture)
         self.submit(intents.CommandRobot(Action.PREVIEW))
@@ -215,7 +215,7 @@ class ScriptedActions:
         _log.info("%6.2f s  %s", time_s, text)
 
     def last_words(self) -> str:
-        """Return the last message to the operator, which explains why the job did not go on."""
+        """Return the last messages to the operator, which explain why the job did not continue."""
         told = [f"{notice.what}: {notice.text}" for notice in self.picture.notices[-3:]]
         return "; ".join(told) or "nothing was reported"
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Hand = Callable[[float, Telemetry], tuple[float, ...]]
-"""Where the hand is at a time [s] with the robot as it is shown. Length C."""
+"""Pose of the hand at a time [s], given the robot's shown report. Length C."""
 
 _HAND_PERIOD_S = 1.0 / 30.0
 _FETCH_S = 600.0
@@ -35,8 +35,8 @@ def demonstrate_by_driving(task: AnyTask, actions: ScriptedActions, seed: int) -
     """Couple, have the robot record, drive to the goal, end, and wait until the recording is learned.
 
     Args:
-        task: Task that is demonstrated.
-        actions: Actions at the console; the robot must be in HOLD, where the motion begins.
+        task: Task to demonstrate.
+        actions: Actions at the console; the robot must be in HOLD at the start of the motion.
         seed: Seed of the path.
 
     Raises:
@@ -53,13 +53,13 @@ def demonstrate_by_driving(task: AnyTask, actions: ScriptedActions, seed: int) -
     if not actions.picture.robot_records:
         raise JobFailed(f"the robot did not record to the end: {actions.last_words()}")
     actions.submit(intents.EndDemonstration())
-    actions.until("what the robot recorded", lambda p: p.n_demonstrations == n + 1, _FETCH_S)
+    actions.until("the robot's recording to be learned", lambda p: p.n_demonstrations == n + 1, _FETCH_S)
     actions.say(f"demonstration {n + 1}, driven: recorded by the robot, fetched and learned")
     actions.command(Action.CLUTCH, ControlMode.HOLD)
 
 
 def _drive(actions: ScriptedActions, hand: Hand, duration_s: float, patience_s: float) -> None:
-    """Move the hand, and hold it at the end until the robot is seen to stand there."""
+    """Move the hand, and hold it at the end until the robot's reports show that it stands."""
     began_s, seen_s, seen_m = actions.time.now_s(), 0.0, np.array(np.inf)
     while (t := actions.time.now_s() - began_s) < duration_s + patience_s:
         robot = actions.picture.robot

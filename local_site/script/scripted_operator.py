@@ -1,7 +1,7 @@
-"""Scripted operator: does the whole job through the same intents as a person at the page.
+"""Scripted operator: the whole job through the same intents as by a person at the page.
 
-The job: demonstrate each task and send the library; arm, couple and drive a little; then for each task have
-the robot get ready, preview, execute, and measure.
+The job: demonstrate each task and send the library; arm, couple and drive a little; then for each task move the
+robot to the start, preview, execute, and measure.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ _HAND_PERIOD_S = 1.0 / 30.0
 
 
 class ScriptedOperator:
-    """Operator that does the job once.
+    """Operator that runs the job once.
 
     Args:
         console: The operator's console.
-        tasks: Tasks to teach and execute in turn: each begins where the one before has left the robot.
-        control: The link process, to cut the link; None when there is none.
-        outage: Cut during each execution, or None.
+        tasks: Tasks to teach and execute in turn: each starts where the previous one has left the robot.
+        control: Control of the simulated link, to cut it; None without one.
+        outage: Outage during each execution; None for none.
         seed: Seed of the hand.
         time: Time of the operator.
     """
@@ -59,7 +59,7 @@ class ScriptedOperator:
         self._tasks = [ScriptedTask(task, console, self._actions, seed) for task in tasks]
 
     def run(self) -> dict[str, Any]:
-        """Do the whole job.
+        """Run the whole job.
 
         Returns:
             The outcome, as `farhand demo --json` writes it.
@@ -68,7 +68,7 @@ class ScriptedOperator:
             JobFailed: When a step failed.
         """
         if self._actions.picture.mode in (ControlMode.AUTONOMOUS, ControlMode.PAUSED):
-            # An earlier operator left a demonstration unfinished; no other task can be chosen meanwhile.
+            # An earlier operator left an execution unfinished; no other task can be chosen during it.
             self._actions.command(Action.DISARM, ControlMode.DISARMED)
         for task in self._tasks:
             task.teach()
@@ -84,7 +84,7 @@ class ScriptedOperator:
         }
 
     def _send_library(self) -> None:
-        """Send the robot every task's model that it lacks."""
+        """Send the robot all models that it lacks."""
         self._actions.submit(intents.SendLibrary())
         picture = self._actions.until(
             "confirmation of the models",
@@ -105,7 +105,7 @@ class ScriptedOperator:
         actions.command(Action.ARM, ControlMode.HOLD)
 
     def _do(self, task: ScriptedTask, first: bool) -> dict[str, Any]:
-        """Do one task; before the first one, drive the robot a little."""
+        """Run one task; before the first one, drive the robot a little."""
         task.get_ready()
         if first:
             self._drive(task)
@@ -125,7 +125,7 @@ class ScriptedOperator:
         raise JobFailed(f"the robot did not follow the hand: {self._actions.last_words()}")
 
     def _followed(self, task: ScriptedTask) -> bool:
-        """Move the hand a little, one event every 33 ms; return whether the robot followed."""
+        """Move the hand a little, with an event every 33 ms; return whether the robot followed."""
         began_s = self._time.now_s()
         first = self._actions.picture.robot
         assert first is not None

@@ -28,7 +28,7 @@ _DRIVE_M, _DRIVE_RAD, _DRIVE_RAD_S = 0.05, 0.1, 4.0
 _ARM_DEMONSTRATIONS = 5
 _HAND_S = 0.05
 _AHEAD = 2
-"""So many events of the hand wait at most to be done by the console."""
+"""Largest number of the hand's events that wait for the console."""
 _PATIENT_ATTEMPTS = 10
 _SEATED_M, _LATERAL_M, _OUT_M = 0.010, 0.004, 0.10
 
@@ -37,13 +37,13 @@ class ScriptedSkill(Protocol):
     """Hand for one kind of task."""
 
     n_demonstrations: int
-    """How often it demonstrates."""
+    """Number of demonstrations."""
 
     def demonstrate(self, number: int) -> None:
         """Make one demonstration, from Record to End.
 
         Args:
-            number: Counts from 1.
+            number: Number of the demonstration, from 1.
 
         Raises:
             JobFailed: When the demonstration failed.
@@ -71,12 +71,12 @@ def skill_for(task: AnyTask, actions: ScriptedActions, seed: int) -> ScriptedSki
 
 
 class DrawingSkill:
-    """Hand that draws the strokes that come with a task, with a tremor.
+    """Hand that draws the strokes of a task's samples, with a tremor.
 
     Args:
         task: The task.
-        actions: At the console.
-        seed: Of the tremor.
+        actions: Actions at the console.
+        seed: Seed of the tremor.
     """
 
     def __init__(self, task: PointTask, actions: ScriptedActions, seed: int):
@@ -99,12 +99,12 @@ class DrawingSkill:
 
 
 class LeadingSkill:
-    """Hand that leads the operator's arm into its receptacle, or out of it, from another place each time.
+    """Hand that guides the operator's arm into its receptacle, or out of it, from a different start each time.
 
     Args:
         task: The task.
-        actions: Actions at a console whose arm must be a `SteppedArm`: no step here waits for its time.
-        seed: Seed of the places and of the hand.
+        actions: Actions at a console whose arm must be a `SteppedArm`, which does not run in real time.
+        seed: Seed of the starts and of the hand.
     """
 
     def __init__(self, task: ArmTask, actions: ScriptedActions, seed: int):
@@ -116,7 +116,7 @@ class LeadingSkill:
         self.n_demonstrations = _ARM_DEMONSTRATIONS
 
     def demonstrate(self, number: int) -> None:
-        """See `ScriptedSkill.demonstrate`; a failed demonstration is undone and tried elsewhere."""
+        """See `ScriptedSkill.demonstrate`; a failed demonstration is undone and retried from another start."""
         seed, n_failed = 1000 * self._seed + 10 * number, 0
         for _ in range(_PATIENT_ATTEMPTS):
             arm = self._lead(number, seed)
@@ -128,11 +128,11 @@ class LeadingSkill:
                 self._actions.submit(intents.EndDemonstration())
                 return
             self._actions.submit(intents.Undo())
-            self._actions.say(f"demonstration {number} ended {arm.depth_m * 1e3:.0f} mm deep: once more")
+            self._actions.say(f"demonstration {number} ended {arm.depth_m * 1e3:.0f} mm deep: retrying")
             seed, n_failed = seed + 1, n_failed + 1
             if n_failed == ATTEMPTS:
                 break
-        raise JobFailed(f"demonstration {number} did not end as it should")
+        raise JobFailed(f"demonstration {number} failed in all attempts")
 
     def driving(self, time_s: float) -> tuple[float, ...]:
         """Return the hand's pose while it drives the robot. Length C."""
@@ -149,7 +149,7 @@ class LeadingSkill:
         for there in (
             seed + 1,
             seed,
-        ):  # reset to another place first: the arm may still be at this one, half-way through
+        ):  # reset to another place first, because the arm may already be at this one
             self._actions.submit(intents.ResetArm(there))
             self._actions.until("the arm at its place", lambda p, k=there: _arm(p).seed == k)
         before = _arm(self._actions.picture)

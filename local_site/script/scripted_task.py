@@ -70,10 +70,10 @@ class ScriptedTask:
             self._actions.say(f"demonstration {number} of {n}: {components} components")
 
     def get_ready(self) -> None:
-        """Have the robot go to where this task begins.
+        """Move the robot to the start of this task.
 
         Raises:
-            JobFailed: When it did not get there.
+            JobFailed: When the robot did not reach it.
         """
         self.choose()
         if isinstance(self._task, ArmTask) and self._task.skill == "extract":
@@ -81,17 +81,17 @@ class ScriptedTask:
         # A plug in its receptacle is extracted first.
         goes = (Action.GO_TO_READY,), (Action.RETRACT, Action.GO_TO_READY)
         if not any(all(self._actions.manoeuvre(each) for each in ways) for ways in goes):
-            raise JobFailed(f"the robot did not get ready: {self._actions.last_words()}")
+            raise JobFailed(f"the robot did not reach its ready pose: {self._actions.last_words()}")
 
     def driving(self, time_s: float) -> tuple[float, ...]:
         """Return the hand's pose while it drives the robot. Length C."""
         return self._skill.driving(time_s)
 
     def execute(self) -> None:
-        """Preview and execute; repeat both if the robot moved too far in between, or cannot begin from there.
+        """Preview and execute; retry if the robot moved too far in between, or cannot start from its pose.
 
         Raises:
-            JobFailed: When it did not begin.
+            JobFailed: When the execution did not begin.
         """
         for _ in range(ATTEMPTS):
             if not self._actions.preview():
@@ -108,7 +108,7 @@ class ScriptedTask:
 
         Args:
             outage: The planned cut.
-            control: The link process, None without one.
+            control: Control of the simulated link; None without one.
 
         Raises:
             JobFailed: When there is no link process, or the link did not come back.
@@ -150,7 +150,7 @@ class ScriptedTask:
         if not there(picture):
             # The event with the reason may come after the report of the mode.
             self._console.wait_for(lambda p: p.notices[-1:] != picture.notices[-1:], _WORDS_S)
-            raise JobFailed(f"the robot ended the execution by itself: {self._actions.last_words()}")
+            raise JobFailed(f"the robot ended the execution on its own: {self._actions.last_words()}")
         self._actions.say(f"the robot reports its arrival: {picture.phase}")
         deadline_s, report = self._actions.time.now_s() + PATIENCE_S, None
         while self._actions.time.now_s() < deadline_s:
@@ -160,7 +160,7 @@ class ScriptedTask:
             self._actions.time.pause(0.5)
         if report is None or isinstance(self._task, PointTask):
             raise JobFailed(f"the robot did not report {_TRACKING_S:g} s of tracking")
-        return report  # the report says by how much it failed
+        return report  # the report has the error of a failed task
 
     def _settled(self, report: ExecutionReport) -> bool:
         """Decide whether a report belongs to this task and is complete."""

@@ -1,6 +1,6 @@
 """Operator's arm with the hand that holds it, stepped one control period at a time, in the arm's own time.
 
-Common part of the two kinds of operator's arm: the receptacle's frame and the sample demonstrations.
+`ArmPlace` has the common part of the two kinds of workcell with an arm.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SkillName = Literal["insert", "extract"]
 _REST_S = 1.0
 _STILL_M_S, _AWAY_M, _STUCK_S = 0.01, 0.025, 0.3
 _ALIGNED_S = 0.3
-"""A plug that is being aligned and has stood still for this time is aligned [s]."""
+"""Standstill after which an aligning plug counts as aligned [s]."""
 _RADIAN_M = 0.2
 """Weight of a radian beside metres [m/rad]."""
 _FAR_M = 10.0
@@ -47,10 +47,10 @@ class Moved(NamedTuple):
 
 
 class HeldArm:
-    """Arm that follows the hand which holds it, and stays where it is without one.
+    """Arm that follows the hand that holds it, and stands still without one.
 
     Args:
-        skill: Whether the plug is to be inserted, or is seated at first and to be extracted.
+        skill: `insert` for a plug to insert, `extract` for one that starts seated.
         seed: Seed of the first placement of arm and receptacle.
     """
 
@@ -71,20 +71,20 @@ class HeldArm:
 
     @property
     def asleep(self) -> bool:
-        """True while nothing moves and no hand holds it: time need not pass."""
+        """True while the arm stands and no hand holds it: it need not be stepped."""
         return self._target is None and self._n_still * TICK_S >= _REST_S
 
     @property
     def held(self) -> bool:
-        """True while a hand holds it, or while it aligns the plug."""
+        """True while a hand holds the arm, or while it aligns the plug."""
         return self._target is not None
 
     def hold(self, target: Array) -> None:
-        """Move the hand to a pose relative to the arm's base; it holds the arm from now on. Shape (7,)."""
+        """Move the hand, which holds the arm from now on, to a pose relative to the arm's base. Shape (7,)."""
         self._target, self._n_still, self._aligns = target, 0, False
 
     def align(self) -> None:
-        """Turn on the spot, as if a hand did it, until the plug points along the bore; then let go."""
+        """Turn the plug in place, as if by the hand, until it points along the bore; then let go."""
         self.hold(np.concatenate([self._arm.tip[:3], self._arm.receptacle[3:]]))
         self._aligns = True
 
@@ -112,7 +112,7 @@ class HeldArm:
         return moved
 
     def reset(self, skill: SkillName, seed: int) -> None:
-        """Put arm and receptacle elsewhere, where a motion of this skill begins; the hand lets go."""
+        """Place arm and receptacle at a start of this skill; the hand lets go."""
         self._arm.put(self._placement(skill, seed), presses=skill == "insert")
         self._seed, self._tip = seed, self._arm.tip
         self.let_go()
@@ -154,10 +154,10 @@ class HeldArm:
 
 
 def hand_pose(point: ArrayLike) -> Array:
-    """Return the hand's pose, limited to a distance that can be computed with. Shape (7,).
+    """Return the hand's pose, clipped to a distance that keeps the numbers finite. Shape (7,).
 
     Raises:
-        InvalidDemonstration: When it is no pose.
+        InvalidDemonstration: When the point is no pose.
     """
     try:
         pose = POSE.checked(point, "hand", "point")
@@ -168,7 +168,7 @@ def hand_pose(point: ArrayLike) -> Array:
 
 
 class ArmPlace:
-    """Workcell with an arm in front of its receptacle, the one task frame.
+    """Base of the workcells with an arm in front of its receptacle, which is the one task frame.
 
     Args:
         task: First task.

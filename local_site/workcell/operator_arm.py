@@ -36,8 +36,8 @@ class OperatorArm:
     """Arm in calm water in front of a receptacle that stands still and is known exactly.
 
     Args:
-        placement: First placement of both.
-        dimensions: Dimensions of both.
+        placement: First placement of arm and receptacle.
+        dimensions: Dimensions of arm and receptacle.
         presses: True if a plug in the bore is to be pressed in, False if it is to be extracted.
     """
 

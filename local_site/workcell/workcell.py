@@ -1,4 +1,4 @@
-"""Operator's own workcell: what the hand moves there, and the task frames of demonstrations."""
+"""Operator's own workcell: the arm or board that the hand moves, and the task frames of demonstrations."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from farhand.local_site.workcell.arm_view import ArmView
 
 Array = NDArray[np.float64]
 OnMoved = Callable[[Array, Array], None]
-"""Takes the points (n, C) of a path, and their times (n,) [s]."""
+"""Called with the points (n, C) of a path, and their times (n,) [s]."""
 SampleFiles = Callable[[str], Sequence[Path]]
-"""Returns the demonstrations that come with a task, by its name, if they are not in its own file."""
+"""Returns the demonstrations that come with a task, by its name, if the task file has none."""
 
 
 def no_files(_task: str) -> Sequence[Path]:
-    """Return no files: no demonstrations come with any task."""
+    """Return no files, for tasks without demonstrations."""
     return ()
 
 
@@ -43,28 +43,28 @@ class Workcell(Protocol):
         ...
 
     def start(self, put: Callable[[Job], None], moved: OnMoved) -> None:
-        """Begin.
+        """Start the workcell.
 
         Args:
-            put: Has a function called in the console's thread.
+            put: Queues a job for the console's thread.
             moved: Called in the console's thread with the path of the hand, or of its arm.
         """
         ...
 
     def hand(self, point: tuple[float, ...], time_s: float, released: bool) -> None:
-        """Take the hand's place, see `intents.Hand`.
+        """Process a movement of the hand, see `intents.Hand`.
 
         Raises:
-            InvalidDemonstration: When it is impossible; nothing moves.
+            InvalidDemonstration: When the point is impossible; nothing moves.
         """
         ...
 
     def switch_task(self, task: AnyTask) -> None:
-        """Switch to another task of the same robot: an arm is put where that task begins."""
+        """Switch to another task of the same robot: an arm is moved to that task's start."""
         ...
 
     def reset(self, seed: int | None) -> None:
-        """Put the arm back to ready and its receptacle elsewhere.
+        """Put the arm back to ready, and move its receptacle to another place.
 
         Raises:
             NotNow: When there is no arm.
@@ -80,7 +80,7 @@ class Workcell(Protocol):
         ...
 
     def samples(self) -> list[Demonstration]:
-        """Return the demonstrations that come with its task.
+        """Return the demonstrations that come with the task.
 
         Raises:
             InvalidDemonstration: When a file is missing or damaged.
@@ -88,12 +88,12 @@ class Workcell(Protocol):
         ...
 
     def close(self) -> None:
-        """End."""
+        """Close the workcell."""
         ...
 
 
 class BoardWorkcell:
-    """Workcell with a board in front of a target that stands still: the hand itself makes the motion.
+    """Workcell with a board and a target that does not move: the hand's own path is the demonstration.
 
     Args:
         task: First task.
@@ -113,16 +113,16 @@ class BoardWorkcell:
 
     def switch_task(self, task: AnyTask) -> None:
         """See `Workcell.switch_task`."""
-        assert isinstance(task, PointTask), "a repertoire is of one robot"
+        assert isinstance(task, PointTask), "all tasks are for one robot"
         self._task, self.frames = task, still_frames(task)
 
     def reset(self, seed: int | None) -> None:
         """See `Workcell.reset`."""
-        raise NotNow("there is no arm on a board that could be put elsewhere")
+        raise NotNow("a board has no arm to move to another place")
 
     def align(self) -> None:
         """See `Workcell.align`."""
-        raise NotNow("there is no plug on a board that could be turned")
+        raise NotNow("a board has no plug to align")
 
     def samples(self) -> list[Demonstration]:
         """See `Workcell.samples`."""
@@ -139,9 +139,9 @@ def make_workcell(
 
     Args:
         task: First task.
-        sample_files: Returns the demonstrations that come with each task, if they are not in its file.
+        sample_files: Returns the demonstrations that come with each task, if the task file has none.
         seed: Seed of the first placement of an arm and its receptacle.
-        stepped: Whether an arm's time passes with the hand's events, as fast as possible, instead of in
+        stepped: True if an arm's time advances with the hand's events, as fast as possible, and not in
             real time.
     """
     if isinstance(task, PointTask):

@@ -46,7 +46,7 @@ def test_where_the_robot_is_already_it_need_not_be_told_to_go(tmp_path: Path):
             it.robot.report(ControlMode.HOLD)
 
         it.robot.on_command = refuse
-        with pytest.raises(JobFailed, match=r"did not get ready: .*not allowed"):
+        with pytest.raises(JobFailed, match=r"did not reach its ready pose: .*not allowed"):
             ScriptedOperator(it.console, [TASK], None, None, 0).run()
         asked = [command.action for command in it.robot.heard(Command)]
         assert asked == [Action.ARM, Action.GO_TO_READY, Action.RETRACT]
@@ -77,6 +77,6 @@ def test_a_job_that_the_robot_has_ended_fails_in_words_that_come_after_the_repor
         it.connected(ControlMode.STOPPED)
         late = threading.Timer(0.1, it.robot.event, ("stopped", "the control loop was 691 ms late"))
         late.start()
-        with pytest.raises(JobFailed, match=r"by itself: .*691 ms late"):
+        with pytest.raises(JobFailed, match=r"on its own: .*691 ms late"):
             ScriptedTask(TASK, it.console, ScriptedActions(it.console, RealTime()), 0).result()
         late.join()
