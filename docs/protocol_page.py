@@ -84,15 +84,15 @@ def meaning(kind: type[msgspec.Struct], field: str) -> str:
 
 
 def _keys() -> str:
-    header = ["key", "direction", "how", "messages", "urgency", "full queue", "most B", "share"]
+    header = ["key", "direction", "how", "messages", "urgency", "over QUIC", "full queue", "most B", "share"]
     rows = []
     for channel, sent, answered in FLOWS:
-        to_robot = channel.key.startswith("op/")
+        over_quic = "both ways" if channel.both_ways else "datagram" if channel.is_streamed else "stream"
         names = f"{_link(sent)} → {_link(answered)}" if answered else _link(sent)
         share = budget_bytes_s(channel, 8.0)
         rows.append([
-            f"`{channel.key}`", "operator → robot" if to_robot else "robot → operators",
-            "query" if answered else "put", names, channel.urgency.name,
+            f"`{channel.of('SITE')}`", "operator → robot" if channel.is_to_robot else "robot → operators",
+            "query" if answered else "put", names, channel.urgency.name, over_quic,
             "waits" if channel.must_arrive else "newest only", str(channel.most_bytes),
             f"{share:.0%}" if share else "",
         ])  # fmt: skip

@@ -7,7 +7,7 @@ HEAD = """
 
 Made from `common/wire/keys.py` and `common/wire/messages.py` by `python -m docs.protocol_page`; a test holds it to them.
 
-The sites speak Zenoh over one TCP connection: the remote site listens, the local site connects, and there is no
+The sites speak Zenoh over QUIC, TLS or TCP: the remote site listens, the local site connects, and there is no
 discovery. Each payload is one MessagePack map with the names below. Version **{schema}** is that of all messages together; a
 site refuses another one by name, except for Stop and StopAck, whose form never changes: a stop is understood in every
 version. Messages above {max_bytes:,} B are dropped; an unknown, missing or wrong field is an error, and so is a
@@ -15,11 +15,18 @@ number that is not finite. Floats have double precision, in telemetry single; a 
 no answer; a *query* is repeated with the same content until it is answered.
 
 ## Keys
-All below the vehicle's name, which is the session's namespace (`rov1/op/cmd`). *Urgency* is the order in which the
+All below the vehicle's name, which is the session's namespace (`rov1/op/SITE/cmd`). SITE is the name of the operator's
+site; with `--sites` it is bound to the name in its certificate. *Urgency* is the order in which the
 transport serves what waits: STOP, COMMAND, STREAM, TELEMETRY, EVENT, BULK. *Full queue*: a message `waits` for room, or only the
 newest is sent. *Share* is the part of a link of known rate (`link.rate_bps`) that a stream may use; messages beyond
 it are skipped. Commands, stops and their acknowledgements are never held back. On a narrow link models travel in parts,
 each sent after the previous one was confirmed.
+
+*Over QUIC* the transport resends a `stream` until it arrives. A `datagram` is never resent, because the next one replaces it; it
+carries a mark in its attachment (sender, number, times, loss and delay, see `common/link/pace.py`), by which each site slows its
+streams down on a lossy link. Messages that go `both ways` are sent reliably, and as datagrams until they are answered. Such a question
+carries its id and its asker in the attachment and runs once; each copy is answered in the way in which it came, datagrams on
+`op/SITE/answer/ASKER` with the question's id.
 """
 
 TAIL = """

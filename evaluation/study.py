@@ -55,6 +55,7 @@ STUDIES = {
     "handwriting": "farhand.evaluation.human.handwriting",
     "link-chaos": "farhand.evaluation.link.link_chaos",
     "link-delay": "farhand.evaluation.link.link_delay",
+    "delivery": "farhand.evaluation.link.delivery",
     "link-recovery": "farhand.evaluation.link.link_recovery",
     "link-profiles": "farhand.evaluation.link.link_profiles",
     "link-profiles-real": "farhand.evaluation.link.real_profiles",

@@ -8,6 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec import structs
+
 from farhand.common.address import parse_address
 from farhand.common.errors import LinkError
 from farhand.common.impairment.link_control import RelayControl
@@ -163,7 +165,7 @@ class _Opened:
     ):
         self._config, self._library, self._stop, self._page_port = config, library, stop, page_port
         self.log, self._data_dir = log, data_dir
-        self._link = ZenohLink(config.link)
+        self._link = ZenohLink(structs.replace(config.link, site=name))
         wish = Wish.WATCH if config.watch else Wish.CONTROL
         self.console = Console(
             library, self._link, name, log, wish, rate_bps=config.link.rate_bps, place=place,

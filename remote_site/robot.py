@@ -14,7 +14,7 @@ import numpy as np
 from farhand.common.clock import BootClock
 from farhand.common.errors import InvalidMessage
 from farhand.common.link.budget import limit_flows, part_bytes
-from farhand.common.link.link import Link, Request
+from farhand.common.link.interface import Link, Request
 from farhand.common.log import loop_logger
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys

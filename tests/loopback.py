@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable
 
-from farhand.common.link.link import Answered, Deliver, Request
+from farhand.common.link.interface import Answered, Deliver, Request
 from farhand.common.wire.keys import Channel
 
 
@@ -29,7 +29,7 @@ class Loopback:
         self.sent: list[tuple[Channel, bytes]] = []
         """All that was handed over here, delivered or not."""
         self._subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
-        self._servers: dict[Channel, Callable[[Request], None]] = {}
+        self._servers: dict[Channel, Callable[[Request], bool | None]] = {}
 
     @classmethod
     def pair(cls) -> tuple[Loopback, Loopback]:
@@ -53,7 +53,7 @@ class Loopback:
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
         self._subscribers[channel].append(deliver)
 
-    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
+    def serve(self, channel: Channel, handle: Callable[[Request], bool | None]) -> None:
         self._servers[channel] = handle
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:

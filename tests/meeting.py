@@ -11,7 +11,7 @@ import numpy as np
 
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode
-from farhand.common.link.link import Answered, Deliver, Request
+from farhand.common.link.interface import Answered, Deliver, Request
 from farhand.common.task import PointTask, TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
@@ -39,7 +39,7 @@ class RobotsEnd:
     def __init__(self) -> None:
         self.ends: list[OperatorsEnd] = []
         self.subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
-        self.servers: dict[Channel, Callable[[Request], None]] = {}
+        self.servers: dict[Channel, Callable[[Request], bool | None]] = {}
         self.newest: Telemetry | None = None
 
     def send(self, channel: Channel, data: bytes) -> None:
@@ -51,7 +51,7 @@ class RobotsEnd:
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
         self.subscribers[channel].append(deliver)
 
-    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
+    def serve(self, channel: Channel, handle: Callable[[Request], bool | None]) -> None:
         self.servers[channel] = handle
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
@@ -70,13 +70,13 @@ class OperatorsEnd:
     def __init__(self, robot: RobotsEnd) -> None:
         self._robot = robot
         self._subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
-        self._waiting: list[Callable[[], None]] = []
+        self._waiting: list[Callable[[], object]] = []
         self.models: list[bytes] = []
         """What was asked or sent on the key of models, whether it arrived or not."""
         self.stalled = self.deaf = self.cut = False
         robot.ends.append(self)
 
-    def carry(self, arrive: Callable[[], None], back: bool = False) -> None:
+    def carry(self, arrive: Callable[[], object], back: bool = False) -> None:
         if self.stalled or (back and self.deaf):
             self._waiting.append(arrive)
         elif not self.cut:
@@ -103,7 +103,7 @@ class OperatorsEnd:
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
         self._subscribers[channel].append(deliver)
 
-    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
+    def serve(self, channel: Channel, handle: Callable[[Request], bool | None]) -> None:
         raise AssertionError("an operator serves nothing")
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:

@@ -13,7 +13,7 @@ import pytest
 from docs.protocol_page import FLOWS, PAGE, meaning, page
 from docs.protocol_words import ERRORS, SHARED_FIELDS
 from farhand.common.clock import BootClock
-from farhand.common.link.link import Answered
+from farhand.common.link.interface import Answered
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel
@@ -35,7 +35,7 @@ class Spy:
         self.kinds: dict[Channel, type[Message]] = {}
         self.served: set[Channel] = set()
 
-    def subscribe(self, channel: Channel, deliver: Callable[[bytes], None]) -> None:
+    def subscribe(self, channel: Channel, deliver: Callable[[bytes], bool | None]) -> None:
         self.kinds[channel] = deliver.args[0] if isinstance(deliver, functools.partial) else Message
 
     def serve(self, channel: Channel, handle: Any) -> None:

@@ -1,6 +1,6 @@
 """In-process link in virtual time: each message may be late, lost, duplicated, corrupted or reordered.
 
-Both ends offer the protocol `farhand.common.link.link.Link`. Retransmission, order and the handshake
+Both ends offer the protocol `farhand.common.link.interface.Link`. Retransmission, order and the handshake
 of Zenoh and TCP are not modelled: this link is worse than theirs, and says nothing about their timing.
 """
 
@@ -14,7 +14,7 @@ from itertools import count
 from farhand.common.clock import VirtualTime
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_way import Kind, OneWay, Packet
-from farhand.common.link.link import Answered, Deliver, Request
+from farhand.common.link.interface import Answered, Deliver, Request
 from farhand.common.wire.keys import Channel
 
 
@@ -41,7 +41,7 @@ class VirtualEnd:
     def __init__(self, time: VirtualTime, out: OneWay, back: OneWay):
         self._time, self._out = time, out
         self._subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
-        self._servers: dict[Channel, Callable[[Request], None]] = {}
+        self._servers: dict[Channel, Callable[[Request], bool | None]] = {}
         self._asking: dict[int, Answered] = {}
         self._closed = False
         back.receiver = self._receive
@@ -54,7 +54,7 @@ class VirtualEnd:
         """See `Link.subscribe`."""
         self._subscribers[channel].append(deliver)
 
-    def serve(self, channel: Channel, handle: Callable[[Request], None]) -> None:
+    def serve(self, channel: Channel, handle: Callable[[Request], bool | None]) -> None:
         """See `Link.serve`."""
         self._servers[channel] = handle
 

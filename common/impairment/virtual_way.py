@@ -10,7 +10,7 @@ from functools import partial
 from farhand.common.clock import VirtualTime
 from farhand.common.impairment.impairment import DirectionSettings
 from farhand.common.impairment.message_line import MessageLine
-from farhand.common.link.link import OVERHEAD_BYTES
+from farhand.common.link.budget import OVERHEAD_BYTES
 from farhand.common.link.outbox import SendQueue
 from farhand.common.wire.keys import Channel, Urgency
 

@@ -7,9 +7,16 @@ and their acknowledgements, which are never delayed.
 
 from __future__ import annotations
 
-from farhand.common.link.link import OVERHEAD_BYTES, Link
+from typing import TYPE_CHECKING
+
 from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel
+
+if TYPE_CHECKING:
+    from farhand.common.link.interface import Link
+
+OVERHEAD_BYTES = 70
+"""Bytes that Zenoh (about 30), TCP and IP (40) add to a message, for its budget [B]."""
 
 _SHARES: dict[Channel, float] = {
     keys.TELEMETRY: 0.45,

@@ -9,9 +9,15 @@ import msgspec
 
 from farhand.common.address import endpoint_fault
 from farhand.common.clock import Wait
-from farhand.common.link.certificates import CA_FILE, CERTIFICATE_FILE, KEY_FILE, Role, read_rights
-from farhand.common.names import Name
-from farhand.common.wire import keys
+from farhand.common.link.access import guarded
+from farhand.common.link.certificates import (
+    CA_FILE,
+    CERTIFICATE_FILE,
+    KEY_FILE,
+    common_name,
+    read_certificate,
+)
+from farhand.common.names import Name, SiteName
 from farhand.common.wire.codec import MAX_BYTES
 
 LEAST_BPS = 80.0
@@ -24,8 +30,6 @@ _QUIC_OPTIONS = "?mixed_rel=1;multistream=1"
 """One connection with datagrams beside its streams, and a stream for each priority."""
 MOST_SESSIONS = 32
 """Largest number of sites connected to a robot at a time."""
-_PATIENCE_US = 100_000
-"""How long a robot waits for a listener whose queue is full, once, before it drops the listener [us]."""
 _ENVELOPE_BYTES = 1024
 """Room for the key and the transport's own fields beside the largest message [B]."""
 
@@ -39,6 +43,8 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """Endpoint to listen on, such as tcp/127.0.0.1:7447."""
     connect: str = ""
     """Endpoint to connect to: the other site or the link process."""
+    site: SiteName = "operator"
+    """Name of the operator's site, in the keys of what it sends; with a certificate, the name in that."""
     certificates: str = ""
     """Folder of this site's ca.pem, certificate.pem and key.pem, which `farhand pki` makes; for quic/ and tls/."""
     sites: str = ""
@@ -80,6 +86,13 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         """The folder of the site's certificate, where `certificates` names one."""
         return Path(self.certificates).expanduser()
 
+    @property
+    def speaks_as(self) -> str:
+        """Name of an operator's site in its keys."""
+        if not self.certificates:
+            return self.site
+        return common_name(read_certificate(self.certificate_folder / CERTIFICATE_FILE))
+
 
 def scheme_of(endpoint: str) -> str:
     """Return the scheme of an endpoint, such as tcp."""
@@ -89,7 +102,7 @@ def scheme_of(endpoint: str) -> str:
 def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
     """Return the transport's configuration: one explicit connection, and no discovery.
 
-    A listening site is guarded, too: see `_guarded`.
+    A listening site is guarded, too: see `access.guarded`.
     """
     handshake_ms = round(settings.handshake_timeout_s * 1000)
     configuration = {
@@ -104,7 +117,7 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
         },
         # Gossip would let the sites connect directly, past the link process.
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
-        "timestamping": {"enabled": True},
+        "timestamping": {"enabled": False},
         "queries_default_timeout": handshake_ms,
         "transport": {
             "unicast": {
@@ -144,7 +157,11 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
             },
         },
     }
-    return _guarded(configuration, settings) if settings.listen else configuration
+    return (
+        guarded(configuration, settings.vehicle, settings.listen, settings.sites)
+        if settings.listen
+        else configuration
+    )
 
 
 def _with_options(endpoint: str) -> list[str]:
@@ -173,61 +190,3 @@ def _tls(folder: Path) -> dict[str, Any]:
         "verify_name_on_connect": True,
         "close_link_on_expiration": True,
     }
-
-
-def _guarded(configuration: dict[str, Any], settings: EndpointSettings) -> dict[str, Any]:
-    """Return the configuration of a robot, to which anybody may connect.
-
-    A connected site may send on `op/*` and hear `rov/*`, nothing else: no stranger reads what operators send,
-    takes their questions, or speaks for the robot. A site that reads nothing delays others by no more than
-    `_PATIENCE_US` in all: a message that must arrive waits that long for room in the listener's own queue,
-    and then the listener is dropped. A live site's queue has room: what it has not taken yet waits in the
-    sockets' buffers first.
-    """
-    queue = configuration["transport"]["link"]["tx"]["queue"]
-    queue["congestion_control"] = {
-        "drop": {"wait_before_drop": 1_000},
-        "block": {"wait_before_close": _PATIENCE_US},
-    }
-    below = f"{settings.vehicle}/"
-    operators, robot = [f"{below}op/**"], [f"{below}rov/**"]
-    common = [
-        _rule("all hear", "ingress", ["declare_subscriber"], robot),
-        _rule("the robot speaks", "egress", ["put"], robot),
-        _rule("the robot answers", "egress", ["reply", "declare_subscriber", "declare_queryable"], operators),
-    ]
-    speak = {
-        "operator": _rule("operators speak", "ingress", ["put", "query"], operators),
-        "observer": _rule(
-            "observers stop and ask", "ingress", ["put", "query"], [below + c.key for c in keys.OBSERVERS]
-        ),
-    }
-    subjects = _subjects(settings)
-    return configuration | {
-        "access_control": {
-            "enabled": True,
-            "default_permission": "deny",
-            "rules": [*common, *speak.values()],
-            "subjects": list(subjects.values()),
-            "policies": [
-                {"rules": [rule["id"] for rule in (*common, speak[role])], "subjects": [subject["id"]]}
-                for role, subject in subjects.items()
-            ],
-        },
-    }
-
-
-def _subjects(settings: EndpointSettings) -> dict[str, dict[str, Any]]:
-    """Return who speaks as what: by the names in the certificates where a list says so, else everybody as an operator."""
-    if not settings.sites:
-        return {"operator": {"id": "anybody"}}
-    names: dict[Role, list[str]] = {"operator": [], "observer": []}
-    for name, right in read_rights(Path(settings.sites).expanduser()).items():
-        if right.revoked is None and right.role in names:
-            names[right.role].append(name)
-    # An empty list of names would deny without a word; a role that nobody has needs no subject.
-    return {role: {"id": role, "cert_common_names": listed} for role, listed in names.items() if listed}
-
-
-def _rule(name: str, flow: str, messages: list[str], where: list[str]) -> dict[str, Any]:
-    return {"id": name, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": where}

@@ -1,4 +1,4 @@
-"""Link: connection between the two sites. The only file that speaks Zenoh.
+"""Link: connection between the two sites. This folder alone speaks Zenoh.
 
 A lost put raises nothing. Therefore one thread per urgency sends, and nothing counts as arrived until the other
 site's application says so. What arrives is judged at once by the thread that reads this one connection, before it
@@ -8,29 +8,28 @@ slowly, and nobody else.
 
 from __future__ import annotations
 
-import json
 import os
 import queue
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 import zenoh
 
-from farhand.common.address import listening_fault
-from farhand.common.errors import LinkError, PortTaken
+from farhand.common.link.budget import OVERHEAD_BYTES
 from farhand.common.link.certificates import check_site_certificate
 from farhand.common.link.connection_faults import DeafListeners
-from farhand.common.link.endpoint import MOST_SESSIONS, EndpointSettings, scheme_of, zenoh_configuration
-from farhand.common.link.outbox import Outbox, SilenceGate
+from farhand.common.link.copies import Once, Question
+from farhand.common.link.endpoint import MOST_SESSIONS, EndpointSettings, scheme_of
+from farhand.common.link.interface import Answered, Deliver, Handle
+from farhand.common.link.outbox import Outbox
+from farhand.common.link.quic import QuicDelivery, copy_of
+from farhand.common.link.session import Session
 from farhand.common.log import loop_logger
-from farhand.common.wire.keys import Channel, Urgency
+from farhand.common.wire.keys import Channel, Urgency, answers_for
 
 _log = loop_logger(__name__)
-
-OVERHEAD_BYTES = 70
-"""Bytes that Zenoh (about 30), TCP and IP (40) add to a message, for its budget [B]."""
 
 # One reader for each connection, so that a slow or paused one holds up no other; read when the first session opens.
 os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {MOST_SESSIONS + 1}))")
@@ -39,99 +38,28 @@ _PAUSE_S = 0.002
 _PAUSES = 9
 """The pause in durations of its reading: a flood has a tenth of one processor at most."""
 
-Deliver = Callable[[bytes], bool | None]
-"""Takes a message, without blocking; returns False when it was not wanted: its sender must slow down."""
-Answered = Callable[[bytes | None], None]
-
-
-class Request(Protocol):
-    """Question of the other site that waits for its answer."""
-
-    @property
-    def data(self) -> bytes:
-        """The question."""
-        ...
-
-    def answer(self, data: bytes) -> None:
-        """Answer it, from any thread, without blocking."""
-        ...
-
-
-Handle = Callable[[Request], bool | None]
-"""The same for a question."""
-
-
-class Link(Protocol):
-    """Interface of a site's connection."""
-
-    def send(self, channel: Channel, data: bytes) -> None:
-        """Hand a message over for sending; never blocks, and gives no information about its arrival."""
-        ...
-
-    def subscribe(self, channel: Channel, deliver: Deliver) -> None:
-        """Have each message of a channel delivered, from the thread that reads its connection."""
-        ...
-
-    def serve(self, channel: Channel, handle: Handle) -> None:
-        """Have each question on a channel handed over in the same way."""
-        ...
-
-    def limit(self, channel: Channel, bytes_per_s: float) -> None:
-        """Give a newest-only channel a byte budget [B/s]; messages beyond it are skipped, not queued."""
-        ...
-
-    def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
-        """Ask the other site; never blocks.
-
-        Args:
-            channel: Channel on which it is served.
-            data: The question.
-            timeout_s: Time-out [s].
-            answered: Called at most once, from a thread of the link's own, and must not block. None: no
-                answer came, and perhaps the question was not delivered. A link that is closed before may
-                not call it.
-        """
-        ...
-
-    def close(self) -> None:
-        """End the connection and all its threads."""
-        ...
-
 
 class _ZenohRequest:
-    def __init__(self, query: zenoh.Query, channel: Channel, outbox: Outbox):
-        self._query, self._channel, self._outbox = query, channel, outbox
+    def __init__(self, query: zenoh.Query, outbox: Outbox):
+        self._query, self._outbox = query, outbox
         self.data = query.payload.to_bytes() if query.payload else b""
 
     def answer(self, data: bytes) -> None:
-        self._outbox.submit(lambda: self._reply(data))
-
-    def _reply(self, data: bytes) -> None:
-        with self._query:
-            self._query.reply(self._channel.key, data, express=True)  # with the question's priority
+        self._outbox.submit(lambda: _reply(self._query, data))
 
 
-class _Question:
-    """Receiver that passes on the first reply, or None at the end of all replies."""
+def _reply(query: zenoh.Query, data: bytes) -> None:
+    with query:
+        query.reply(query.key_expr, data, express=True)  # with the question's priority
 
-    def __init__(self, answered: Answered):
-        self._answered: Answered | None = answered
 
-    def on_reply(self, reply: zenoh.Reply) -> None:
-        if reply.ok is not None:
-            self._give(reply.ok.payload.to_bytes())
-
-    def on_end(self) -> None:
-        self._give(None)
-
-    def _give(self, data: bytes | None) -> None:
-        answered, self._answered = self._answered, None
-        if answered is not None:
-            answered(data)
+def _in_reader(take: Callable[[Any], None]) -> Any:
+    """Return a handler that is called in the thread that reads the connection."""
+    return zenoh.handlers.Callback(take, indirect=False)
 
 
 class ZenohLink:
-    """`Link` over one Zenoh session.
+    """`Link` over one Zenoh session, or two: over QUIC an operator's streams have one of their own.
 
     Args:
         settings: The endpoints.
@@ -145,62 +73,99 @@ class ZenohLink:
     def __init__(self, settings: EndpointSettings, dropped: Callable[[str], None] = _log.warning):
         if settings.certificates:
             check_site_certificate(settings.certificate_folder, _log.warning)
-        try:
-            configuration = zenoh.Config.from_json5(json.dumps(zenoh_configuration(settings)))
-            self._session = zenoh.open(configuration)
-        except zenoh.ZError as error:
-            where = settings.listen or settings.connect
-            first_line = str(error).split(" at /")[0].splitlines()[0][:200]
-            why = listening_fault(settings.listen) if settings.listen else ""
-            kind = PortTaken if "is in use" in why else LinkError
-            raise kind(f"{where}: {why or f'cannot be opened ({first_line})'}") from error
-        is_quic = scheme_of(settings.listen or settings.connect) == "quic"
-        self._gate = SilenceGate(settings.rate_bps) if is_quic else None
+        self._site = "*" if settings.listen else settings.speaks_as
+        self._quic: QuicDelivery | None = None
+        self._session = self._streams = Session(settings)
         self._deaf = DeafListeners(self.connected_to, settings.listen, dropped) if settings.listen else None
         held_up = self._deaf.look if self._deaf is not None else lambda: None
         self._outboxes = {urgency: Outbox(urgency.name.lower(), _log, held_up) for urgency in Urgency}
-        self._publishers: dict[Channel, zenoh.Publisher] = {}
-        self._declared: list[zenoh.Subscriber[None] | zenoh.Queryable[None]] = []
+        self._limits: dict[Channel, tuple[float, float]] = {}
         self._lock = threading.Lock()
         self._closed = False
+        if scheme_of(settings.listen or settings.connect) == "quic":
+            self._quic = QuicDelivery(settings.rate_bps, self._put, self._set_limit)
+            if settings.connect:
+                # Streams have a window of their own, which nothing else fills, and so do commands.
+                self._streams = Session(settings)
+                key, answers = answers_for(self._site, self._quic.asker), self._quic.answered
+                self._session.declare(lambda session: session.declare_subscriber(key, _in_reader(answers)))
+                self._quic.watch_path(settings.connect, lambda: bool(self.connected_to()), self.reopen)
 
     def send(self, channel: Channel, data: bytes) -> None:
         """See `Link.send`."""
-        newest_only = None if channel.must_arrive else channel.key
-        if newest_only is not None and self._gate is not None and not self._gate.lets_out(len(data)):
+        quic = self._quic
+        if quic is not None and not quic.lets_out(channel, len(data) + OVERHEAD_BYTES):
             return
+        newest_only = None if channel.must_arrive else channel.key
         self._outboxes[channel.urgency].submit(
-            lambda: self._publisher(channel).put(data), newest_only, len(data) + OVERHEAD_BYTES
+            lambda: quic.send(channel, data) if quic is not None else self._put(channel, data, True, None),
+            newest_only,
+            len(data) + OVERHEAD_BYTES,
         )
 
     def limit(self, channel: Channel, bytes_per_s: float) -> None:
         """See `Link.limit`."""
-        self._outboxes[channel.urgency].limit(channel.key, bytes_per_s)
+        self._set_limit(channel, bytes_per_s, 0)
 
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
         """See `Link.subscribe`."""
-        take = self._taker(channel, lambda sample: deliver(sample.payload.to_bytes()))
-        self._declared.append(self._session.declare_subscriber(channel.key, take))
+        key, quic = channel.of(self._site), self._quic
+
+        def take(sample: zenoh.Sample) -> bool | None:
+            if quic is not None:
+                quic.arrived(channel, sample)
+            return deliver(sample.payload.to_bytes())
+
+        taker = self._taker(channel, take)
+        session = self._streams if channel.is_streamed else self._session
+        session.declare(lambda session: session.declare_subscriber(key, taker))
 
     def serve(self, channel: Channel, handle: Handle) -> None:
         """See `Link.serve`."""
-        outbox = self._outboxes[channel.urgency]
-        take = self._taker(channel, lambda query: handle(_ZenohRequest(query, channel, outbox)))
-        self._declared.append(self._session.declare_queryable(channel.key, take))
+        key, outbox, once = channel.of(self._site), self._outboxes[channel.urgency], Once(handle)
+
+        def take_query(query: zenoh.Query) -> bool | None:
+            if (copy := copy_of(query)) is None:
+                return handle(_ZenohRequest(query, outbox))
+            data = query.payload.to_bytes() if query.payload else b""
+            return once.take(copy[0], data, lambda answer: outbox.submit(lambda: _reply(query, answer)))
+
+        def take_datagram(sample: zenoh.Sample) -> bool | None:
+            if (copy := copy_of(sample)) is None:
+                return False
+            answers = answers_for(str(sample.key_expr).split("/")[1], copy[1])
+            return once.take(copy[0], sample.payload.to_bytes(), self._by_datagram(channel, answers, copy[0]))
+
+        taker = self._taker(channel, take_query)
+        self._session.declare(lambda session: session.declare_queryable(key, taker))
+        if channel.both_ways and self._quic is not None:
+            datagrams = self._taker(channel, take_datagram)
+            self._session.declare(lambda session: session.declare_subscriber(key, datagrams))
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
         """See `Link.ask`."""
-        question = _Question(answered)
+        question, outbox, key = Question(answered), self._outboxes[channel.urgency], channel.of(self._site)
+        if self._quic is not None and not self._quic.lets_ask(channel):
+            outbox.submit(question.on_end)
+            return
+        copied = self._quic if channel.both_ways else None
+        attachment = copied.copy_attachment(question) if copied is not None else None
         # In the network's own thread: a thread per question would cost more than the question.
         handler = zenoh.handlers.Callback(question.on_reply, question.on_end, indirect=False)
 
         def get() -> None:
-            self._session.get(
-                channel.key, handler, payload=data, timeout=timeout_s, express=True,
-                priority=getattr(zenoh.Priority, channel.urgency.value), congestion_control=zenoh.CongestionControl.BLOCK,
-            )  # fmt: skip
+            try:
+                self._session.get(
+                    key, handler, payload=data, timeout=timeout_s, express=True, attachment=attachment,
+                    priority=getattr(zenoh.Priority, channel.urgency.value), congestion_control=zenoh.CongestionControl.BLOCK,
+                )  # fmt: skip
+            except zenoh.ZError:
+                question.on_end()  # the session is being opened again: it is asked again
+                raise
 
-        self._outboxes[channel.urgency].submit(get)
+        outbox.submit(get)
+        if copied is not None:
+            copied.ask(question, lambda: outbox.submit(lambda: self._put(channel, data, False, attachment)))
 
     def ask_and_wait(self, channel: Channel, data: bytes, timeout_s: float) -> bytes | None:
         """Ask the other site and wait for its answer. None when none came."""
@@ -211,45 +176,68 @@ class ZenohLink:
         except queue.Empty:
             return None
 
+    def reopen(self) -> None:
+        """Open the transport again in place, with certificates and rights as the files have them now."""
+        for session in {self._session, self._streams}:
+            session.reopen()
+
     def close(self) -> None:
         """See `Link.close`. Without it the interpreter would hang at its exit."""
         with self._lock:
             if self._closed:
                 return
             self._closed = True
-        if self._deaf is not None:
-            self._deaf.close()
-        for outbox in self._outboxes.values():
-            outbox.close()
-        self._session.close()
+        for part in (self._deaf, self._quic, *self._outboxes.values(), self._streams, self._session):
+            if part is not None:
+                part.close()
 
     def connected_to(self) -> list[str]:
         """Return the locators of the other ends that are connected."""
-        return [link.dst for link in self._session.info.links()]
+        return self._session.locators()
 
-    def _publisher(self, channel: Channel) -> zenoh.Publisher:
-        """Return the publisher of a channel.
+    def _put(self, channel: Channel, data: bytes, reliably: bool, attachment: bytes | None) -> None:
+        """Put a message now. Called by the thread of its urgency alone, as it may wait for the network."""
+        blocks = channel.must_arrive and (reliably or channel.urgency is Urgency.STOP)
+        self._put_on(channel, channel.of(self._site), data, reliably, blocks, attachment)
 
-        Called by the thread of its urgency alone, as it may wait for the network.
-        """
-        if channel not in self._publishers:
-            control, reliability = zenoh.CongestionControl, zenoh.Reliability
-            self._publishers[channel] = self._session.declare_publisher(
-                channel.key,
+    def _put_on(
+        self, channel: Channel, key: str, data: bytes, reliably: bool, blocks: bool, attachment: bytes | None
+    ) -> None:
+        control, reliability = zenoh.CongestionControl, zenoh.Reliability
+        session = self._streams if channel.is_streamed else self._session
+        publisher = session.publisher(
+            (key, reliably),
+            lambda session: session.declare_publisher(
+                key,
                 priority=getattr(zenoh.Priority, channel.urgency.value),
-                congestion_control=control.BLOCK if channel.must_arrive else control.DROP,
+                congestion_control=control.BLOCK if blocks else control.DROP,
                 express=channel.urgency is not Urgency.BULK,
-                # Over TCP nothing is lost, and this has no effect.
-                reliability=reliability.RELIABLE if channel.sent_again else reliability.BEST_EFFORT,
-            )
-        return self._publishers[channel]
+                reliability=reliability.RELIABLE if reliably else reliability.BEST_EFFORT,
+            ),
+        )
+        publisher.put(data, attachment=attachment)
+
+    def _by_datagram(self, channel: Channel, key: str, question_id: bytes) -> Callable[[bytes], None]:
+        """Return a function that answers a copy by a datagram."""
+        outbox = self._outboxes[channel.urgency]
+        return lambda data: outbox.submit(
+            lambda: self._put_on(channel, key, data, reliably=False, blocks=False, attachment=question_id)
+        )
+
+    def _set_limit(self, channel: Channel, bytes_per_s: float, which: int = 1) -> None:
+        """Set a channel's budget for the link as configured (0) or as found (1); the smaller one counts."""
+        with self._lock:
+            limits = list(self._limits.get(channel, (0.0, 0.0)))
+            limits[which] = bytes_per_s
+            self._limits[channel] = (limits[0], limits[1])
+        self._outboxes[channel.urgency].limit(channel.key, min(filter(None, limits), default=0.0))
 
     def _taker(self, channel: Channel, take: Callable[[Any], bool | None]) -> Any:
         """Return what takes each item of a channel in the thread that reads its connection."""
 
         def hear(item: Any) -> None:
-            if self._gate is not None:
-                self._gate.heard()
+            if self._quic is not None:
+                self._quic.heard()
             began_s = time.thread_time()
             try:
                 wanted = item.payload is None or len(item.payload) <= channel.most_bytes
@@ -262,4 +250,4 @@ class ZenohLink:
             if wanted is False:
                 time.sleep(max(_PAUSE_S, _PAUSES * (time.thread_time() - began_s)))
 
-        return zenoh.handlers.Callback(hear, indirect=False)
+        return _in_reader(hear)

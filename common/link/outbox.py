@@ -144,8 +144,8 @@ class Outbox:
             return None
 
 
-_SMALL_BYTES = 128
-_SMALL_PAUSE_S, _LARGE_PAUSE_S = 1 / 3, 5.0
+_SMALL_BYTES = 200
+_SMALL_PAUSE_S, _LARGE_PAUSE_S, _STOP_PAUSE_S, _QUESTION_PAUSE_S = 1 / 3, 5.0, 0.6, 2.0
 """Pauses between probes. In half a minute, after which QUIC gives the connection up, they stay within 12 kB, its first window."""
 _SILENT_AFTER_S, _NARROW_SILENT_AFTER_S = 0.5, 2.0
 _NARROW_BPS = 100_000.0
@@ -168,24 +168,44 @@ class SilenceGate:
         self._silent_after_s = _NARROW_SILENT_AFTER_S if 0 < rate_bps < _NARROW_BPS else _SILENT_AFTER_S
         self._clock, self._lock = clock, threading.Lock()
         self._heard_s = clock()
-        self._probed_s = {True: -_LARGE_PAUSE_S, False: -_LARGE_PAUSE_S}
+        self._probed_s: dict[float, float] = {}
 
     def heard(self) -> None:
         """Note that something arrived."""
         self._heard_s = self._clock()
 
+    @property
+    def silent_s(self) -> float:
+        """Time since something arrived, or since the beginning [s]."""
+        return self._clock() - self._heard_s
+
+    @property
+    def is_silent(self) -> bool:
+        """True while nothing is heard for longer than usual."""
+        return self.silent_s > self._silent_after_s
+
     def lets_out(self, n_bytes: int) -> bool:
         """Decide whether a message that the next one replaces may be sent now.
 
         Args:
-            n_bytes: Size of the message.
+            n_bytes: Size of the message, with what the transport adds [B].
         """
+        return self._is_due(_SMALL_PAUSE_S if n_bytes < _SMALL_BYTES else _LARGE_PAUSE_S)
+
+    def lets_stop(self) -> bool:
+        """Decide whether a stop may be repeated now."""
+        return self._is_due(_STOP_PAUSE_S)
+
+    def lets_ask(self) -> bool:
+        """Decide whether a question that is asked again and again may be asked now."""
+        return self._is_due(_QUESTION_PAUSE_S)
+
+    def _is_due(self, pause_s: float) -> bool:
         with self._lock:
-            now_s = self._clock()
-            if now_s - self._heard_s <= self._silent_after_s:
+            if not self.is_silent:
                 return True
-            small = n_bytes < _SMALL_BYTES
-            if now_s - self._probed_s[small] < (_SMALL_PAUSE_S if small else _LARGE_PAUSE_S):
+            now_s = self._clock()
+            if now_s - self._probed_s.get(pause_s, -pause_s) < pause_s:
                 return False
-            self._probed_s[small] = now_s
+            self._probed_s[pause_s] = now_s
             return True

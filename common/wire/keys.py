@@ -1,6 +1,7 @@
 """Table of Zenoh key expressions and their quality of service. A fixed set; ids are sent in payloads.
 
-All keys are below the vehicle's name, which is the session's namespace.
+All keys are below the vehicle's name, which is the session's namespace. Those to the robot name the site that sends:
+the robot binds them to the name in its certificate.
 """
 
 from __future__ import annotations
@@ -30,32 +31,52 @@ class Channel:
     """Flow between the sites.
 
     Args:
-        key: Key expression below the vehicle's name.
+        key: Key expression below the vehicle's name; the site's name is left out, see `of`.
         urgency: Urgency of its messages.
         must_arrive: Wait for room in a full queue (True), or drop the newest (False).
         most_bytes: Largest size of a message [B]; a larger one is dropped unread.
+        both_ways: Send copies as datagrams beside the one that the transport resends: it must arrive soon.
     """
 
     key: str
     urgency: Urgency
     must_arrive: bool
     most_bytes: int = _SMALL_BYTES
+    both_ways: bool = False
+
+    def of(self, site: str) -> str:
+        """Return the key of a site's messages on this channel.
+
+        Args:
+            site: Name of the operator's site; `*` for all of them.
+        """
+        return f"op/{site}/{self.key[3:]}" if self.is_to_robot else self.key
 
     @property
-    def sent_again(self) -> bool:
-        """True if the transport resends a lost message.
+    def is_to_robot(self) -> bool:
+        """True for what operators send."""
+        return self.key.startswith("op/")
 
-        Messages that a newer one replaces are not resent, and neither is a stop: its sender repeats it until
-        it is acknowledged, and a copy that the transport delivers late would stop a robot that was reset
-        meanwhile.
-        """
-        return self.must_arrive and self.urgency is not Urgency.STOP
+    @property
+    def is_streamed(self) -> bool:
+        """True if a lost message is not resent, because the next one replaces it."""
+        return not self.must_arrive and self.urgency is not Urgency.BULK
+
+
+def answers_for(site: str, asker: str) -> str:
+    """Return the key of the robot's answers to the copies of a site's questions.
+
+    Args:
+        site: Name of the operator's site; `*` for all of them.
+        asker: Random name of the asking process; `*` for all of them.
+    """
+    return f"op/{site}/answer/{asker}"
 
 
 # From the operator
-STOP = Channel("op/stop", Urgency.STOP, must_arrive=True)
-COMMAND = Channel("op/cmd", Urgency.COMMAND, must_arrive=True)
-LEASE = Channel("op/lease", Urgency.COMMAND, must_arrive=True)
+STOP = Channel("op/stop", Urgency.STOP, must_arrive=True, both_ways=True)
+COMMAND = Channel("op/cmd", Urgency.COMMAND, must_arrive=True, both_ways=True)
+LEASE = Channel("op/lease", Urgency.COMMAND, must_arrive=True, both_ways=True)
 INPUT = Channel("op/pose", Urgency.STREAM, must_arrive=False)
 HEARTBEAT = Channel("op/hb", Urgency.STREAM, must_arrive=False)
 TARGET = Channel("op/target", Urgency.EVENT, must_arrive=True)
@@ -66,7 +87,7 @@ CATALOGUE = Channel("op/catalogue", Urgency.EVENT, must_arrive=True)
 BLOB = Channel("op/blob", Urgency.BULK, must_arrive=True)
 
 # From the robot
-STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True)
+STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True, both_ways=True)
 TELEMETRY = Channel("rov/tele/state", Urgency.TELEMETRY, must_arrive=False)
 EVENT = Channel("rov/event", Urgency.EVENT, must_arrive=True, most_bytes=MAX_BYTES)
 PATH = Channel("rov/path", Urgency.BULK, must_arrive=False, most_bytes=MAX_BYTES)

@@ -17,7 +17,7 @@ from farhand.deploy.places import data_folder, site_name
 _DAYS = 365
 """Longer than anybody leaves one run alone; the folder is gone afterwards."""
 
-Transport = Literal["tcp", "quic"]
+Transport = Literal["tcp", "tls", "quic"]
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Telemetry, Wish
 from farhand.deploy.entry import own_command
+from farhand.deploy.pki.throw_away import Transport, make_throw_away
 from farhand.deploy.places import find_task
 from farhand.evaluation.harness.real_process import HOST, Process, free_port
 from farhand.local_site.console.console import Console
@@ -30,6 +31,7 @@ from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.workcell import make_workcell
 
 PATIENCE_S = 120.0
+_SITE = "operator"
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,7 @@ class RealSites:
         seed: Seed of the robot's noise and target, and of the hand.
         profile: Profile of the link.
         rate_bps: Capacity of the link as told to the sites [bit/s]; 0: more than enough.
+        transport: Scheme of the endpoints.
     """
 
     def __init__(
@@ -75,13 +78,19 @@ class RealSites:
         seed: int = 0,
         profile: str = "lan",
         rate_bps: float = 0.0,
+        transport: Transport = "tcp",
     ):
         self._task, self._delay_s, self._with_console, self._seed = task, delay_s, with_console, seed
         self._profile, self._rate_bps = profile, rate_bps
         self._folder = tempfile.TemporaryDirectory(prefix="farhand-")
-        self._robot_port = free_port()
+        self._transport = transport
+        self._robot_port = free_port("quic" if transport != "tcp" else "tcp")
         self.folder = Path(self._folder.name)
         """Data folder of the sites; removed with the block."""
+        self._certificates = ("", "")
+        if transport != "tcp":
+            folders = make_throw_away(self.folder / "pki", EndpointSettings().vehicle, (HOST,), _SITE)
+            self._certificates = (str(folders[0]), str(folders[1]))
         self.heard: list[Heard] = []
         """Every report, in the order of arrival."""
         self._arrived = threading.Condition()
@@ -146,7 +155,7 @@ class RealSites:
         return self.folder / "robot" / EndpointSettings().vehicle / "events.jsonl"
 
     def open_console(
-        self, site_name: str = "operator", wish: Wish = Wish.CONTROL, folder: Path | None = None
+        self, site_name: str = _SITE, wish: Wish = Wish.CONTROL, folder: Path | None = None
     ) -> float:
         """Open the operator's site; return when its transport opened, on this process's clock [s].
 
@@ -157,8 +166,12 @@ class RealSites:
         """
         task = find_task(self._task)
         place, library = make_workcell(task), Library(TaskSet([task]), folder or self.folder)
-        endpoint = f"tcp/{HOST}:{self._link.ready['port']}"
-        self.link = ZenohLink(EndpointSettings(connect=endpoint, rate_bps=self._rate_bps))
+        endpoint = f"{self._transport}/{HOST}:{self._link.ready['port']}"
+        self.link = ZenohLink(
+            EndpointSettings(
+                connect=endpoint, rate_bps=self._rate_bps, site=site_name, certificates=self._certificates[1]
+            )
+        )
         opened_s = time.monotonic()
         self.console = Console(library, self.link, site_name, wish=wish, rate_bps=self._rate_bps, place=place)
         self.link.subscribe(keys.TELEMETRY, self._hear)
@@ -213,16 +226,21 @@ class RealSites:
     def _demo_arguments(self) -> list[str]:
         ready = self._link.ready
         return [
-            "local", "--demo", f"--connect=tcp/{HOST}:{ready['port']}", f"--task={self._task}",
+            "local", "--demo", f"--connect={self._transport}/{HOST}:{ready['port']}", f"--task={self._task}",
+            *self._identity(1),
             f"--data-dir={self.folder}", f"--link-control={HOST}:{ready['control_port']}",
             f"--seed={self._seed}", f"--link-rate-bps={self._rate_bps:g}",
         ]  # fmt: skip
 
     def _start_robot(self) -> Process:
         return Process(
-            "remote", f"--listen=tcp/{HOST}:{self._robot_port}", f"--task={self._task}", f"--seed={self._seed}",
+            "remote", f"--listen={self._transport}/{HOST}:{self._robot_port}", f"--task={self._task}", f"--seed={self._seed}",
+            *self._identity(0),
             f"--data-dir={self._folder.name}", f"--link-rate-bps={self._rate_bps:g}",
         )  # fmt: skip
+
+    def _identity(self, end: int) -> list[str]:
+        return [f"--certificates={self._certificates[end]}"] if self._certificates[end] else []
 
     def _hear(self, data: bytes) -> None:
         heard = Heard(time.monotonic(), decode(data, Telemetry))

@@ -10,7 +10,7 @@ from typing import Any
 from farhand.common.clock import BootClock, VirtualTime
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_link import VirtualLink
-from farhand.common.link.link import Link
+from farhand.common.link.interface import Link
 from farhand.common.task import TaskSet
 from farhand.local_site.console.console import PERIOD_S, Console
 from farhand.local_site.teaching.library import Library

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 
 from farhand.common.control_mode import Action
-from farhand.common.link.link import Link
+from farhand.common.link.interface import Link
 from farhand.common.link.link_monitor import LinkMonitor
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode

@@ -17,7 +17,7 @@ from farhand.common.control_mode import Action
 from farhand.common.errors import FarhandError
 from farhand.common.event_loop import EventLoop
 from farhand.common.link.budget import limit_flows
-from farhand.common.link.link import Link
+from farhand.common.link.interface import Link
 from farhand.common.link.link_monitor import LinkMonitor
 from farhand.common.log import EventLog
 from farhand.common.wire import keys

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from farhand.common.link.link import Link
+from farhand.common.link.interface import Link
 from farhand.common.model.manifold import POSE
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode

@@ -13,7 +13,7 @@ from typing import TypeVar
 from farhand.common.control_mode import ControlMode
 from farhand.common.errors import InvalidMessage
 from farhand.common.event_loop import Job
-from farhand.common.link.link import Link
+from farhand.common.link.interface import Link
 from farhand.common.link.link_monitor import LinkMonitor
 from farhand.common.log import loop_logger
 from farhand.common.wire import keys

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from farhand.common.errors import InvalidMessage
-from farhand.common.link.link import Link
+from farhand.common.link.interface import Link
 from farhand.common.log import loop_logger
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.keys import Channel

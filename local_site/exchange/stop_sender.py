@@ -1,7 +1,7 @@
 """Sending of STOP without waiting: it shares no queue, lock or thread with the console.
 
 Even while the console is busy (learning, a slow disk, the operator's arm), a stop has been sent when `press`
-returns; a separate thread resends it every 0.2 s until the robot has acknowledged that it stands.
+returns; a separate thread resends it every 0.2 s, at first sooner, until the robot has acknowledged that it stands.
 """
 
 from __future__ import annotations
@@ -15,14 +15,16 @@ from functools import partial
 
 from farhand.common.clock import elapsed_s
 from farhand.common.control_mode import Action, ControlMode
-from farhand.common.link.link import Link
+from farhand.common.link.interface import Link
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import Stamp, Stop, StopAck, Telemetry
 from farhand.local_site.exchange.reports import listen
 
 RESEND_S = 0.2
-_LOOK_S = 0.05
+_SOON_S, _SOON_FOR_S = 0.1, 0.5
+"""Sooner at first: on a link that loses packets, a copy arrives before the loss of the one before can be known [s]."""
+_LOOK_S = 0.02
 _SEEN_TO_STAND_S = 3.0
 """Time after settling in which a report may still contradict a stop: after an outage old reports arrive late [s]."""
 _MOVING = (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
@@ -68,7 +70,7 @@ class StopLane:
         self._link, self._site_name, self._now_s = link, site_name, now_s
         self._lock = threading.Lock()  # held for a few assignments at a time, never while waiting
         self._stop_id = ""
-        self._sent_s = 0.0
+        self._sent_s = self._newest_press_s = 0.0
         self._stood: Stamp | None = None
         self._newest: Telemetry | None = None
         self._settled_s: float | None = None
@@ -103,6 +105,7 @@ class StopLane:
             waiting = self.status is not None and not self.status.standing
             since_s = self.status.pressed_s if self.status is not None and waiting else now_s
             self._stop_id, self._sent_s = secrets.token_hex(8), now_s
+            self._newest_press_s = now_s
             self._stood = self._settled_s = None
             self.status, stop_id = StopStatus(since_s), self._stop_id
         self._send(stop_id)
@@ -112,10 +115,13 @@ class StopLane:
         now_s = self._now_s()
         with self._lock:
             waiting = self.status is not None and not self.status.standing
-            if not waiting or now_s - self._sent_s < RESEND_S:
+            if not waiting or now_s - self._sent_s < self._pause_s(now_s):
                 return
             self._sent_s, stop_id = now_s, self._stop_id
         self._send(stop_id)
+
+    def _pause_s(self, now_s: float) -> float:
+        return _SOON_S if now_s - self._newest_press_s < _SOON_FOR_S else RESEND_S
 
     def commanded(self, action: Action) -> None:
         """Note a command of this site's own operator, whose reset after a settled stop needs no warning."""

@@ -21,25 +21,24 @@ class Stops:
 
     def __init__(self, acknowledge: Callable[[StopAck], None]):
         self._acknowledge = acknowledge
-        self._known: dict[str, bool] = {}  # by id, whether the robot stood since
+        self._known: dict[str, list[StopAck]] = {}  # by id: that it came, and that the robot stood since
 
     def receive(self, stop_id: str, now: Stamp) -> bool:
         """Acknowledge a stop. Return True if the robot is not STOPPED for it yet."""
         new = stop_id not in self._known
         if new and len(self._known) >= _MOST_KNOWN:
             del self._known[next(iter(self._known))]
-        self._known.setdefault(stop_id, False)
-        self._acknowledge(StopAck(stop_id=stop_id, standing=False, stamp=now))
-        if self._known[stop_id]:
-            self._acknowledge(StopAck(stop_id=stop_id, standing=True, stamp=now))
+        acks = self._known.setdefault(stop_id, [StopAck(stop_id=stop_id, standing=False, stamp=now)])
+        for ack in acks:  # the same again: one copy of each is enough on the reliable way
+            self._acknowledge(ack)
         return new
 
     def stands(self, now: Stamp) -> None:
         """Acknowledge the pending stops, now that the robot stands still."""
-        for stop_id, stood in self._known.items():
-            if not stood:
-                self._known[stop_id] = True
-                self._acknowledge(StopAck(stop_id=stop_id, standing=True, stamp=now))
+        for stop_id, acks in self._known.items():
+            if not acks[-1].standing:
+                acks.append(StopAck(stop_id=stop_id, standing=True, stamp=now))
+                self._acknowledge(acks[-1])
 
     def forget(self) -> None:
         """Forget all stops: the robot leaves STOPPED."""

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from farhand.common.control_mode import ControlMode, Phase, mode_after
-from farhand.common.link.link import Request
+from farhand.common.link.interface import Request
 from farhand.common.task import AnyTask, ArmTask, PointTask, TaskSet, load_toml
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode

@@ -56,7 +56,7 @@ def ask_for_much(peer: RawPeer, over: threading.Event) -> None:
         while not over.wait(0.03):
             for priority in PRIORITIES:
                 peer.session.get(
-                    f"{VEHICLE}/{keys.EVENTS.key}", zenoh.handlers.Callback(lambda _: None, indirect=False),
+                    f"{VEHICLE}/{keys.EVENTS.of('deaf')}", zenoh.handlers.Callback(lambda _: None, indirect=False),
                     payload=encode(EventsRequest()), timeout=600.0, priority=priority,
                     congestion_control=zenoh.CongestionControl.BLOCK,
                 )  # fmt: skip

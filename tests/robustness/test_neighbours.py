@@ -16,7 +16,7 @@ import zenoh
 
 from farhand.common.address import endpoint_address
 from farhand.common.control_mode import ControlMode
-from farhand.common.link import link
+from farhand.common.link import session
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
 from farhand.common.link.link import ZenohLink
 from farhand.common.wire import keys
@@ -34,8 +34,8 @@ from tests.ports import free_port
 from tests.robustness.neighbours import VEHICLE, RawPeer
 from tests.robustness.raw_operator import SESSION, RawOperator
 
-OF_THE_ROBOT = [channel for channel in keys.ALL if channel.key.startswith("rov/")]
-OF_OPERATORS = [channel for channel in keys.ALL if channel.key.startswith("op/")]
+OF_THE_ROBOT = [channel for channel in keys.ALL if not channel.is_to_robot]
+OF_OPERATORS = [channel for channel in keys.ALL if channel.is_to_robot]
 TELEMETRY = f"{VEHICLE}/{keys.TELEMETRY.key}"
 _numbers = itertools.count(1)
 
@@ -64,10 +64,10 @@ def operate(operator: RawOperator) -> None:
         f"{VEHICLE}/op/**",
         f"{VEHICLE}/**",
         "**",
-        "*/op/*",
-        f"{VEHICLE}/op/hb",
-        f"{VEHICLE}/op/stop",
-        f"{VEHICLE}/*/cmd",
+        "*/op/*/*",
+        f"{VEHICLE}/op/operator/hb",
+        f"{VEHICLE}/op/*/stop",
+        f"{VEHICLE}/*/*/cmd",
     ],
 )
 def test_a_stranger_reads_nothing_that_operators_send(key, stranger, operator):
@@ -77,7 +77,7 @@ def test_a_stranger_reads_nothing_that_operators_send(key, stranger, operator):
     assert not [heard for heard in stranger.heard if "/op/" in heard]
 
 
-@pytest.mark.parametrize("key", ["op/cmd", "op/lease", "op/report", "op/**", "**"])
+@pytest.mark.parametrize("key", ["op/operator/cmd", "op/*/lease", "op/*/report", "op/**", "**"])
 def test_a_stranger_takes_no_question_of_an_operator(key, stranger, operator):
     stranger.serve(f"{VEHICLE}/{key}" if key != "**" else key)
     operate(operator)
@@ -125,10 +125,11 @@ def test_a_stranger_cannot_claim_that_the_robot_stands_while_it_does_not(strange
 
 def test_a_stranger_may_still_stop_the_robot_and_ask_for_the_lease(stranger, operator):
     stranger.session.put(
-        f"{VEHICLE}/{keys.STOP.key}", encode(Stop(stop_id=f"stranger {next(_numbers)}", site_name="stranger"))
+        f"{VEHICLE}/{keys.STOP.of('stranger')}",
+        encode(Stop(stop_id=f"stranger {next(_numbers)}", site_name="stranger")),
     )
     operator.report(lambda told: told.mode is ControlMode.STOPPED)
-    (answer,) = stranger.ask(f"{VEHICLE}/{keys.REPORT.key}", encode(ReportRequest()))
+    (answer,) = stranger.ask(f"{VEHICLE}/{keys.REPORT.of('stranger')}", encode(ReportRequest()))
     assert answer
 
 
@@ -138,7 +139,7 @@ def test_without_the_access_list_the_same_stranger_reads_takes_and_forges(monkey
     def unguarded(settings: EndpointSettings) -> dict[str, Any]:
         return {key: part for key, part in zenoh_configuration(settings).items() if key != "access_control"}
 
-    monkeypatch.setattr(link, "zenoh_configuration", unguarded)
+    monkeypatch.setattr(session, "zenoh_configuration", unguarded)
     endpoint, heard, over = f"tcp/127.0.0.1:{free_port()}", [], threading.Event()
     robot = ZenohLink(EndpointSettings(listen=endpoint))
     robot.subscribe(keys.STOP, lambda _: None)
@@ -152,7 +153,7 @@ def test_without_the_access_list_the_same_stranger_reads_takes_and_forges(monkey
     try:
         operator.subscribe(keys.TELEMETRY, take)
         stranger.listen(f"{VEHICLE}/op/**")
-        stranger.serve(f"{VEHICLE}/{keys.REPORT.key}")
+        stranger.serve(f"{VEHICLE}/{keys.REPORT.of('*')}")
         _until(over, lambda: stranger.session.put(TELEMETRY, b"forged"))
         assert heard[0] == b"forged"
         deadline_s = time.monotonic() + 60.0

@@ -7,7 +7,8 @@ import pytest
 from farhand.common.clock import VirtualTime
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.virtual_link import VirtualEnd, VirtualLink
-from farhand.common.link.link import OVERHEAD_BYTES, Request
+from farhand.common.link.budget import OVERHEAD_BYTES
+from farhand.common.link.interface import Request
 from farhand.common.wire import keys
 
 FAR = LinkSettings(uplink=DirectionSettings(delay_ms=300), downlink=DirectionSettings(delay_ms=500))

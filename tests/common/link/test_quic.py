@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
+from farhand.common.link.interface import Request
 from farhand.common.wire import keys
 from farhand.deploy.link.relay import Relay
 from farhand.deploy.pki.registry import Registry
@@ -54,7 +55,7 @@ def test_what_must_arrive_does_once_and_in_order_over_a_link_that_loses_doubles_
         assert len(newest) > N / 4
         status = relay.do(Relay.status)
         assert isinstance(status, dict)
-        assert (status["connections"], status["rebinds"]) == (1, 1)
+        assert (status["connections"], status["rebinds"]) == (2, 1)  # one of them for the streams
         assert status["downlink"]["datagrams"]["lost"] > 0
     finally:
         here.close()
@@ -89,5 +90,50 @@ def test_a_cut_of_twelve_seconds_is_over_soon_after_its_end(registry: Registry, 
     finally:
         ended.set()
         sender.join()
+        here.close()
+        relay.close()
+
+
+def test_a_link_that_is_opened_again_in_place_goes_on_asking_hearing_and_answering(registry: Registry, robot):
+    there, port = robot
+    here = operator(registry.folder_of("shore-1"), port)
+    try:
+        ask_until_answered(here)
+        stops, reports = Heard(there, keys.STOP), Heard(here, keys.TELEMETRY)
+        for k, link in enumerate((there, here, there), start=1):
+            link.reopen()
+            assert ask_until_answered(here) == b"cba"
+            while not (
+                stops.until(lambda items, k=k: k in items, 0.05)
+                and reports.until(lambda items, k=k: k in items, 0.05)
+            ):
+                here.send(keys.STOP, k.to_bytes(4, "big"))
+                there.send(keys.TELEMETRY, k.to_bytes(4, "big") + bytes(260))
+    finally:
+        here.close()
+
+
+def test_on_a_lossy_link_a_command_is_handled_once_and_answered_while_the_stream_would_still_wait(
+    registry: Registry, robot
+):
+    there, port = robot
+    bad = DirectionSettings(delay_ms=20, loss=20, duplicate=20, seed=2)
+    relay = RelayThread(port, LinkSettings(uplink=bad, downlink=bad))
+    here = operator(registry.folder_of("shore-1"), relay.port)
+    handled: list[bytes] = []
+
+    def handle(request: Request) -> None:
+        handled.append(request.data)
+        request.answer(request.data)
+
+    try:
+        there.serve(keys.COMMAND, handle)
+        ask_until_answered(here)
+        for k in range(12):
+            command = b"command %d" % k
+            while here.ask_and_wait(keys.COMMAND, command, PATIENCE_S) != command:
+                handled.clear()  # it was not connected, or not served yet
+        assert len(handled) == len(set(handled)) == 12
+    finally:
         here.close()
         relay.close()

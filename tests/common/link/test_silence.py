@@ -80,3 +80,16 @@ def test_a_message_is_held_back_only_while_nothing_is_heard_and_another_went_out
         else:
             assert clock.now_s - heard_s > 0.5
             assert clock.now_s - passed_s[small] < (0.34 if small else 5.0)
+
+
+def test_what_a_site_sends_in_half_a_minute_of_silence_beside_its_streams_fits_the_window_too():
+    clock = Clock()
+    gate = SilenceGate(clock=clock)
+    stops = questions = 0
+    for _ in range(300):  # a stop that nobody acknowledges, and the lease asked for each second
+        clock.now_s += 0.1
+        if gate.is_silent:
+            stops += gate.lets_stop()
+            questions += gate.lets_ask()
+    assert stops * (70 + OVERHEAD_BYTES) + questions * (160 + OVERHEAD_BYTES) < FIRST_WINDOW_BYTES
+    assert stops >= 40  # so the end of an outage is noticed soon

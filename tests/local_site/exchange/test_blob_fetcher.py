@@ -8,7 +8,7 @@ from collections.abc import Callable
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farhand.common.link.link import Answered
+from farhand.common.link.interface import Answered
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import BlobReply, BlobRequest, Stamp

@@ -3,7 +3,7 @@ from __future__ import annotations
 import queue
 from typing import Any
 
-from farhand.common.link.link import Request
+from farhand.common.link.interface import Request
 from farhand.common.model.model_file import content_hash
 from farhand.common.model.model_file import encode as encode_model
 from farhand.common.wire import keys

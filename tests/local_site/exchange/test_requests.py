@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from farhand.common.link.link import Request
+from farhand.common.link.interface import Request
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import ExecutionReport, ReportRequest, Stamp

@@ -13,7 +13,7 @@ from farhand.common.arm.dimensions import Dimensions, Plug
 from farhand.common.arm.simulation.description import describe
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import ControlMode
-from farhand.common.link.link import Answered
+from farhand.common.link.interface import Answered
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
@@ -49,7 +49,7 @@ class Arm:
         )
         self.n_parts, self.now_s = 0, 0.0
         self.inquiries = Requests(self, lambda job: job(), lambda: self.now_s)  # type: ignore[arg-type]
-        self._asked: deque[tuple[Callable[[], None], Answered]] = deque()
+        self._asked: deque[tuple[Callable[[], object], Answered]] = deque()
 
     def looks(self, scene: SceneDescription) -> None:
         self.robot.supervisor.recordings.catalogue.show(scene.content)

@@ -1,0 +1,189 @@
+"""Questions that must be answered soon: sent reliably and as datagrams, handled once, answered to every copy.
+
+A lost packet of the reliable stream is noticed after a round trip at the earliest. Copies that are sent a moment
+later do not wait for that; whichever copy arrives first is handled, and whichever answer arrives first counts.
+"""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+import weakref
+from collections import OrderedDict
+from collections.abc import Callable
+
+import zenoh
+
+ID_BYTES = 8
+_COPIES_S = (0.0, 0.1, 0.2, 0.5, 0.9, 1.4, 2.0, 3.0, 4.0)
+"""Times after a question at which its copies are sent, until it is answered [s]."""
+_ANSWERS_KEPT = 256
+
+Answered = Callable[[bytes | None], None]
+Reply = Callable[[bytes], None]
+
+
+class Question:
+    """Question of this site: the first answer counts, by whichever way it comes.
+
+    Args:
+        answered: Called once, with the answer, or None when none came.
+    """
+
+    def __init__(self, answered: Answered):
+        self.id = secrets.token_bytes(ID_BYTES)
+        """Id that all copies carry, and all answers."""
+        self._answered: Answered | None = answered
+        self._lock = threading.Lock()
+
+    @property
+    def is_open(self) -> bool:
+        """True while it has no answer."""
+        return self._answered is not None
+
+    def on_reply(self, reply: zenoh.Reply) -> None:
+        """Take a reply of the transport."""
+        if reply.ok is not None:
+            self.give(reply.ok.payload.to_bytes())
+
+    def on_end(self) -> None:
+        """Take the end of the transport's replies."""
+        self.give(None)
+
+    def give(self, data: bytes | None) -> None:
+        """Take an answer, or None for the end of all answers."""
+        with self._lock:
+            answered, self._answered = self._answered, None
+        if answered is not None:
+            answered(data)
+
+
+class Copies:
+    """Sender of the copies of this site's open questions, in a thread of its own."""
+
+    def __init__(self) -> None:
+        self._open: dict[bytes, tuple[Question, Callable[[], None], float, int]] = {}
+        self._changed = threading.Condition()
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="copies", daemon=True)
+        self._thread.start()
+
+    def add(self, question: Question, send: Callable[[], None]) -> None:
+        """Send copies of a question until it is answered.
+
+        Args:
+            question: The question.
+            send: Sends one copy; never blocks.
+        """
+        with self._changed:
+            self._open[question.id] = (question, send, time.monotonic(), 0)
+            self._changed.notify()
+
+    def answered(self, question_id: bytes, data: bytes) -> None:
+        """Take an answer to one of the copies; late ones are ignored."""
+        with self._changed:
+            question, *_ = self._open.pop(question_id, (None,))
+        if question is not None:
+            question.give(data)
+
+    def close(self) -> None:
+        """End the thread."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while (due := self._due()) is not None:
+            for send in due:
+                send()
+
+    def _due(self) -> list[Callable[[], None]] | None:
+        """Wait for copies that are due; None at the end."""
+        with self._changed:
+            while not self._closed:
+                now_s, due, next_s = time.monotonic(), [], None
+                for key, (question, send, began_s, sent) in list(self._open.items()):
+                    if not question.is_open or sent == len(_COPIES_S):
+                        # The last copy may still be answered; what comes later is asked anew anyway.
+                        if not question.is_open or now_s - began_s > 2.0 * _COPIES_S[-1]:
+                            del self._open[key]
+                        continue
+                    if now_s >= began_s + _COPIES_S[sent]:
+                        due.append(send)
+                        self._open[key], sent = (question, send, began_s, sent + 1), sent + 1
+                    if sent < len(_COPIES_S):
+                        at_s = began_s + _COPIES_S[sent]
+                        next_s = at_s if next_s is None else min(next_s, at_s)
+                if due:
+                    return due
+                self._changed.wait(None if next_s is None else max(0.0, next_s - now_s))
+            return None
+
+
+class Once:
+    """Server of a channel whose questions come in copies: the first is handled, each is answered.
+
+    Args:
+        handle: Takes each question once; may drop it, which leaves it unanswered.
+    """
+
+    def __init__(self, handle: Callable[[OnceRequest], bool | None]):
+        self._handle = handle
+        self._lock = threading.Lock()
+        self._open: weakref.WeakValueDictionary[bytes, OnceRequest] = weakref.WeakValueDictionary()
+        self._answers: OrderedDict[bytes, bytes] = OrderedDict()
+
+    def take(self, question_id: bytes, data: bytes, reply: Reply) -> bool | None:
+        """Take a copy; return what its handler returns, None for one that was handled before.
+
+        Args:
+            question_id: Id of the question.
+            data: The question.
+            reply: Answers by the way on which this copy came; never blocks.
+        """
+        request = OnceRequest(question_id, data, reply, self._remember)
+        with self._lock:
+            known = self._open.get(question_id)
+            if known is not None and known.also(reply):
+                return None
+            if (answer := self._answers.get(question_id)) is None:
+                self._open[question_id] = request
+        if answer is None:
+            return self._handle(request)
+        reply(answer)
+        return None
+
+    def _remember(self, question_id: bytes, answer: bytes) -> None:
+        self._answers[question_id] = answer
+        if len(self._answers) > _ANSWERS_KEPT:
+            self._answers.popitem(last=False)
+
+
+class OnceRequest:
+    """`Request` that is answered by every way on which a copy of it came."""
+
+    def __init__(
+        self, question_id: bytes, data: bytes, reply: Reply, remember: Callable[[bytes, bytes], None]
+    ):
+        self.data = data
+        self._id, self._remember = question_id, remember
+        self._lock = threading.Lock()
+        self._replies: list[Reply] | None = [reply]
+
+    def also(self, reply: Reply) -> bool:
+        """Answer by another way as well; False when it was answered already."""
+        with self._lock:
+            if self._replies is None:
+                return False
+            self._replies.append(reply)
+            return True
+
+    def answer(self, data: bytes) -> None:
+        """Answer it, from any thread, without blocking."""
+        with self._lock:
+            replies, self._replies = self._replies, None
+            self._remember(self._id, data)
+        for reply in replies or ():
+            reply(data)

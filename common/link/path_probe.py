@@ -1,0 +1,133 @@
+"""Watch of the path to a robot during a long outage, so that a new connection is begun the moment it is back.
+
+After half a minute of silence QUIC gives its connection up. An attempt to connect that was begun during the outage
+has doubled its pauses meanwhile and wastes seconds when the path is back. A packet of an unknown version costs
+nothing: every QUIC server answers it with the versions that it speaks (RFC 9000, section 6).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+import socket
+import threading
+import time
+from collections.abc import Callable
+
+from farhand.common.address import endpoint_address
+
+_SILENT_S = 25.0
+"""Silence from which the path is probed; QUIC gives up after 30 s [s]."""
+_EVERY_S = 0.4
+_ATTEMPT_S, _ATTEMPT_ROUND_TRIPS = 1.5, 7.0
+"""How long a new connection may take before the next one is begun: so long, and so many round trips [s]."""
+_PROBE_BYTES = 1200
+"""Smallest packet that a server answers [B]."""
+_LONG_HEADER, _RESERVED_VERSION, _ID_BYTES = b"\xc0", b"\x1a\x2a\x3a\x4a", 8
+
+
+class PathProbe:
+    """Observer of the path, in a thread of its own.
+
+    Args:
+        endpoint: QUIC endpoint of the robot.
+        silent_s: Returns how long nothing was heard of the robot [s].
+        is_connected: Returns whether the transport has a connection.
+        reconnect: Begins a new connection; may take a moment.
+    """
+
+    def __init__(
+        self,
+        endpoint: str,
+        silent_s: Callable[[], float],
+        is_connected: Callable[[], bool],
+        reconnect: Callable[[], None],
+    ):
+        self._address = endpoint_address(endpoint)
+        self._silent_s, self._is_connected, self._reconnect = silent_s, is_connected, reconnect
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="path probe", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._closed.set()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while not self._closed.wait(max(_EVERY_S, min(1.0, _SILENT_S - self._silent_s()))):
+            if self._silent_s() >= _SILENT_S:
+                self._wait_for_path()
+
+    def _wait_for_path(self) -> None:
+        """Probe until the path is back, and connect again until something is heard."""
+        while not self._closed.is_set() and self._silent_s() >= _SILENT_S:
+            round_trip_s = probe(self._address, _EVERY_S, self._closed)
+            if round_trip_s is None:
+                continue
+            if self._is_connected():  # it may live: it is given the time that it needs
+                self._until_heard(_ATTEMPT_S)
+            else:
+                self._reconnect()
+                self._until_heard(_ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s)
+
+    def _until_heard(self, patience_s: float) -> None:
+        give_up_s = time.monotonic() + patience_s
+        while self._silent_s() >= _SILENT_S and time.monotonic() < give_up_s:
+            if self._closed.wait(0.05):
+                return
+
+
+def probe(
+    address: tuple[str, int], every_s: float, ended: threading.Event, patience_s: float = 5.0
+) -> float | None:
+    """Return the round trip to a QUIC server [s]; None when it does not answer.
+
+    Args:
+        address: Host and port of the server.
+        every_s: Time between two packets [s]; the answer to each counts.
+        ended: Ends the attempt early.
+        patience_s: Time to wait for an answer [s].
+    """
+    sent_s: dict[bytes, float] = {}
+    with contextlib.suppress(OSError), _connected(address) as sock:
+        give_up_s = time.monotonic() + patience_s
+        while (now_s := time.monotonic()) < give_up_s and not ended.is_set():
+            mine = secrets.token_bytes(_ID_BYTES)
+            sent_s[mine] = now_s
+            with contextlib.suppress(OSError):  # nobody listens there yet
+                sock.send(_packet(mine))
+            if (answered := _answered(sock, every_s, ended)) in sent_s:
+                return time.monotonic() - sent_s[answered]
+    return None
+
+
+def _connected(address: tuple[str, int]) -> socket.socket:
+    host, port = address
+    family, kind, protocol, _, resolved = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+    sock = socket.socket(family, kind, protocol)
+    sock.connect(resolved)
+    return sock
+
+
+def _packet(mine: bytes) -> bytes:
+    theirs = secrets.token_bytes(_ID_BYTES)
+    size = bytes([_ID_BYTES])
+    return (_LONG_HEADER + _RESERVED_VERSION + size + theirs + size + mine).ljust(_PROBE_BYTES, b"\0")
+
+
+def _answered(sock: socket.socket, wait_s: float, ended: threading.Event) -> bytes:
+    """Return the id of the packet whose answer arrives within a time; empty when none does."""
+    until_s = time.monotonic() + wait_s
+    while (left_s := until_s - time.monotonic()) > 0:
+        sock.settimeout(left_s)
+        try:
+            data = sock.recv(2048)
+        except TimeoutError:
+            return b""
+        except OSError:  # refused at once: do not ask faster for that
+            ended.wait(max(0.0, until_s - time.monotonic()))
+            return b""
+        if data[1:5] == bytes(4) and data[5:6] == bytes([_ID_BYTES]):
+            return data[6 : 6 + _ID_BYTES]
+    return b""

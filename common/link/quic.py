@@ -1,0 +1,150 @@
+"""Delivery by kind over QUIC: streams at the pace that the connection carries, what is urgent both ways.
+
+Over TCP the transport delivers everything in order, late rather than never, and none of this is needed.
+"""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+
+from farhand.common.link.copies import ID_BYTES, Copies, Question
+from farhand.common.link.outbox import SilenceGate
+from farhand.common.link.pace import SHARES, StreamPace
+from farhand.common.link.path_probe import PathProbe
+from farhand.common.wire import keys
+from farhand.common.wire.keys import Channel
+
+_CHANGE = 0.1
+"""Relative change of the rate from which the streams' budgets are set anew."""
+_SENT_KEPT = 64
+ASKER_BYTES = 8
+
+Put = Callable[[Channel, bytes, bool, bytes | None], None]
+"""Puts a message on a channel: reliably or as a datagram, with an attachment."""
+
+
+class QuicDelivery:
+    """Delivery of one site's messages.
+
+    Args:
+        rate_bps: Capacity of the link [bit/s]; 0: more than enough.
+        put: Puts a message now, in the channel's sending thread.
+        limit: Gives a streamed channel its budget [B/s]; zero lifts it.
+    """
+
+    def __init__(self, rate_bps: float, put: Put, limit: Callable[[Channel, float], None]):
+        self._put, self._limit = put, limit
+        self._gate, self._pace, self._copies = SilenceGate(rate_bps), StreamPace(), Copies()
+        self._probe: PathProbe | None = None
+        self._paced_bytes_s = self._next_report_s = 0.0
+        self._sent: dict[Channel, deque[bytes]] = {}
+        self.asker = secrets.token_hex(ASKER_BYTES)
+        """Random name of this process in the key of the answers to it."""
+
+    def watch_path(
+        self, endpoint: str, is_connected: Callable[[], bool], reconnect: Callable[[], None]
+    ) -> None:
+        """Connect again as soon as a path that was closed for long is open.
+
+        Args:
+            endpoint: Endpoint of the robot.
+            is_connected: Returns whether the transport has a connection.
+            reconnect: Begins a new connection.
+        """
+        self._probe = PathProbe(endpoint, lambda: self._gate.silent_s, is_connected, reconnect)
+
+    def heard(self) -> None:
+        """Note that something arrived."""
+        self._gate.heard()
+
+    def lets_out(self, channel: Channel, n_bytes: int) -> bool:
+        """Decide whether a message may be sent now; one that may not is skipped.
+
+        Args:
+            channel: Its channel.
+            n_bytes: Its size, with what the transport adds [B].
+        """
+        if channel is keys.STOP:
+            return self._gate.lets_stop()
+        if channel.must_arrive:
+            return True
+        if channel is keys.TELEMETRY and (rate := SHARES[channel] * self._paced_bytes_s):
+            # Another one follows soon: better a fresh one then than this one when its turn comes.
+            now_s = time.monotonic()
+            if now_s < self._next_report_s:
+                return False
+            self._next_report_s = now_s + n_bytes / rate
+        return self._gate.lets_out(n_bytes)
+
+    def send(self, channel: Channel, data: bytes) -> None:
+        """Send a message now, in the way of its kind."""
+        if channel.is_streamed:
+            self._put(channel, data, False, self._pace.mark(channel.key))
+        elif channel.both_ways:
+            self._put(channel, data, False, None)
+            sent = self._sent.setdefault(channel, deque(maxlen=_SENT_KEPT))
+            if data not in sent:  # its sender repeats it; one copy on the reliable way is enough
+                sent.append(data)
+                self._put(channel, data, True, None)
+        else:
+            self._put(channel, data, True, None)
+
+    def arrived(self, channel: Channel, sample: zenoh.Sample) -> None:
+        """Read the mark of a sample, and slow the streams down or not, as it says."""
+        if not channel.is_streamed or sample.attachment is None:
+            return
+        self._pace.heard(channel.key, sample.attachment.to_bytes())
+        rate = self._pace.rate_bytes_s
+        if abs(rate - self._paced_bytes_s) > _CHANGE * max(rate, self._paced_bytes_s):
+            self._paced_bytes_s = rate
+            for stream, share in SHARES.items():
+                if stream is not keys.TELEMETRY:
+                    self._limit(stream, share * rate)
+
+    def lets_ask(self, channel: Channel) -> bool:
+        """Decide whether a question may be asked now: what is asked each second would fill the window of an outage.
+
+        Args:
+            channel: Its channel.
+        """
+        return channel is not keys.LEASE or self._gate.lets_ask()
+
+    def ask(self, question: Question, submit: Callable[[], None]) -> None:
+        """Send copies of a question until it is answered, while anything is heard.
+
+        Args:
+            question: The question.
+            submit: Has one copy sent; never blocks.
+        """
+        self._copies.add(question, lambda: None if self._gate.is_silent else submit())
+
+    def copy_attachment(self, question: Question) -> bytes:
+        """Return the attachment of every copy of a question."""
+        return question.id + self.asker.encode()
+
+    def answered(self, sample: zenoh.Sample) -> None:
+        """Take an answer to a copy."""
+        if sample.attachment is not None:
+            self._copies.answered(sample.attachment.to_bytes(), sample.payload.to_bytes())
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._probe is not None:
+            self._probe.close()
+        self._copies.close()
+
+
+def copy_of(item: zenoh.Query | zenoh.Sample) -> tuple[bytes, str] | None:
+    """Return the question's id and the asker of a copy; None for what is no copy."""
+    attachment: Any = item.attachment
+    if attachment is None or len(attachment) != ID_BYTES + 2 * ASKER_BYTES:
+        return None
+    data = attachment.to_bytes()
+    asker = data[ID_BYTES:].decode("ascii", "replace")
+    return (data[:ID_BYTES], asker) if asker.isalnum() and asker.isascii() else None

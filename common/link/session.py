@@ -1,0 +1,145 @@
+"""Transport session that can be closed and opened again in place, with everything that was declared on it.
+
+Zenoh reads certificates and rights when a session opens, and never again; and an attempt to connect that was begun
+during an outage has backed off. Another session takes milliseconds, while the robot's boot and execution go on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+
+from farhand.common.address import listening_fault
+from farhand.common.errors import LinkError, PortTaken
+from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
+from farhand.common.log import loop_logger
+
+_log = loop_logger(__name__)
+
+_RETRY_S = 0.2
+_MOST_PUBLISHERS = 128
+_SAID_EVERY_S = 10.0
+
+Declare = Callable[[zenoh.Session], Any]
+"""Declares a subscriber or a queryable with a callback, and returns it."""
+
+
+class Session:
+    """One session of the transport at a time.
+
+    Args:
+        settings: The endpoints.
+
+    Raises:
+        LinkError: When the endpoint cannot be listened on or is not understood.
+    """
+
+    def __init__(self, settings: EndpointSettings):
+        self._settings = settings
+        self._changed, self._swapping = threading.Condition(), threading.RLock()
+        self._closed = False
+        self._session = _opened(settings)
+        self._declarations: list[Declare] = []
+        self._declared: list[Any] = []
+        self._publishers: OrderedDict[object, zenoh.Publisher] = OrderedDict()
+        self.reopened = 0
+        """Number of times that the session was opened again."""
+
+    def declare(self, declare: Declare) -> None:
+        """Declare something on this session and on each that follows.
+
+        Args:
+            declare: Makes the declaration.
+        """
+        with self._swapping:
+            self._declarations.append(declare)
+            self._declared.append(declare(self._session))
+
+    def publisher(self, name: object, declare: Callable[[zenoh.Session], zenoh.Publisher]) -> zenoh.Publisher:
+        """Return the publisher of a name on the present session, declared when it has none.
+
+        Args:
+            name: Anything by which the publisher is found again; one thread alone uses it.
+            declare: Declares the publisher.
+        """
+        with self._changed:
+            session, known = self._session, self._publishers.get(name)
+        if known is None:
+            known = declare(session)  # outside of the lock: it may wait for the network
+            with self._changed:
+                if session is self._session:
+                    self._publishers[name] = known
+                    if len(self._publishers) > _MOST_PUBLISHERS:
+                        self._publishers.popitem(last=False)
+        return known
+
+    def get(self, *args: Any, **options: Any) -> None:
+        """Ask a question, see `zenoh.Session.get`."""
+        self._session.get(*args, **options)
+
+    def locators(self) -> list[str]:
+        """Return the locators of the other ends that are connected."""
+        with contextlib.suppress(zenoh.ZError):  # it is being closed
+            return [link.dst for link in self._session.info.links()]
+        return []
+
+    def reopen(self) -> None:
+        """Close the session and open it again with what the files say now; in between nothing is sent or heard."""
+        with self._swapping:
+            if self._closed:
+                return
+            self._session.close()
+            session = self._until_opened()
+            with self._changed:
+                self._session, self._publishers = session, OrderedDict()
+                self.reopened += 1
+            if not self._closed:
+                self._declared = [declare(session) for declare in self._declarations]
+
+    def close(self) -> None:
+        """End the session; twice changes nothing. Without it the interpreter would hang at its exit."""
+        with self._changed:
+            if self._closed:
+                return
+            self._closed = True
+            self._changed.notify_all()
+        with self._swapping:
+            self._session.close()
+
+    def _until_opened(self) -> zenoh.Session:
+        """Open the session, as often as it takes: for a moment another process may have the port."""
+        said_s = -_SAID_EVERY_S
+        while True:
+            try:
+                return _opened(self._settings)
+            except LinkError as error:
+                if self._closed:
+                    return self._session
+                if time.monotonic() - said_s >= _SAID_EVERY_S:
+                    said_s = time.monotonic()
+                    _log.warning("the link cannot be opened again yet: %s", error)
+                with self._changed:
+                    self._changed.wait(_RETRY_S)
+
+
+def _opened(settings: EndpointSettings) -> zenoh.Session:
+    """Open a session.
+
+    Raises:
+        LinkError: When the endpoint cannot be listened on or is not understood.
+    """
+    try:
+        return zenoh.open(zenoh.Config.from_json5(json.dumps(zenoh_configuration(settings))))
+    except zenoh.ZError as error:
+        where = settings.listen or settings.connect
+        first_line = str(error).split(" at /")[0].splitlines()[0][:200]
+        why = listening_fault(settings.listen) if settings.listen else ""
+        kind = PortTaken if "is in use" in why else LinkError
+        raise kind(f"{where}: {why or f'cannot be opened ({first_line})'}") from error
