@@ -64,7 +64,7 @@ class Visit:
 
 @dataclass(frozen=True)
 class HttpReply:
-    """Reply that a visit gets in place of the page.
+    """Reply to a visit in place of the page.
 
     Args:
         status: HTTP status.
@@ -93,7 +93,7 @@ class Door:
             container's gateway: it needs no token. Who reaches the container in another way comes from elsewhere.
 
     Raises:
-        InvalidConfiguration: When a name is not of that form.
+        InvalidConfiguration: When a name has another form.
     """
 
     host: str = "127.0.0.1"
@@ -113,12 +113,12 @@ class Door:
                 )  # fmt: skip
 
     def judge(self, visit: Visit, port: int, to_talk: bool) -> HttpReply | None:
-        """Return the answer that turns a visit away; None lets it in.
+        """Return the reply that refuses a visit; None to admit it.
 
         Args:
             visit: The request.
             port: Port of the page.
-            to_talk: Whether it opens a websocket, through which it could press buttons.
+            to_talk: True for the opening of a websocket, through which a visitor could press buttons.
         """
         hosts, origins = visit.all("host"), visit.all("origin")
         host = Name.of(hosts[0]) if len(hosts) == 1 else None

@@ -1,4 +1,4 @@
-"""Hosts as browsers and headers write them: whose name a page was asked for under, and from where."""
+"""Host names and addresses, as browsers and HTTP headers write them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HOST = re.compile(r"[a-z0-9._-]{1,253}|[0-9a-f:.%]{2,60}")
 
 @dataclass(frozen=True)
 class Name:
-    """A host as an address bar or a header gives it.
+    """Host as written in an address bar or a header.
 
     Args:
         host: In lower case, without brackets and without a final dot.
@@ -42,12 +42,12 @@ class Name:
 
     @property
     def is_loopback(self) -> bool:
-        """True if it can only mean the machine that the browser runs on."""
+        """True if the host can only be the browser's own machine."""
         return self.host == "localhost" or is_loopback(self.host)
 
     @property
     def in_url(self) -> str:
-        """The host as a URL has it."""
+        """Host in the form of a URL."""
         return f"[{self.host}]" if ":" in self.host else self.host
 
     def same_origin(self, other: Name) -> bool:

@@ -14,10 +14,10 @@ from viser import _messages
 from farhand.local_site.view.tabs import Sessions
 
 LARGEST_BYTES = 4096
-"""No message that the page needs is larger."""
+"""Largest size of a message that the page needs [B]."""
 
 _NEAREST_M = 1e-9
-"""A camera that looks at its own place looks nowhere [m]."""
+"""Least distance of a camera from the point that it looks at [m]."""
 
 _Coordinate = Annotated[float, Meta(ge=-1e9, le=1e9)]  # which also rejects what is not a number
 _Pixels = Annotated[float, Meta(ge=0, le=1e5)]
@@ -91,7 +91,7 @@ _TAKES: dict[type, Callable[[Any, object], bool]] = {
     viser.GuiSliderHandle: lambda _, value: isinstance(value, float) and not isinstance(value, bool),
     viser.GuiDropdownHandle: lambda handle, value: value in handle.options,
 }
-"""The elements that have a value on this page, and the values that each takes."""
+"""Elements of the page that have a value, and the accepted values of each."""
 
 
 class Incoming:
@@ -101,7 +101,7 @@ class Incoming:
 
     Args:
         server: Owns the elements.
-        sessions: Which tab may act.
+        sessions: Open tabs, with the one that may act.
         refused: Called with a tab that tried to act but may not.
     """
 
@@ -109,10 +109,10 @@ class Incoming:
         self._server, self._sessions, self._refused = server, sessions, refused
         self._for_everybody: set[str] = set()
         self.n_dropped = 0
-        """Messages that the page does not know, or of a tab that may not act."""
+        """Number of dropped messages: unknown ones, and those of tabs that may not act."""
 
     def open_to_everybody(self, *handles: viser.GuiButtonHandle) -> None:
-        """Make these buttons work in watching tabs, too."""
+        """Let watching tabs press these buttons as well."""
         self._for_everybody.update(handle._impl.uuid for handle in handles)
 
     def admits(self, tab: int, data: bytes) -> bool:
@@ -154,7 +154,7 @@ class Incoming:
         return isinstance(message, _Gizmo) and message.name in scene._handle_from_transform_controls_name
 
     def _put_back(self, tab: int, message: _Message) -> None:
-        """Show the tab the true state: its browser has already moved what it may not move."""
+        """Send the tab the true state of an element, which its browser has already changed."""
         client = self._server.get_clients().get(tab)
         if client is None:
             return

@@ -1,4 +1,4 @@
-"""Operator's page: one thread owns it, draws the console's picture and turns events into intents."""
+"""Operator's page: its one thread draws the console's state and turns events into intents."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ class Page:
     """Web page of one console.
 
     Args:
-        console: Console that is shown and asked.
+        console: The operator's console.
         task: A task of the robot; its kind decides which scene is drawn.
-        control: The link process, None without one.
+        control: Control of the simulated link; None without one.
         door: Address of the page, and rules of access.
         port: Port; 0 takes a free one.
 
@@ -183,13 +183,13 @@ class Page:
                 _log.exception("the page could not do something")
 
     def _look(self) -> None:
-        """Draw, if something has changed."""
+        """Draw the console's state, if it has changed."""
         picture, now_s = self._console.picture, elapsed_s()
         if self._redraw.due(picture, now_s):
             self._draw(picture, now_s)
 
     def _draw(self, picture: ConsoleState, now_s: float) -> None:
-        """Show a picture; each part sends only what has changed."""
+        """Show a state of the console; each part sends only its changes."""
         self._shown = picture
         if now_s - self._beat_s >= _BEAT_S:
             self._beat_s, self._beats = now_s, self._beats + 1

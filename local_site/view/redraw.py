@@ -1,4 +1,4 @@
-"""Decision when the page is redrawn: at once after a change, otherwise now and then for running clocks."""
+"""Timing of the page's redraws: at once after a change, otherwise slowly for running clocks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene.nodes import SEEN_UNCHANGED, UNCHANGED
 
 AT_REST_S = 0.25
-"""From one drawing to the next while nothing changes but ages [s]."""
+"""Time between two redraws while only ages change [s]."""
 _equal = operator.attrgetter(
     "mode", "phase", "link.health", "in_control", "why_not_in_control", "wish", "asked_by", "pending", "notices",
     "task", "tasks", "sending_library", "recording", "n_demonstrations", "can_recover", "auto_send", "revisions",
@@ -22,14 +22,14 @@ _identical = operator.attrgetter("learned", "robot_model", "forming", "own_arm",
 
 
 class Redraw:
-    """Decides when to draw. Used by the page's thread."""
+    """Timer of the redraws. Used by the page's thread."""
 
     def __init__(self) -> None:
         self._drawn: ConsoleState | None = None
         self._drawn_s = float("-inf")
 
     def due(self, picture: ConsoleState, now_s: float) -> bool:
-        """Decide whether to draw this picture now; if so, it counts as drawn.
+        """Decide whether to draw a state now; if so, it is noted as drawn.
 
         Args:
             picture: Present state of the console.
@@ -42,12 +42,12 @@ class Redraw:
         return True
 
     def soon(self) -> None:
-        """Draw the next picture in any case: the page itself has changed."""
+        """Draw the next state in any case, because the page itself has changed."""
         self._drawn = None
 
 
 def differs(before: ConsoleState, after: ConsoleState) -> bool:
-    """Decide whether something visible has changed, or the ghost moves on."""
+    """Decide whether anything visible has changed, or the ghost moves."""
     if after.mode is ControlMode.AUTONOMOUS and not after.phase.at_end:
         return True
     if _equal(before) != _equal(after) or moved(before.robot, after.robot):
@@ -56,7 +56,7 @@ def differs(before: ConsoleState, after: ConsoleState) -> bool:
 
 
 def moved(before: Telemetry | None, after: Telemetry | None) -> bool:
-    """Decide whether a later report is drawn elsewhere, or tells something else about the execution."""
+    """Decide whether a later report differs visibly in pose or in the execution's state."""
     if before is None or after is None:
         return before is not after
     if (before.component, before.waiting, before.pace) != (after.component, after.waiting, after.pace):

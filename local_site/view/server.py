@@ -1,4 +1,4 @@
-"""Web server of the page: viser, without its log and its public relay, behind our own access rules."""
+"""Web server of the page: viser, without its log and its public relay, with access rules of its own."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ _Judge = Callable[[ServerConnection, Request], Awaitable[Response | None] | Resp
 
 
 class PageServer(viser.ViserServer):
-    """Viser server on one port that admits whom the door admits, and accepts only what a tab may send.
+    """Viser server on one port; the door decides on visitors, and only messages that a tab may send are accepted.
 
     Args:
         door: Address to bind, and rules of access.
         port: Port; 0 takes a free one.
-        sessions: Which tab may act.
+        sessions: Open tabs, with the one that may act.
         refused: Called, on the server's thread, with a tab that tried to act but may not.
 
     Raises:
@@ -67,7 +67,7 @@ class PageServer(viser.ViserServer):
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
         bound = bind((door.host, port), other_port="choose another one with --port")
         self.bound_port: int = bound.getsockname()[1]
-        """The port that it is served at."""
+        """Port of the server."""
         # viser prints a greeting to the standard output, which belongs to the command line.
         with contextlib.redirect_stdout(io.StringIO()), self._serving(bound):
             super().__init__(host=door.host, port=self.bound_port, label="Farhand", verbose=False)
@@ -83,15 +83,15 @@ class PageServer(viser.ViserServer):
         return self._door.address(self.bound_port)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Refuse: sharing would open the operator's console to the internet."""
+        """Refuse to share the page: that would open the operator's console to the internet."""
         return None
 
     @contextlib.contextmanager
     def _serving(self, bound: socket.socket) -> Iterator[None]:
-        """Make viser's web server start with our access rules: it offers no parameter for them.
+        """Start viser's web server with the access rules, for which it has no parameter.
 
         Raises:
-            RuntimeError: When viser did not take them, so that a later viser is never served without them.
+            RuntimeError: When viser did not apply them, so that no later version serves the page without them.
         """
         with _STARTING:
             usual, taken = websockets_server.serve, threading.Event()
@@ -113,7 +113,7 @@ class PageServer(viser.ViserServer):
                 raise RuntimeError("this viser serves the page in another way than the one that is guarded")
 
     def _judged(self, files: _Judge) -> _Judge:
-        """Judge each request, for a page or a websocket, before anything else is done with it."""
+        """Return the handler that judges each request, for a page or a websocket, before viser sees it."""
 
         def judge(connection: ServerConnection, request: Request) -> Any:
             talks = any("websocket" in value.lower() for value in request.headers.get_all("Upgrade"))
@@ -138,7 +138,7 @@ class PageServer(viser.ViserServer):
         incoming, tabs = self.incoming, self._tab_of
 
         class TabConnection(ServerConnection):
-            """One connection: its messages are judged, and read no faster than a hand can make them."""
+            """Connection of one tab: each message is judged, and their rate is limited to that of a hand."""
 
             _read_until_s = 0.0
 

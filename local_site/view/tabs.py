@@ -20,7 +20,7 @@ class Role(StrEnum):
     ACTIVE = "active"
     WATCHING = "watching"
     FREE = "free"
-    """Nobody is active: the first that acts becomes it."""
+    """No tab is active: the first that acts becomes active."""
 
 
 class Sessions:
@@ -42,14 +42,14 @@ class Sessions:
         return tuple(self._open)
 
     def joined(self, tab: int) -> None:
-        """Add an opened tab; it becomes active when no other is."""
+        """Add an opened tab; it becomes active if no other one is."""
         with self._lock:
             self._open.append(tab)
             if self._active is None:
                 self._active = tab
 
     def left(self, tab: int) -> bool:
-        """Remove a closed tab; an active one frees its place. Return whether it was active."""
+        """Remove a closed tab. Return whether it was the active one."""
         with self._lock:
             if tab in self._open:
                 self._open.remove(tab)
@@ -86,7 +86,7 @@ class Tabs:
 
     Args:
         server: Server of the page.
-        sessions: Which of them may act.
+        sessions: Open tabs, with the one that may act.
         fit: Fits the scene into a tab's canvas.
         enqueue: Has a function called on the page's thread.
         active_left: Called when the active tab was closed.
@@ -132,12 +132,12 @@ class Tabs:
             role_html.show(element("session", role.value, "fh-active", hidden="") + _banner(role, words))
 
     def refused(self, tab: int) -> None:
-        """Tell a tab, and no other, that it may not act."""
+        """Show one tab that it may not act."""
         if tab in self._clients:
             self._refused.add(tab)
 
     def reset(self, tab: int) -> None:
-        """Fit the scene into a tab's page again, however its view was turned."""
+        """Reset a tab's camera, so that the scene fits into its page."""
         self._sizes.pop(tab, None)
         if tab in self._clients:
             self._fit(self._clients[tab])
@@ -156,7 +156,7 @@ class Tabs:
             self._active_left()
 
     def _fit(self, client: viser.ClientHandle) -> None:
-        """Fit the scene into the page, only when its size has changed, so that a zoom stays."""
+        """Fit the scene into the page if the page's size has changed; otherwise a zoom is kept."""
         size_px = (client.camera.image_width, client.camera.image_height)
         if client.client_id not in self._clients or self._sizes.get(client.client_id) == size_px:
             return

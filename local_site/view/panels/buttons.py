@@ -29,8 +29,8 @@ class ButtonSpec:
     Args:
         label: Text on the button; a verb.
         make: Makes the intent, given the mode that the page shows.
-        enabled: Whether it may be pressed.
-        pending: Whether its action is pending.
+        enabled: Decides whether the button may be pressed.
+        pending: Decides whether its action is pending.
     """
 
     label: str
@@ -53,7 +53,7 @@ def _command(action: Action, label: str, colour: Colour = "blue") -> ButtonSpec:
 def _wish(
     wish: Wish, label: str, enabled: Callable[[ConsoleState], bool], colour: Colour = "gray"
 ) -> ButtonSpec:
-    """Return a button about who is in control; it stays marked until the robot has answered."""
+    """Return a button for the control of the robot, which stays marked until the robot has answered."""
     return ButtonSpec(
         label,
         lambda _shown: intents.WishControl(wish),
@@ -142,7 +142,7 @@ class Buttons:
         return [handle for _, handle in self._handles]
 
     def draw(self, picture: ConsoleState) -> None:
-        """Enable what may be pressed, and mark what is pending."""
+        """Enable the buttons that may be pressed, and mark the pending ones."""
         for spec, handle in self._handles:
             disabled, pending = not spec.enabled(picture), spec.pending(picture)
             if handle.disabled != disabled:

@@ -117,7 +117,7 @@ def _line(points: list[tuple[float, float]], kind: str) -> str:
 
 
 _GRAPH_WIDTH, _GRAPH_HEIGHT, _SIDE, _GRAPH_TOP, _GRAPH_BOTTOM = 390.0, 128.0, 34.0, 20.0, 32.0
-"""The least size of the drawing and its margins [px]."""
+"""Least size of the drawing, and its margins [px]."""
 _RADIUS = 12.0
 _APART, _LANE = 46.0, 38.0
 """Least distances of two nodes beside and above each other, so that their durations do not touch [px]."""
@@ -152,7 +152,7 @@ _EMPTY = '<div class="fh-caption">learned model</div><div class="fh-empty">nothi
 
 
 def graph_svg(model: TPHSMM, active: int) -> str:
-    """Return the graph as SVG: from left to right by when a component is visited in the motion."""
+    """Return the graph as SVG; components are ordered from left to right by their time in the motion."""
     places = node_places(model)
     width = max(_GRAPH_WIDTH, float(places[:, 0].max()) + _SIDE)
     height = max(_GRAPH_HEIGHT, float(places[:, 1].max()) + _GRAPH_BOTTOM)
@@ -225,7 +225,7 @@ def _node(model: TPHSMM, index: int, place: np.ndarray, active: bool) -> str:
 
 
 def _duration(model: TPHSMM, index: int) -> str:
-    """Return a component's duration as text; nothing before it has been left once."""
+    """Return a component's duration as text; empty before a demonstration has left the component."""
     mean_s, deviation_s = model.duration_mean_s[index], np.sqrt(model.duration_variance_s2[index])
     digits = 1 if max(mean_s, deviation_s) < 9.95 else 0  # never wider than `_APART` leaves room for
     return f"{mean_s:.{digits}f}±{deviation_s:.{digits}f}" if mean_s > 0.0 else ""

@@ -42,7 +42,7 @@ class AutoSendSwitch:
 
 
 _STILL_S = 0.3
-"""The slider is at rest for so long before its value is sent: on the way there are dozens."""
+"""Rest of the slider after which its value is sent, because a drag has dozens of values [s]."""
 _STEP_PERCENT = 5.0
 
 
@@ -70,7 +70,7 @@ class PaceSlider:
                 act(event.client_id, partial(self._move, float(event.target.value), elapsed_s()))
 
     def draw(self, picture: ConsoleState, now_s: float) -> None:
-        """Send the chosen value once the slider rests; else show what the robot reported."""
+        """Send the chosen value once the slider rests; otherwise show the reported one."""
         robot, sending = picture.robot, Action.SET_PACE in picture.pending
         if self._wanted is not None:
             if not sending and now_s - self._moved_s >= _STILL_S:
@@ -121,7 +121,7 @@ def _line(task: TaskStanding) -> str:
 
 
 def standing_words(task: TaskStanding) -> str:
-    """Return how often a task was demonstrated, and whether the robot has the model."""
+    """Return a task's number of demonstrations, and whether the robot has the model, as text."""
     n = task.n_demonstrations
     if not task.robot_does:
         return "not done by this robot"

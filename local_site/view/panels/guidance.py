@@ -17,7 +17,7 @@ _ASKED = frozenset(map(str, Action)) | {
     "record", "end", "undo", "load samples", "samples", "recover", "go to", "start anew", "delete", "send model",
     "send library", "new place", "align",
 }  # fmt: skip
-"""What the operator asks for, by the names that notices have for it."""
+"""Names of the operator's requests in notices."""
 
 
 class AdvicePanel:
@@ -42,7 +42,7 @@ class AdvicePanel:
 
 
 def refusal(picture: ConsoleState) -> str:
-    """Return why the operator's last request was refused, while that is recent; empty otherwise."""
+    """Return the reason why the operator's last request was refused, if that is recent; empty otherwise."""
     for notice in reversed(picture.notices):
         if picture.now_s - notice.time_s > _REFUSAL_S:
             return ""
@@ -53,7 +53,7 @@ def refusal(picture: ConsoleState) -> str:
 
 
 def advice(picture: ConsoleState) -> str:
-    """Return the next step of the job, for someone who sees the page for the first time."""
+    """Return the next step of the job, for a first-time user."""
     stop, words = picture.stop, words_of(picture.task)
     if stop is not None and stop.moves_again:
         return "The robot moves again after your stop: press STOP again if it must not."
@@ -75,7 +75,7 @@ def advice(picture: ConsoleState) -> str:
 
 
 def _moving_advice(picture: ConsoleState, words: Words) -> str:
-    """Return the advice while something moves the robot, or will when resumed."""
+    """Return the advice during a motion of the robot, also a paused one."""
     match picture.mode:
         case ControlMode.DIRECT if picture.robot_records:
             return f"{words.drive}: the robot follows and records. Press End at the end of the motion."

@@ -28,7 +28,7 @@ class Html:
             self._handle.content = content
 
     def remove(self) -> None:
-        """Remove it from the page."""
+        """Remove the content from the page."""
         self._handle.remove()
 
 

@@ -53,7 +53,7 @@ class LinkWorker:
         self._thread.join(timeout=6.0)
 
     def submit(self, request: Request) -> None:
-        """Have a setting changed soon. Never blocks."""
+        """Queue a change of the link's settings. Never blocks."""
         self._requests.put(request)
 
     def _run(self) -> None:
@@ -80,10 +80,10 @@ DELAY_MS, JITTER_MS, CUT_S = (0.0, 3000.0), (0.0, 500.0), (1.0, 60.0)
 _PROFILES = ("lan", "geo", "leo", "acoustic")
 _CUSTOM = "custom"
 _SETTLE_S = 1.5
-"""So long after a change the page shows what the operator chose, then what the link process says."""
+"""Time after a change in which the page shows the operator's choice, and not the link's own state [s]."""
 
 Act = Callable[[int, Callable[[], None]], None]
-"""Has something done on the page's thread, if the tab may act."""
+"""Queues a job for the page's thread, run only if the tab may act."""
 
 
 class LinkPanel:

@@ -28,7 +28,7 @@ CURRENT_STROKE: Rgb = (255, 255, 255)
 
 
 def component_colour(phase: float) -> Rgb:
-    """Return a component's colour by when it is visited in the motion, from 0 (violet) to 1 (yellow)."""
+    """Return a component's colour by its time in the motion, from 0 (violet) to 1 (yellow)."""
     hue = 0.78 - 0.64 * min(max(phase, 0.0), 1.0)
     red, green, blue = colorsys.hls_to_rgb(hue, 0.62, 0.72)
     return round(255 * red), round(255 * green), round(255 * blue)

@@ -1,4 +1,4 @@
-"""Bodies of arms that look alike, the operator's, the robot's or both: one batch per colour of each link.
+"""Bodies of one or two equal arms, the operator's and the robot's: one batch per colour of each link.
 
 Places of the two arms in the scene, and the camera that sees both alike.
 """
@@ -22,11 +22,11 @@ Array = NDArray[np.float64]
 FOV_RAD = 0.30
 """Vertical field of view: narrow, so that both arms are seen from nearly the same side [rad]."""
 _HEADING_RAD, _PITCH_RAD = math.radians(52.0), math.radians(-20.0)
-"""Where the camera looks: from beside and behind the arms at their receptacles, down a little."""
+"""Direction of view: from beside and behind the arms to their receptacles, slightly downwards."""
 _CENTRE_M = np.array([0.54, 0.0, 0.31])
-"""What is in the middle of an arm's half, from its base [m]."""
+"""Centre of an arm's half of the canvas, relative to its base [m]."""
 _WIDTH_M, _HEIGHT_M = 1.28, 1.0
-"""What each half shows at least [m]."""
+"""Least size of the scene that each half shows [m]."""
 
 _ACROSS = np.array([math.sin(_HEADING_RAD), -math.cos(_HEADING_RAD), 0.0])
 _FORWARDS = np.array(
@@ -111,7 +111,7 @@ class ArmBodies:
         at_rest = description.link_poses(description.home_rad)
         self._base_m = [base_m(side == REMOTE) for side in sides]
         self._poses = np.stack([self._in_scene(number, at_rest) for number in range(len(sides))])
-        """As drawn. Shape (sides, links, 7)."""
+        """Drawn poses of the links. Shape (sides, links, 7)."""
         self._joints_rad: list[tuple[float, ...]] = [tuple(description.home_rad)] * len(sides)
         self._old = False
         self._batches = [
@@ -142,7 +142,7 @@ class ArmBodies:
                     batch.batched_wxyzs = self._poses[:, index, 3:].astype(np.float32)
 
     def draw_age(self, old: bool) -> None:
-        """Show whether the robot's report is old: the robot is grey then."""
+        """Draw the robot in grey if its report is old, else in its colours."""
         if old != self._old:
             self._old = old
             for batches in self._batches:

@@ -1,8 +1,7 @@
 """Scene of an arm's task: the operator's arm on the left, the robot on the right, with light and water.
 
-Robot's side as last reported: its arm, its receptacle with the model, the path, and its ghost.
-
-Operator's hand: arrows and rings at the tip of the operator's arm, to teach, or to drive while coupled.
+The robot's side is drawn as last reported: its arm, its receptacle with the model, the path, and its ghost. At the tip
+of the operator's arm are arrows and rings to drag: the operator's hand, which teaches, or drives while coupled.
 """
 
 from __future__ import annotations
@@ -49,7 +48,7 @@ class RemoteArm:
 
     def __init__(self, scene: viser.SceneApi, parent: str, description: SceneDescription, bodies: ArmBodies):
         self.description, self._bodies = description, bodies
-        """What it looks like."""
+        """Description of the robot's drawing."""
         self._node = scene.add_frame(parent, show_axes=False, position=base_m(remote=True))
         add_platform(scene, parent, description)
         self._receptacle = ReceptacleDrawing(scene, parent, description)
@@ -62,7 +61,7 @@ class RemoteArm:
         self._shown: tuple[Telemetry, bool] | None = None
 
     def remove(self) -> None:
-        """Remove it from the scene; `bodies` stay."""
+        """Remove the drawing from the scene, without `bodies`."""
         self._node.remove()
 
     def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
@@ -102,10 +101,10 @@ Array = NDArray[np.float64]
 Act = Callable[[int, Callable[[], None]], None]
 
 SIZE_M = 0.24
-"""Length of the arrows. Their arcs, of two thirds of it, are taken within a few pixels: in a smaller gizmo they lie over
-the ends of arrows that point away from the camera [m]."""
+"""Length of the arrows. The arcs have two thirds of it and are picked within a few pixels: in a smaller gizmo they would
+cover the ends of arrows that point away from the camera [m]."""
 _REACH_M = 2.0
-"""No hand is further away from the arm's base than this [m]."""
+"""Largest distance of a hand from the arm's base along an axis [m]."""
 
 
 class HandGizmo:
@@ -134,7 +133,7 @@ class HandGizmo:
                 act(event.client_id, partial(self._drag, event.phase, pose))
 
     def draw(self, tip: Array) -> None:
-        """Place the gizmo at the arm's tip, unless somebody holds it. Shape (7,)."""
+        """Place the gizmo at the arm's tip, unless it is being dragged. Shape (7,)."""
         if not self._held:
             put(self._node, tip)
 
@@ -144,7 +143,7 @@ class HandGizmo:
             self._drag("end", self._hand)
 
     def _drag(self, phase: str, pose: Array) -> None:
-        """Check a drag that a tab sends; a bad pose changes nothing, but the hand still lets go."""
+        """Check and submit a drag of a tab; an impossible pose changes nothing, but can still end the drag."""
         good = np.isfinite(pose).all() and np.abs(pose[:3]).max() <= _REACH_M and pose[3:].any()
         if not good and phase != "end":
             return
@@ -188,7 +187,7 @@ class ArmScene:
         self._gizmo = HandGizmo(scene, _LOCAL, submit, act)
 
     def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
-        """Show the newest picture; return where the robot is expected to be now."""
+        """Draw the newest state of the console; return the robot's expected present pose."""
         robot = picture.robot_scene
         if robot is not None and (self._remote is None or self._remote.description is not robot):
             self._meet(robot)

@@ -1,4 +1,4 @@
-"""Drawing of what a task frame carries: the receptacle, learned components as ellipsoids, and curves in space."""
+"""Drawings in a task frame: the receptacle, learned components as ellipsoids, and curves in space."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 _STEEL: Rgb = (92, 108, 120)
 _PALE, _PLATFORM = 0.78, 0.25
-"""How much of steel's colour is in what only stands around: the arms are what matters."""
+"""Share of steel's colour in fixed objects, so that the arms stand out."""
 
 
 class ReceptacleDrawing:
@@ -39,7 +39,7 @@ class ReceptacleDrawing:
         self._old = False
 
     def draw(self, pose: Array, old: bool = False) -> None:
-        """Show it where it was seen, grey when that is long ago. Shape (7,)."""
+        """Draw the receptacle at its reported pose, grey if the report is old. Shape (7,)."""
         put(self._node, pose, SEEN_UNCHANGED)
         if not self._node.visible:
             self._node.visible = True
@@ -176,7 +176,7 @@ class Demonstrations:
         self._shown: tuple[object, ...] = ()
 
     def draw(self, picture: ConsoleState) -> None:
-        """Show the ended ones in the components' colours, and the one in progress in white."""
+        """Draw the ended demonstrations in the components' colours, and the one in progress in white."""
         model = picture.learned.model if picture.learned else None
         shown = (model, *map(len, picture.strokes), picture.n_demonstrations)
         if shown == self._shown:
@@ -192,7 +192,7 @@ class Demonstrations:
 
 
 def thinned(points: Array) -> Array:
-    """Thin a curve to as many points as can be seen, including its end. Shape (T, C)."""
+    """Thin a curve to a visible number of points, including its end. Shape (T, C)."""
     if len(points) <= _LONGEST:
         return points
     return points[np.linspace(0, len(points) - 1, _LONGEST).round().astype(int)]

@@ -15,11 +15,11 @@ from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.nodes import ASIDE_Z_M, GRID_Z_M, HIDDEN_Z_M, MAT_Z_M, add_flat, add_lines
 
 OnDrag = Callable[[int, str, tuple[float, float]], None]
-"""Tab, phase (start, update, end) and where the pointer is on the board [m]."""
+"""Tab, phase (start, update, end), and position of the pointer on the board [m]."""
 
 _LINES = 10
 _GRIP_M = 0.02
-"""How far a board takes drags beyond its edge [m]."""
+"""Margin around a board in which it accepts drags [m]."""
 
 
 class Board:
@@ -27,8 +27,8 @@ class Board:
 
     Args:
         scene: Scene of the server.
-        task: Its workspace is the board.
-        remote: Whether it is the robot's.
+        task: Task whose workspace is the board.
+        remote: True for the robot's board.
     """
 
     def __init__(self, scene: viser.SceneApi, task: PointTask, remote: bool):
@@ -66,7 +66,7 @@ class Board:
 
 
 def add_mat(scene: viser.SceneApi, board_m: tuple[float, float]) -> None:
-    """Add a mat with a window per board, above a plane that takes drags which would turn the camera."""
+    """Add a mat with a window per board, above a plane that intercepts drags, which would else turn the camera."""
     (width, height), far = board_m, 20.0 * max(board_m)
     left, right = (board_origin_m(remote, width)[0] for remote in (False, True))
     mat = shapes.joined(

@@ -23,7 +23,7 @@ from farhand.local_site.view.scene.ghost import Ghost
 from farhand.local_site.view.scene.nodes import LINE_Z_M, MARK_Z_M, add_flat, add_lines, place, show
 
 HAND_SPEED_M_S = 0.3
-"""A stroke is taken as drawn at this speed: the browser's event times are its own load, not the motion."""
+"""Assumed speed of a drawn stroke: the browser's event times show its load, not the motion [m/s]."""
 _HAND_RADIUS_M = 0.012
 
 
@@ -35,7 +35,7 @@ class StrokeClock:
         self.time_s = 0.0
 
     def at(self, position_m: tuple[float, float]) -> float:
-        """Return the time of the motion when the hand is there [s]."""
+        """Return the time of the motion at the hand's new position [s]."""
         if self._last is not None:
             self.time_s += math.dist(self._last, position_m) / HAND_SPEED_M_S
         self._last = position_m
@@ -43,7 +43,7 @@ class StrokeClock:
 
 
 class Drawing:
-    """Turns drags on the local board into intents, and draws the strokes. Used by the page's thread.
+    """Converter of drags on the local board into intents, and drawing of the strokes. Used by the page's thread.
 
     Args:
         scene: Scene of the server.
@@ -145,7 +145,7 @@ class TargetDrag:
 _LIGHT = 3.14
 
 Act = Callable[[int, Callable[[], None]], None]
-"""Has something done on the page's thread, if the tab may act."""
+"""Queues a job for the page's thread, run only if the tab may act."""
 
 
 class PlanarScene:
@@ -153,7 +153,7 @@ class PlanarScene:
 
     Args:
         scene: Scene of the server.
-        task: Its workspace is a board.
+        task: Task whose workspace is a board.
         submit: Hands an intent to the console.
         explain: Tells the operator something.
         act: Enqueues a tab's action.
@@ -187,7 +187,7 @@ class PlanarScene:
         remote.listen(self._robot.grip, lambda tab, *drag: act(tab, partial(target.drag, *drag)))
 
     def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
-        """Show the newest picture; return where the robot is expected to be now."""
+        """Draw the newest state of the console; return the robot's expected present position."""
         self._model.show(picture.forming or (picture.learned.model if picture.learned else None))
         self._drawing.draw(picture)
         return self._robot.draw(picture, now_s)

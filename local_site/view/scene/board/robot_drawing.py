@@ -34,7 +34,7 @@ from farhand.local_site.view.scene.nodes import (
 _DEVIATIONS = 2.0
 _OPACITY = 0.35
 _ABOVE_M, _LAYERS = 1e-4, 20
-"""Each component lies a little higher than the one before, for those that overlap [m]."""
+"""Difference in height between two components, so that overlapping ones are drawn properly [m]."""
 
 
 class ModelDrawing:
