@@ -14,8 +14,10 @@ import contextlib
 import hashlib
 import logging
 import os
+import shutil
 import stat
 import tempfile
+import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -31,6 +33,8 @@ _log = logging.getLogger(__name__)
 
 _ROOT = Path(__file__).resolve().parents[2]
 _FOLDERS = ("common/model", "local_site/learning", "remote_site/reproduction")
+_TRIED_BYTES = 65_536
+_MOST_OTHERS, _IN_USE_S = 3, 3600.0
 _REMEDY = "XDG_CACHE_HOME names a folder for them"
 
 
@@ -65,19 +69,31 @@ def _own_temporary_folder() -> Path | None:
 
 
 def _may_write(folder: Path) -> bool:
+    """Decide by writing: on a full disk an empty file can still be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(_TRIED_BYTES))
+            file.flush()
+            os.fsync(file.fileno())
     except OSError:
         return False
     return True
+
+
+def _holds_something(folder: Path) -> bool:
+    try:
+        return any(folder.iterdir())
+    except OSError:
+        return False
 
 
 def _cache_folder() -> Path | None:
     """Return the folder of the cache, which may be one that can only be read; None when none can be had."""
     name = f"farhand/kernels-{_content_hash()}"
     usual = _usual_folder()
-    if usual is not None and (_may_write(usual / name) or (usual / name).is_dir()):
+    if usual is not None and (_holds_something(usual / name) or _may_write(usual / name)):
+        drop_old(usual / name)
         return usual / name
     temporary = _own_temporary_folder()
     where = "the user has no home" if usual is None else f"{usual} cannot be written"
@@ -88,12 +104,30 @@ def _cache_folder() -> Path | None:
     return None
 
 
+def drop_old(present: Path) -> None:
+    """Note that a folder of compiled functions is used, and delete the others that nobody has used for long.
+
+    The newest few stay, and whatever was used within the hour: its process may still read there. Several processes
+    may do this at once; each folder is renamed by one of them, then deleted.
+    """
+    with contextlib.suppress(OSError):
+        os.utime(present)
+        others = [each for each in present.parent.glob("kernels-*") if each != present]
+        used_s = {each: each.stat().st_mtime for each in others}
+        for old in sorted(others, key=lambda each: used_s[each], reverse=True)[_MOST_OTHERS:]:
+            if time.time() - used_s[old] > _IN_USE_S:
+                dropped = old.with_name(f"dropped-{os.getpid()}-{old.name}")
+                old.rename(dropped)
+                shutil.rmtree(dropped, ignore_errors=True)
+
+
 class _Locator(UserProvidedCacheLocator):
     """The folder of `config.CACHE_DIR`, also where it may only be read."""
 
     def ensure_cache_path(self) -> None:
         """Make the folder if that is possible."""
-        _may_write(Path(self.get_cache_path()))
+        with contextlib.suppress(OSError):
+            Path(self.get_cache_path()).mkdir(parents=True, exist_ok=True)
 
 
 class _CacheImpl(CompileResultCacheImpl):
@@ -122,6 +156,7 @@ class _Cache(FunctionCache):
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled, if there is room."""
         try:
+            self._impl.locator.ensure_cache_path()  # somebody may have deleted the folder
             super().save_overload(sig, data)
         except Exception as error:
             self._tell("kept", error)
