@@ -13,14 +13,14 @@ from farhand.common.arm.lathe import add_lathe
 JOINTS = tuple(f"jaco_arm/joint_{i}" for i in range(1, 7))
 TIP = "jaco_arm/jaco_hand/tip"
 TOOL = "jaco_arm/jaco_hand/hand"
-"""Name of the body with everything behind the wrist."""
+"""Name of the body of the hand, which carries all links behind the wrist."""
 HELD = "jaco_arm/jaco_hand/plug"
 """Name of the body with everything that the hand grips."""
 
 _FORWARDS = (0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0)
 """Quaternion of the wrist's axes in the hand's axes."""
 _GRIP_RAD = {"b_finger": 0.95, "b_finger_tip": 0.55}
-"""Angle by which the fingers are closed."""
+"""Angle of the closed fingers [rad]."""
 
 
 def make_arm(dimensions: Dimensions) -> Any:
@@ -122,7 +122,7 @@ def _paint(root: Any) -> None:
 
 
 def _product(quat: Any, angle_rad: float) -> np.ndarray:
-    """Turn a quaternion further about its own z axis."""
+    """Rotate a quaternion further about its own z axis."""
     w, x, y, z = quat
     c, s = np.cos(0.5 * angle_rad), np.sin(0.5 * angle_rad)
     return np.array([w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s])

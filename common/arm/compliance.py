@@ -32,7 +32,7 @@ class ComplianceSettings:
         seated_n: Force along the bore once seated [N].
         hold_n: Largest force along the bore while the arm holds still [N].
         axial_m_s_n: Velocity per missing or excess force along the bore [m/s per N].
-        pressing_m_s_n: The same once seated; with more, plug and receptacle would bounce [m/s per N].
+        pressing_m_s_n: The same gain once seated; with a larger one plug and receptacle would bounce [m/s per N].
         lifted_n: Missing force from which contact is being lost, so that the high gain applies again [N].
         seated_from_m: Least depth of a seated plug [m].
         seated_felt_n: Least force felt by a seated plug [N].
@@ -120,14 +120,14 @@ class Governor:
         self.active = False
         """True while the plug is in the receptacle or close in front of it."""
         self.depth_m = -np.inf
-        """Depth of the tip, as far as the receptacle is known [m]."""
+        """Depth of the tip in the estimated receptacle [m]."""
         self.axis = np.zeros(3)
         """Inward axis of the bore, in the axes of the base. Shape (3,)."""
         self.force_n = 0.0
         """Force against the insertion [N]."""
 
     def look(self, seen: SeenReceptacle | None, tip: Array, force: Array) -> None:
-        """Update where the plug is and which force it feels.
+        """Update the pose of the plug and the force on it.
 
         Args:
             seen: Receptacle, None while it is unknown.
@@ -150,7 +150,7 @@ class Governor:
             wanted_m_s: Speed of the commanded motion [m/s].
             lead_m: Lead of the setpoint over the tip [m].
             lead_m_s: The setpoint's own speed [m/s].
-            holds: Whether the arm only holds still.
+            holds: True while the arm only holds still.
         """
         settings = self._settings
         deep = self.depth_m > settings.seated_from_m
@@ -185,7 +185,7 @@ class Wrist:
         self._mass_kg, self._centre = kinematics.tool_weight()
         self._reach_m = kinematics.dimensions.plug.reach_m
         self.bias, self._sum = np.zeros(6), np.zeros(6)
-        """What is measured when nothing is touched, without the tool's weight [N, Nm]. Shape (6,)."""
+        """Reading without contact and without the tool's weight [N, Nm]. Shape (6,)."""
         self._to_tare = 0
         self.force = np.zeros(3)
         """Measured force in the axes of the base [N]. Shape (3,)."""

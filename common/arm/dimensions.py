@@ -38,7 +38,7 @@ class Receptacle(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Width of the chamfer of 45 degrees [m]."""
     outer_radius_m: Positive = 0.055
     bottom_m: Positive = 0.080
-    """Thickness of the bottom: nothing comes through [m]."""
+    """Thickness of the bottom, enough that no plug comes through [m]."""
     panel_m: tuple[Positive, Positive] = (0.60, 0.60)
     """Width and height of the panel [m]."""
     panel_behind_m: Positive = 0.045
@@ -77,7 +77,7 @@ class Dimensions(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     home_rad: Joints = (3.427, 3.508, 0.846, 3.094, 1.311, -0.513)
     """Joint angles at rest: the plug points forwards, its tip 0.62 m before and 0.40 m above the base."""
     receptacle_m: Triple = (0.78, 0.0, 0.38)
-    """First place of the mouth, from the arm's base [m]."""
+    """First position of the mouth, relative to the arm's base [m]."""
 
     def __post_init__(self) -> None:
         if self.plug.radius_m >= self.receptacle.bore_radius_m:
@@ -91,9 +91,9 @@ LINK = 2
 PLUG = 4
 
 SHOWN = 2
-"""Group of geoms that are drawn."""
+"""Group of the drawn geoms."""
 HIDDEN = 3
-"""Group of geoms that only touch."""
+"""Group of geoms for contact only, which are not drawn."""
 
 UNTOUCHABLE = {"contype": 0, "conaffinity": 0, "mass": 0, "group": SHOWN}
 """Attributes of geoms that are only drawn."""

@@ -1,4 +1,4 @@
-"""MuJoCo, dm_control, mink and daqp, imported here alone, in the one order that works.
+"""The only import of MuJoCo, dm_control, mink and daqp, in the one order that works.
 
 MUJOCO_GL is read once, at the first import, and dm_control then fails when that OpenGL is not installed. Physics
 needs none, so both are told to load none, and `rendering` opens its own context when it has something to draw. Their

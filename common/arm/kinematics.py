@@ -1,4 +1,4 @@
-"""Composition of rigid-body poses, and the kinematics of the arm alone, as its controller knows them.
+"""Composition of rigid-body poses, and the kinematics of the arm as its controller uses them.
 
 Twists are tangents of `farhand.common.model.manifold.POSE` at the tool: [m/s, in the axes of the base] and
 [rad/s, in the axes of the tool].
@@ -78,7 +78,7 @@ class Kinematics:
     """Kinematics of the arm at some joint angles.
 
     Args:
-        dimensions: Of the arm.
+        dimensions: Dimensions of the arm.
     """
 
     def __init__(self, dimensions: Dimensions):

@@ -22,7 +22,7 @@ from farhand.common.wire.reasons import Code, Reason, because
 Array = NDArray[np.float64]
 
 WAY_M = 0.20
-"""Length of the trajectory: it begins this far before the bottom [m]."""
+"""Length of the trajectory, which ends at the bottom [m]."""
 
 _STEP_M, _STEP_RAD = 0.005, 0.05
 _ITERATIONS = 4

@@ -22,7 +22,7 @@ _FOLLOW_RAD_S = 8.0
 _BRAKE_S = 0.1
 """Time constant of braking [s]."""
 _OVERDRIVE_M, _OVERDRIVE_FROM_M, _OVERDRIVE_FULL_M = 0.015, 0.040, 0.070
-"""How much deeper than its setpoint the plug is pushed, since the receptacle may be deeper than believed."""
+"""Depth beyond its setpoint to which the plug is pushed, because the receptacle may be deeper than estimated [m]."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Servo:
     Each control period call one of `accelerate`, `follow` and `brake`, then `measure`.
 
     Args:
-        dimensions: Of the arm.
+        dimensions: Dimensions of the arm.
         settings: Settings of the motion.
         joints_rad: Present joint angles. Shape (6,) [rad].
     """
@@ -70,7 +70,7 @@ class Servo:
 
         Args:
             receptacle: Pose and velocity of the receptacle.
-            presses: Whether to press the plug to the bottom of the bore. A plug that is to be extracted is
+            presses: True to press the plug to the bottom of the bore. A plug that is to be extracted is
                 never pushed further in than the motion asks for.
         """
         self._seen, self._presses = receptacle, presses

@@ -16,7 +16,7 @@ from farhand.common.errors import InvalidConfiguration
 Array = NDArray[np.float64]
 
 _LEAD_M, _LEAD_RAD = 0.010, 0.1
-"""How far it may be ahead of the arm."""
+"""Largest lead of the setpoint over the arm, in position [m] and rotation [rad]."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Setpoint:
         """Tangent at the pose [m/s, rad/s]. Shape (6,)."""
 
     def accelerate(self, acceleration: Array, carried: Array, dt_s: float) -> Array:
-        """Apply an acceleration for one period; return the mean velocity meanwhile. Shape (6,).
+        """Apply an acceleration for one period; return the mean velocity in it. Shape (6,).
 
         Args:
             acceleration: Shape (6,) [m/s^2, rad/s^2].
@@ -92,7 +92,7 @@ class Setpoint:
         return mean
 
     def follow(self, tip: Array) -> None:
-        """Stay near an arm that could not follow."""
+        """Pull the setpoint back towards an arm that could not follow."""
         lead = difference(tip, self.pose)
         near = np.concatenate([shortened(lead[:3], _LEAD_M), shortened(lead[3:], _LEAD_RAD)])
         if not np.array_equal(near, lead):

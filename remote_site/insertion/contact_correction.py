@@ -1,9 +1,9 @@
 """Correction of the receptacle's estimated frame from contact forces and torques.
 
-Touch reveals a tracker's constant error, sight cannot. The force that pushes the plug aside and the torque
-that tilts it show on which side of the estimate the bore is. Integrated, they move the estimated frame there,
-so that the controller and the compliance of the arm no longer work against each other. On a moving receptacle
-the forces show its motion instead, so the correction rests.
+Touch reveals the constant error of a tracker, which sight cannot. The force that pushes the plug aside and the torque
+that tilts it show on which side of the estimate the bore is. Their integral moves the estimated frame to
+that side, so that the arm's controller and its compliance no longer work against each other. While the receptacle
+moves, the forces show that motion, so the correction pauses.
 
 In the frame of the receptacle the mouth is the origin, and z points into the bore.
 """
@@ -33,7 +33,7 @@ _NONE = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 class ContactCorrection:
-    """Correction of the frame: zero at first, at most 30 mm and 0.12 rad."""
+    """Correction of the frame, starting at zero, of at most 30 mm and 0.12 rad."""
 
     def __init__(self) -> None:
         self.clear()
@@ -59,7 +59,7 @@ class ContactCorrection:
         Args:
             force_n: Force on the plug, in the axes of the estimated frame. Shape (3,) [N].
             torque_nm: Torque on the plug about its tip, in the same axes. Shape (3,) [Nm].
-            quiet: Whether the receptacle stands still.
+            quiet: True if the receptacle stands still.
             dt_s: Control period [s].
         """
         if not quiet:

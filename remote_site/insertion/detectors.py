@@ -1,11 +1,11 @@
-"""Detectors of an insertion that fails: a jammed plug, and a plug that missed the mouth.
+"""Detectors of a failing insertion: a jammed plug, and a plug that missed the mouth.
 
 Deep in the bore a plug stops for one of two reasons. A force or torque across the axis means that it jammed;
 a force along the axis alone means that it reached the bottom, and that the receptacle is nearer than
 believed.
 
-An uninformed motion would go on inserting and push the receptacle from the side, or start its approach again
-from far away, which takes longer than all the rest. So a plug at or behind the mouth retreats straight back,
+Without a detector the motion would continue and push the receptacle from the side, or restart its approach
+from far away, which takes longer than the rest of the insertion. So a plug at or behind the mouth retreats straight back,
 a plug in front of the mouth moves onto the axis, and there the motion resumes. An error of the estimate along
 the axis looks like a plug beside the mouth; therefore the detector waits until the receptacle has jumped or
 the plug has lost the axis.
@@ -68,7 +68,7 @@ class JamDetector:
 
 Array = NDArray[np.float64]
 
-# Closer to the axis than the first: on the axis. Farther than the second: off it, however noisy the sight is.
+# Hysteresis: on the axis within the first distance, off it beyond the second, which exceeds the noise of sight.
 _ON_AXIS_M, _OFF_AXIS_M = 0.020, 0.030
 _BEHIND_M = -0.020
 # Inside the mouth, within its chamfer, the plug has caught up with the jump.
@@ -85,11 +85,11 @@ class MissedMouthDetector:
         self._on_axis = self._armed = self._off_axis = False
 
     def jumped(self) -> None:
-        """Record that the receptacle was found elsewhere."""
+        """Note that the receptacle was found at another place."""
         self._armed = self._off_axis = True
 
     def goal_m(self, tip_m: Array) -> Array | None:
-        """Return the next point on the way back to the axis, or None if the motion may go on. Shape (3,) [m].
+        """Return the next point on the way back to the axis, or None if the motion may continue. Shape (3,) [m].
 
         Args:
             tip_m: Position of the plug's tip in the frame of the receptacle, whose z axis points into the

@@ -1,7 +1,6 @@
 """Estimate of a receptacle by sight and touch together, with the pose to retreat to.
 
-It needs more of an arm than `Plant` offers: the torque on the tool, and a way to tell the arm where the
-receptacle is. The first task frame is the receptacle's: origin in the mouth, z into the bore.
+The arm must offer more than `Plant`: the torque on the tool, and a method that receives the estimated receptacle. The first task frame is the receptacle's: origin in the mouth, z into the bore.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ BACK_M_S = 0.08
 
 
 class InsertionArm(Plant, Protocol):
-    """Interface of an arm that inserts: its points are poses of a plug's tip, and it knows its receptacle."""
+    """Interface of an inserting arm: its points are poses of a plug's tip, and it holds an estimate of its receptacle."""
 
     @property
     def near(self) -> bool:
@@ -43,12 +42,12 @@ class InsertionArm(Plant, Protocol):
         ...
 
     def set_receptacle(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
-        """Set where the receptacle is believed to be, and whether to press the plug into it: `Servo.set_receptacle`."""
+        """Set the estimated receptacle, and whether to press the plug into it: see `Servo.set_receptacle`."""
         ...
 
 
 class TrackedPerception(Perception, Protocol):
-    """Perception that also estimates how its target moves, and how certain that is."""
+    """Perception that also estimates the target's velocity, with a covariance."""
 
     @property
     def newest(self) -> Estimate | None:
@@ -61,9 +60,9 @@ class ReceptacleEstimate(NamedTuple):
 
     Args:
         frames: The task frames.
-        back: Pose to retreat to before the execution goes on; None if it may go on. Shape (7,).
-        receptacle: Where the arm shall believe its receptacle; None for no change.
-        presses: True if the plug is to be pressed into it.
+        back: Pose to retreat to before the execution continues; None if it may continue. Shape (7,).
+        receptacle: Estimate of the receptacle to pass to the arm; None for no change.
+        presses: True to press the plug into the receptacle.
     """
 
     frames: list[TaskFrame]
@@ -73,20 +72,20 @@ class ReceptacleEstimate(NamedTuple):
 
 
 class ReceptacleEstimator:
-    """Estimator of the receptacle; it returns its result and tells nobody else.
+    """Estimator of the receptacle; it returns its result as a value and changes nothing else.
 
     Args:
         perception: Sight of the receptacle.
         recovery: Retreats from jams, with the frame's correction by contact.
-        look_s: Time after the first update in which the arm is told nothing, because the first estimates
-            jump about [s].
+        look_s: Time after the first update in which no estimate is passed to the arm, because the first ones
+            are noisy [s].
     """
 
     def __init__(self, perception: TrackedPerception, recovery: Recovery, look_s: float):
         self._perception, self._look_s = perception, look_s
         self._tell_from_s: float | None = None
         self.jumps = 0
-        """Number of times that the receptacle was found elsewhere."""
+        """Number of jumps of the receptacle."""
         self.begin(recovery)
 
     def begin(self, recovery: Recovery) -> None:
@@ -98,8 +97,8 @@ class ReceptacleEstimator:
 
         Args:
             sensing: The newest measurements.
-            executing: Whether a model moves the arm; otherwise contact tells nothing new.
-            now_s: Now [s].
+            executing: True while a model moves the arm; otherwise contact is not used.
+            now_s: Present time [s].
             dt_s: Control period [s].
         """
         newest = self._perception.newest

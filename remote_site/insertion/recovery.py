@@ -1,7 +1,7 @@
-"""Recovery of an insertion: when a jammed or misplaced plug retreats, and to where, before it retries.
+"""Recovery of an insertion: the decision when a jammed or misplaced plug retreats, and to which pose.
 
-After the retreat the model goes on from there. A plug to be extracted cannot retreat, but it is in the bore,
-so its pose tells where the bore is. In the frame of the receptacle the mouth is the origin, and z points into
+The model continues from that pose. A plug to be extracted cannot retreat, but it is in the bore, so its pose
+reveals that of the bore. In the frame of the receptacle the mouth is the origin, and z points into
 the bore.
 """
 
@@ -23,7 +23,7 @@ MAX_ATTEMPTS = 4
 _JAM_BACK_M = 0.030
 _IN_BORE_M = 0.030  # depth behind the mouth, and largest distance from the axis: more than the error of sight
 _REACHED_M, _PATIENCE_S = 0.004, 4.0
-# Right after a jump the estimate is no better than this.
+# Accuracy of the estimate right after a jump.
 _ALIGNED_M = 0.015
 
 
@@ -46,8 +46,8 @@ class Recovery:
     """Correction of the receptacle's frame, and decision when and where to retreat.
 
     Args:
-        correcting: Whether contact corrects the frame.
-        attempts: Number of retreats from jams; with none the plug presses on.
+        correcting: True if contact corrects the frame.
+        attempts: Largest number of retreats from jams; with 0 the plug keeps pressing.
         depth_m: Depth of the bore [m].
         enters: True for a plug that enters the bore, False for one that is extracted.
     """
@@ -73,11 +73,11 @@ class Recovery:
 
     @property
     def given_up(self) -> bool:
-        """True once it jammed more often than it may retreat."""
+        """True once the number of jams exceeds the allowed retreats."""
         return 0 < self._attempts < self.jams
 
     def begin(self, plug: Array, seen: TaskFrame) -> None:
-        """Begin the motion; a plug to be extracted tells where the bore is.
+        """Begin the motion; the pose of a plug to be extracted corrects that of the bore.
 
         Args:
             plug: Pose of its tip in the world. Shape (7,).
@@ -89,7 +89,7 @@ class Recovery:
             self.correction.anchor(local)
 
     def jumped(self) -> None:
-        """Forget what was felt: the receptacle was found elsewhere."""
+        """Reset the correction, because the receptacle was found at another place."""
         self.correction.clear()
         self._beside.jumped()
 
@@ -105,12 +105,12 @@ class Recovery:
         Args:
             felt: Pose and wrench of the plug.
             seen: The receptacle's frame by sight.
-            quiet: Whether the receptacle stands still.
+            quiet: True if the receptacle stands still.
             now_s: Present time [s].
             dt_s: Control period [s].
 
         Returns:
-            The pose in the world to retreat to, or None if the motion may go on. Shape (7,).
+            The pose in the world to retreat to, or None if the motion may continue. Shape (7,).
         """
         frame = self.correction.corrected(seen)
         local = frame.to_local(felt.plug)
@@ -131,7 +131,7 @@ class Recovery:
         return None
 
     def _back(self, local: Array, force_n: Array, torque_nm: Array, now_s: float) -> Array | None:
-        """Return where a retreat from this pose leads if one begins now, in the receptacle's frame so far."""
+        """Return the goal of a retreat that begins now, in the receptacle's present frame; None for no retreat."""
         beside_m = self._beside.goal_m(local[:3])
         if beside_m is not None:
             self.retreats += 1

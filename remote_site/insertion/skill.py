@@ -1,8 +1,6 @@
-"""InsertionSkill: inserts or extracts a plug by sight and touch, on any `InsertionArm`.
+"""Skill of inserting or extracting a plug by sight and touch, on any `InsertionArm`.
 
-Goals of manoeuvres at a receptacle: out of the bore along its axis, with no sideways motion inside.
-
-In the frame of the receptacle the mouth is the origin, and z points into the bore.
+Manoeuvres at a receptacle move along the axis of the bore, without sideways motion inside. In the frame of the receptacle the mouth is the origin, and z points into the bore.
 """
 
 from __future__ import annotations
@@ -52,8 +50,8 @@ class AlongAxis:
 
     Args:
         local: Goal pose in the frame of the receptacle. Shape (7,).
-        sensing: Newest measurements; they hold the receptacle's frame.
-        arm: Arm; it knows whether the plug is near the receptacle.
+        sensing: Newest measurements, with the receptacle's frame.
+        arm: The arm, which knows whether the plug is near the receptacle.
         speed_m_s: Speed in free water [m/s].
         distance_m: Length of the path [m].
         time_limit_s: See `ManoeuvreGoal`; derived from the distance when not given.
@@ -88,7 +86,7 @@ def shifted(sensing: Sensing, by_m: Array) -> Array:
 
 
 def in_bore(sensing: Sensing) -> bool:
-    """Decide whether the tip is behind the mouth, as far as that is known."""
+    """Decide whether the tip is estimated to be behind the mouth."""
     if not np.isfinite(sensing.unseen_s):
         return False
     x, y, z = sensing.frames[0].to_local(sensing.effector.point)[:3]
@@ -111,14 +109,14 @@ def free_speed_m_s(fastest_m_s: float) -> float:
 
 
 Examine = Callable[[EffectorState, Array], Check]
-"""Examines the straight path from a state of the arm into a receptacle at a pose."""
+"""Function that examines the straight path from a state of the arm into a receptacle at a pose."""
 
 _LOOK_S = 0.5
 """Time before an execution in which the receptacle is observed and the wrist's sensor tared [s]."""
 _DEPTH_M, _LATERAL_M = (0.075, 0.095), 0.010
-"""Least depth and largest distance from the axis of a seated plug, as believed.
+"""Range of the depth, and largest distance from the axis, of a seated plug in the estimated frame [m].
 
-The latter is the error of sight.
+The latter allows for the error of sight.
 """
 
 
@@ -133,7 +131,7 @@ class InsertionSkill:
         perception: Sight of the receptacle.
         ready: Goal pose of Go to ready. Shape (7,).
         max_speed_m_s: Speed limit of the tip, in every mode [m/s].
-        new_recovery: Makes the recovery of an execution; its argument is whether the plug enters.
+        new_recovery: Makes the recovery of an execution; its argument is True if the plug enters the bore.
         examine: Examines an insertion before it begins; None for no examination.
     """
 
@@ -174,7 +172,7 @@ class InsertionSkill:
             self._arm.set_receptacle(guidance.receptacle, guidance.presses)
 
     def begin(self, task: AnyTask, now_s: float) -> None:
-        """See `Skill`; in free water forget what was felt, and tare the wrist's sensor."""
+        """See `Skill`; in free water the correction by contact is reset, and the wrist's sensor tared."""
         assert isinstance(task, ArmTask)
         self.task = task
         recovery = self._new_recovery(self.must_seat)

@@ -1,12 +1,11 @@
-"""Embodiment: everything that differs between robots, in three parts that can be replaced one by one.
+"""Embodiment: all that differs between robots, in three parts that can be replaced separately.
 
     hardware    the machine and its sight, its rates and speeds
     skill       actions at the target beyond following a model: touch, retreats, manoeuvres
     world       knowledge and actions of a simulation
 
-Supervisor, modes, motion and telemetry name no robot; they use these parts.
-
-Stored state of a simulated arm, so that its next boot finds it, and its surroundings, where they were.
+Supervisor, modes, motion and telemetry name no robot; they use these parts. `ArmMemory` is the stored state of a
+simulated arm and its surroundings, from which the next boot continues.
 """
 
 from __future__ import annotations
@@ -35,13 +34,13 @@ Pose = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
 
 
 class ArmMemory(Struct, frozen=True, forbid_unknown_fields=True):
-    """Arm in front of its receptacle.
+    """Stored state of an arm in front of its receptacle.
 
     Args:
         joints_rad: Joint angles [rad].
         receptacle: Resting pose of the receptacle.
-        time_s: Time for which the disturbances have gone on; they continue from there [s].
-        tare: Zero of the wrist's sensor [N, Nm]; a plug in the bore prevents a new tare.
+        time_s: Time of the disturbances, which continue from there [s].
+        tare: Zero of the wrist's sensor, kept because a plug in the bore prevents a new tare [N, Nm].
     """
 
     joints_rad: Joints
@@ -58,11 +57,11 @@ class Guidance(NamedTuple):
 
     Args:
         waits: True if an execution must stand still.
-        back: Point to retreat to before it goes on; None if it may go on. Shape (C,).
+        back: Point to retreat to before the execution continues; None if it may continue. Shape (C,).
         back_m_s: Speed of the retreat [m/s].
-        given_up: Reason why it must end; empty while it may go on.
-        receptacle: Where the arm shall believe its receptacle; None for no change.
-        presses: True if the plug is to be pressed into it.
+        given_up: Reason why the execution must end; None while it may continue.
+        receptacle: Estimate of the receptacle to pass to the arm; None for no change.
+        presses: True to press the plug into the receptacle.
     """
 
     waits: bool = False
@@ -89,8 +88,8 @@ class Check(NamedTuple):
     """Result of examining a motion before it begins.
 
     Args:
-        refusal: Reason why it should not begin; empty if it may.
-        warning: Warning for the operator; empty for none.
+        refusal: Reason why the motion must not begin; None if it may.
+        warning: Warning for the operator; None for none.
     """
 
     refusal: Reason | None = None
@@ -98,7 +97,7 @@ class Check(NamedTuple):
 
 
 class Record(Protocol):
-    """Record of an execution, from what only a simulation or a measuring machine can know."""
+    """Record of an execution, with values that only a simulation or a measuring machine knows."""
 
     def measure(self, effector: EffectorState, arrived: bool, now_s: float, dt_s: float) -> None:
         """Record one control period."""
@@ -121,7 +120,7 @@ class Hardware(Protocol):
 
     @property
     def plant(self) -> Plant:
-        """Machine that moves."""
+        """The moving machine."""
         ...
 
     @property
@@ -130,7 +129,7 @@ class Hardware(Protocol):
         ...
 
     def arm_state(self, effector: EffectorState, overruns: int) -> ArmState | UnsetType:
-        """Return what an arm reports in addition to a point."""
+        """Return an arm's part of the report; unset for a point."""
         ...
 
     def scene(self) -> bytes:
@@ -151,7 +150,7 @@ class Skill(Protocol):
 
     @property
     def must_seat(self) -> bool:
-        """True if an execution of its task has arrived only once the tool is seated."""
+        """True if an execution of the task has arrived only once the tool is seated."""
         ...
 
     def begin(self, task: AnyTask, now_s: float) -> None:
@@ -159,7 +158,7 @@ class Skill(Protocol):
 
         Args:
             task: One of the robot's tasks.
-            now_s: Now [s].
+            now_s: Present time on the robot's clock [s].
         """
         ...
 
@@ -168,8 +167,8 @@ class Skill(Protocol):
 
         Args:
             sensing: The newest measurements.
-            executing: Whether a model is executed and not paused.
-            now_s: Now [s].
+            executing: True while a model is executed and not paused.
+            now_s: Present time on the robot's clock [s].
             dt_s: Control period [s].
         """
         ...
@@ -179,18 +178,18 @@ class Skill(Protocol):
         ...
 
     def confined(self, reference: Array, sensing: Sensing) -> Array:
-        """Confine the hand's reference to where the effector may go.
+        """Confine the hand's reference to the region where the effector may go.
 
-        Return the same array where it is free.
+        Return the same array if the reference is in it.
         """
         ...
 
     def goal(self, phase: Phase, sensing: Sensing) -> ManoeuvreGoal | None:
-        """Return the goal of a phase's manoeuvre from here; None if there is none."""
+        """Return the goal of a phase's manoeuvre from here; None if the phase has none."""
         ...
 
     def refusal(self, action: Action, sensing: Sensing) -> Reason | None:
-        """Return why the robot cannot do the action from where it is; empty if it can."""
+        """Return the reason why the action is impossible in the robot's present state; None if it is possible."""
         ...
 
     def end_phase(self, sensing: Sensing) -> Phase:
@@ -217,7 +216,7 @@ class World(Protocol):
         ...
 
     def memory(self, task: AnyTask) -> ArmMemory | None:
-        """Return what the next boot must know, beyond the effector's position."""
+        """Return the state that the next boot needs beyond the effector's position; None for none."""
         ...
 
 
@@ -227,7 +226,7 @@ class Embodiment:
 
     Args:
         hardware: The machine and its sight.
-        skill: Its actions at the target.
+        skill: Actions at the target.
         world: Knowledge and actions of a simulation.
     """
 

@@ -23,15 +23,15 @@ class ManoeuvreGoal(Protocol):
 
     @property
     def time_limit_s(self) -> float:
-        """Time after which it ends where it is, at the full pace [s]."""
+        """Time limit at the full pace, after which the manoeuvre ends at its present place [s]."""
         ...
 
     def goal(self) -> Array:
-        """Return its end, as known now. Shape (C,)."""
+        """Return the present estimate of the end. Shape (C,)."""
         ...
 
     def speed_m_s(self) -> float:
-        """Return its present speed limit, at the full pace [m/s]."""
+        """Return the present speed limit at the full pace [m/s]."""
         ...
 
 
@@ -51,7 +51,7 @@ class FixedGoal:
 
     @classmethod
     def to(cls, place: Array, start: Array, speed: float) -> FixedGoal:
-        """Return a goal with enough time to get there from a start. Shapes (C,) and (C,)."""
+        """Return a goal with a time limit that suits its distance from a start. Shapes (C,) and (C,)."""
         return cls(place, speed, patience_s(float(np.linalg.norm(place - start)), speed))
 
     def goal(self) -> Array:
@@ -64,7 +64,7 @@ class FixedGoal:
 
 
 def giving_way(effector: EffectorState, speed_m_s: float) -> FixedGoal | None:
-    """Return the point to which the force on the tool pushes it; None if no force is measured."""
+    """Return a goal in the direction of the force on the tool; None if no force is measured."""
     if effector.force_n is None:
         return None
     place, away = effector.point.copy(), effector.force_n / max(float(np.linalg.norm(effector.force_n)), 1e-9)

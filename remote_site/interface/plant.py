@@ -1,4 +1,4 @@
-"""Plant: interface of four methods to the machine that moves, and the paper's point of unit mass."""
+"""Plant: interface of four methods to the moving machine; with `PointPlant`, the paper's point of unit mass."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class EffectorState:
     """State of the end effector: a position, or a pose (see `farhand.common.model.manifold`).
 
     Args:
-        point: In the world. Shape (C,).
-        velocity: A tangent at the point [m/s, rad/s]. Shape (T,).
+        point: Position or pose in the world. Shape (C,).
+        velocity: Velocity, a tangent at the point [m/s, rad/s]. Shape (T,).
         load: Force, and with a pose the torque about it, on the tool, mean over the last 10 ms [N, Nm].
             Shape (T,); None if it is not measured.
         setpoint: Point and velocity of the virtual body that accelerations move and the effector follows;
             None if accelerations move the effector itself.
-        carried: Velocity of a moving body that it touches; a tangent at the setpoint [m/s, rad/s]. Shape
+        carried: Velocity of a moving body that the effector touches, a tangent at the setpoint [m/s, rad/s]. Shape
             (T,). None in free space.
         joints_rad: Joint angles of an arm [rad]; None without joints.
     """
@@ -70,7 +70,7 @@ class EffectorState:
 
     @property
     def own_speed_m_s(self) -> float:
-        """Speed of its own motion, relative to the body that carries it [m/s]."""
+        """Speed of the effector relative to the body that carries it [m/s]."""
         if self.carried is None:
             return float(np.linalg.norm(self.velocity_m_s))
         return float(np.linalg.norm((self.controlled[1] - self.carried)[: self.n_dims]))
@@ -83,9 +83,9 @@ class EffectorState:
 
 
 class Plant(Protocol):
-    """Interface of a robot: one class with these four methods puts an engineer's own machine under Farhand.
+    """Interface of a robot's machine; your own machine needs one class with these four methods.
 
-    A position or a pose moves: the plant's points have C coordinates and its tangents T numbers.
+    It moves a position or a pose: its points have C coordinates, its tangents T numbers.
 
     A plant whose machine can stop without the control loop has one more method, `halt()`: it is called after
     `brake`, in every period in which the loop fails with an unforeseen error.
@@ -141,7 +141,7 @@ class PointPlant:
         """See `Plant.follow`."""
         error = np.asarray(point, dtype=float) - self._position
         distance = float(np.linalg.norm(error))
-        # No faster than what still allows a stop at the goal.
+        # At most the speed that still allows a stop at the goal.
         speed = min(self._FOLLOW_GAIN_1_S * distance, np.sqrt(1.6 * self._max_acceleration * distance))
         wanted = error / max(distance, 1e-12) * min(speed, max_speed_m_s, self._max_speed)
         self._approach_velocity(wanted, dt_s)

@@ -1,6 +1,6 @@
 """Measurements of one control period: effector and task frames, which are predicted while briefly unseen.
 
-Perception: interface to the robot's sight of its task frames.
+`Perception` is the interface to the robot's sight of its task frames.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Perception(Protocol):
         ...
 
     def true_origin_m(self, now_s: float) -> NDArray[np.float64] | None:
-        """Return the true origin of the first frame, None if nobody can know it. Shape (D,) [m]."""
+        """Return the true origin of the first frame, None if it is unknown, as on a machine. Shape (D,) [m]."""
         ...
 
 
@@ -40,7 +40,7 @@ _VELOCITY_S = 0.2
 
 @dataclass(frozen=True)
 class SeenAgain:
-    """End of a gap: the task frames are seen again in this very tick.
+    """End of a gap in sight, in the control period in which the task frames are seen again.
 
     Args:
         gap_s: Duration of the gap [s].
@@ -58,7 +58,7 @@ class Sensing:
 
     Args:
         plant: The robot.
-        perception: Its sight.
+        perception: Sight of the robot.
         n_frames: Number of task frames.
         control_hz: Rate at which `update` is called [Hz].
         now_s: Present time [s].
@@ -117,7 +117,7 @@ class Sensing:
 
 
 def _gone_on(before: TaskFrame, last: TaskFrame, ratio: float) -> TaskFrame:
-    """Return a frame extrapolated from the last one by a multiple of its motion since the one before."""
+    """Extrapolate a frame by a multiple of its motion from an earlier frame to the last one."""
     turn = np.eye(3)  # a rotation of the plane is one of space about the third axis
     turn[: last.n_dims, : last.n_dims] = before.A.T @ last.A
     further = Rotation.from_rotvec(ratio * Rotation.from_matrix(turn).as_rotvec()).as_matrix()

@@ -1,4 +1,4 @@
-"""Simulated sight: a marker tracker's measurements, late, noisy, with gaps and a constant error, and their filter."""
+"""Simulated sight: measurements of a marker tracker, with delay, noise, gaps and a constant error, and their filter."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class TrackerNoise:
-    """Errors of a tracker's measurements; standard deviations per axis.
+    """Errors of a tracker's measurements, as standard deviations per axis.
 
     Args:
         bias_m: Standard deviation of the constant position error [m].
@@ -62,7 +62,7 @@ class Measurement(NamedTuple):
 
     Args:
         point: Position or pose in the world. Shape (C,).
-        taken_s: Instant that it describes [s].
+        taken_s: Time that the measurement describes [s].
     """
 
     point: Array
@@ -93,7 +93,7 @@ class MarkerTracker:
         return self._noise.latency_s + 1.0 / self._noise.rate_hz
 
     def look(self, truth: Array | None, now_s: float) -> list[Measurement]:
-        """Show the tracker the target now, and return the measurement that has arrived.
+        """Let the tracker observe the target, and return the measurements that have arrived.
 
         Args:
             truth: True point of the target now; None while it is out of sight. Shape (C,).

@@ -1,11 +1,11 @@
 """Kalman filter on a manifold: a target's point and velocity, from measurements of its position or pose.
 
-Model: constant velocity disturbed by white acceleration, with the same parameters for all axes of a part
+The model is constant velocity disturbed by white acceleration, with the same parameters for all axes of a part
 (positions, rotations). The covariance of an axis with its velocity is then one 2 x 2 matrix per part,
 whatever the dimension. The mean is a point of the manifold and the velocity a tangent, so positions and poses
 share one code path.
 
-Filter for a target that mostly stands still, sometimes moves, and may jump: two filters in parallel.
+`AdaptiveFilter` runs two such filters in parallel, for a target that mostly stands still, sometimes moves, and may jump.
 
 The *quiet* filter expects a target that hardly moves: it averages the noise away, but lags behind a moving
 target. The *agile* one follows. The innovations of the quiet filter decide which of the two applies: noise
@@ -31,11 +31,11 @@ _STEADY_S, _DECAY_S = 0.15, 0.5
 
 @dataclass(frozen=True)
 class TargetMotion:
-    """Expected motion of a target; one number for positions, and one for rotations.
+    """Expected motion of a target, with one number for positions and one for rotations.
 
     Args:
         acceleration_density: Spectral density of the acceleration [m^2/s^3, rad^2/s^3].
-        speed_std: Standard deviation of its speed when it is seen for the first time [m/s, rad/s].
+        speed_std: Prior standard deviation of the speed at the first sight [m/s, rad/s].
     """
 
     acceleration_density: tuple[float, ...]
@@ -50,8 +50,8 @@ class Estimate:
         point: Position or pose in the world. Shape (C,).
         velocity: Velocity of the target [m/s, rad/s]. Shape (T,).
         covariance: Covariance of the point [m^2, rad^2]. Shape (T, T).
-        quiet: True if it has been standing still, as far as that can be told.
-        jumps: Number of times that it was found elsewhere.
+        quiet: True if the target seems to stand still.
+        jumps: Number of jumps of the target.
     """
 
     point: Array
@@ -62,7 +62,7 @@ class Estimate:
 
 
 class TargetFilter:
-    """Kalman filter of one target; takes measurements in the order of their times.
+    """Kalman filter of one target; measurements must come in the order of their times.
 
     Args:
         space: Space of the target's points: positions or poses.
@@ -87,14 +87,14 @@ class TargetFilter:
         return self._time_s
 
     def reset(self, measured: Array, taken_s: float) -> None:
-        """Restart from this measurement alone. Shape (C,)."""
+        """Restart from one measurement. Shape (C,)."""
         self._point, self._velocity = np.array(measured), np.zeros(self._space.n_tangent)
         self._covariance[:] = 0.0
         self._covariance[:, 0, 0], self._covariance[:, 1, 1] = self._r, self._speed_variance
         self._time_s = taken_s
 
     def innovation(self, measured: Array, taken_s: float) -> tuple[Array, Array]:
-        """Return a measurement's difference from the expectation, and its standard deviation.
+        """Return a measurement's difference from the prediction, and its standard deviation.
 
         Shapes (T,), (T,).
         """
@@ -115,7 +115,7 @@ class TargetFilter:
         self._time_s = taken_s
 
     def estimate(self, now_s: float) -> Estimate:
-        """Return the target's estimate now, extrapolated for a moment; call `update` before."""
+        """Return the present estimate of the target, extrapolated for a moment; call `update` before."""
         age_s = self._age_s(now_s)
         late_s = max(age_s - _STEADY_S, 0.0)
         decay = float(np.exp(-late_s / _DECAY_S))
@@ -191,7 +191,7 @@ class AdaptiveFilter:
         return self._agile.time_s
 
     def update(self, measured: Array, taken_s: float) -> None:
-        """Process a measurement; an implausible one waits for a second that agrees with it. Shape (C,)."""
+        """Process a measurement; an implausible one is used only if the next one agrees with it. Shape (C,)."""
         if self._agile.time_s is None:
             self._quiet.update(measured, taken_s)
             self._agile.update(measured, taken_s)
@@ -213,7 +213,7 @@ class AdaptiveFilter:
         self._agile.update(measured, taken_s)
 
     def estimate(self, now_s: float) -> Estimate:
-        """Return the target's estimate now; call `update` before."""
+        """Return the present estimate of the target; call `update` before."""
         if now_s < self._agile_until_s:
             return replace(self._agile.estimate(now_s), jumps=self._jumps)
         # The quiet filter's covariance does not include a possible lag.

@@ -30,7 +30,7 @@ _N = len(arm.JOINTS)
 
 
 class PhysicsFailed(FarhandError):
-    """Warning of MuJoCo about a number that is not finite, or about contacts that it left out."""
+    """Warning of MuJoCo about a number that is not finite, or about omitted contacts."""
 
 
 @dataclass(frozen=True)

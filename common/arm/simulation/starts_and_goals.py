@@ -1,4 +1,4 @@
-"""Starts and goals of the arm's tasks: where receptacle and arm begin, and what the simulation's truth says at the end."""
+"""Starts and goals of the arm's tasks: first poses of receptacle and arm, and success by the simulation's true poses."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Array = NDArray[np.float64]
 DEPTH_M, LATERAL_M = (0.075, 0.095), 0.004
 
 MAX_DRAGGED_M = 0.005
-"""Largest distance that a receptacle may have been dragged from its rest [m]."""
+"""Largest distance by which a receptacle may be dragged from its rest [m]."""
 STANDOFF_M, AWAY_M = 0.12, 0.015
-"""A plug that is out is so far before the mouth on the axis, and at most so far from there [m]."""
+"""Stand-off of an extracted plug before the mouth, and largest distance from that point [m]."""
 AT_REST_M_S, REST_S, TOUCHED_N = 0.015, 0.5, 5.0
-"""Slower than this [m/s], in the mean over so long [s], it is at rest: the noise of the tracker moves it about with
-10 mm/s. With less force on it than this it touches nothing [N]."""
+"""Limits of a plug at rest: mean speed [m/s], over a time [s], and force without contact [N]. The noise of the tracker
+alone moves it with 10 mm/s."""
 
 
 class Goal(Protocol):
@@ -113,7 +113,7 @@ class Box:
 ACCEPTANCE = Box((0.74, -0.10, 0.30), (0.82, 0.10, 0.45))
 WIDE = Box((0.74, -0.15, 0.25), (0.86, 0.15, 0.50))
 
-# First place of a seated plug: a little before the bottom, within the clearance, without contact.
+# First pose of a seated plug: slightly before the bottom, within the clearance, without contact.
 _OFF_BOTTOM_M, _ASIDE_M, _TILT_RAD = (0.0005, 0.002), 0.0003, math.radians(0.15)
 _JOINT_STD_RAD = np.array([0.12, 0.12, 0.12, 0.07, 0.07, 0.07])
 
