@@ -7,7 +7,7 @@ from collections.abc import Callable
 import mink
 import numpy as np
 
-from benchmarks.timing import Row, best_times_us
+from benchmarks.timing import BenchmarkRow, best_times_us
 from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics, compose
@@ -19,7 +19,7 @@ from farhand.remote_site.robots.arm_plant import ArmPlant
 _TWIST = np.array([0.05, 0.02, -0.03, 0.1, 0.0, 0.2])
 
 
-def rows() -> list[Row]:
+def rows() -> list[BenchmarkRow]:
     """Time physics, servo and both together, in free water and seated."""
     free, seated = _plant(until_s=0.5), _plant(until_s=9.5)
     kinematics = Kinematics(Dimensions())
@@ -36,10 +36,10 @@ def rows() -> list[Row]:
         }
     )
     return [
-        Row("arm: a tick in free water, physics and servo", us["free"], target="<= 900 us"),
-        Row("arm: a tick while seated, physics and servo", us["seated"], target="<= 900 us"),
-        Row("arm: its physics alone", us["physics"]),
-        Row("arm: inverse kinematics with all limits", us["ours"], "mink.solve_ik", us["peer"]),
+        BenchmarkRow("arm: a tick in free water, physics and servo", us["free"], target="<= 900 us"),
+        BenchmarkRow("arm: a tick while seated, physics and servo", us["seated"], target="<= 900 us"),
+        BenchmarkRow("arm: its physics alone", us["physics"]),
+        BenchmarkRow("arm: inverse kinematics with all limits", us["ours"], "mink.solve_ik", us["peer"]),
     ]
 
 

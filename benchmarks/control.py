@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from benchmarks.learning import FRAMES, SPACES, path_with, taught
 from benchmarks.mpc_peers import BandedMpc, DenseMpc, OsqpMpc, SemiImplicitMpc
-from benchmarks.timing import Row, best_times_us
+from benchmarks.timing import BenchmarkRow, best_times_us
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
@@ -23,7 +23,7 @@ DT, CONTROL_COST = 0.02, 1e-3
 _N_TICKS, _N_TICKS_BEFORE = 1_000_000, 50_000
 
 
-def rows() -> list[Row]:
+def rows() -> list[BenchmarkRow]:
     """Time everything about control."""
     found = []
     for name, space in SPACES.items():
@@ -50,7 +50,7 @@ def memory_growth_bytes() -> int:
     return _resident_bytes() - before
 
 
-def _mpc(name: str, D: int, n_steps: int) -> list[Row]:
+def _mpc(name: str, D: int, n_steps: int) -> list[BenchmarkRow]:
     random = np.random.default_rng(0)
     roots = random.normal(size=(n_steps, D, D))
     Q = roots @ roots.transpose(0, 2, 1) + np.eye(D)
@@ -74,10 +74,10 @@ def _mpc(name: str, D: int, n_steps: int) -> list[Row]:
         limit = "<= 20 us" if D == 3 else "<= 250 us"
         targets_of = {"dense Eq. 7": f"{limit}, >= 100x", "banded (`solve_banded`)": ">= 5x"}
     what = f"MPC, {name}, N_p = {n_steps}"
-    return [Row(what, best["ours"], peer, best[peer], targets_of.get(peer, "")) for peer in peers]
+    return [BenchmarkRow(what, best["ours"], peer, best[peer], targets_of.get(peer, "")) for peer in peers]
 
 
-def _forward(model: TPHSMM) -> list[Row]:
+def _forward(model: TPHSMM) -> list[BenchmarkRow]:
     first, n_steps = int(np.argmax(model.initial)), 100
     ours = forward_variable(model, first, 0.0, n_steps, DT)
     for peer in (naive, vectorised):
@@ -91,12 +91,12 @@ def _forward(model: TPHSMM) -> list[Row]:
     )
     what = f"forward variable, K = {model.n_components}, {n_steps} steps"
     return [
-        Row(what, best["ours"], "vectorised numpy", best["vectorised"], ">= 10x"),
-        Row(what, best["ours"], "naive recursion", best["naive"]),
+        BenchmarkRow(what, best["ours"], "vectorised numpy", best["vectorised"], ">= 10x"),
+        BenchmarkRow(what, best["ours"], "naive recursion", best["naive"]),
     ]
 
 
-def _ticks(name: str, model: TPHSMM) -> list[Row]:
+def _ticks(name: str, model: TPHSMM) -> list[BenchmarkRow]:
     space, n_steps = model.manifold, 100
     executor, still = (
         Executor(model, ExecutorSettings(dt_s=DT, horizon_s=n_steps * DT)),
@@ -122,9 +122,9 @@ def _ticks(name: str, model: TPHSMM) -> list[Row]:
     begin = best_times_us({"begin": lambda: executor.begin(point, still, FRAMES)})["begin"]
     what = f"whole tick, {name}, N_p = {n_steps}"
     return [
-        Row(f"beginning an execution, {name}", begin),
+        BenchmarkRow(f"beginning an execution, {name}", begin),
         *(
-            Row(f"{what}, {case} frame", best[case], "its solve", best["solve"], "<= 10 solves")
+            BenchmarkRow(f"{what}, {case} frame", best[case], "its solve", best["solve"], "<= 10 solves")
             for case in ("still", "moving")
         ),
     ]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.mixture import GaussianMixture
 
-from benchmarks.timing import Row, best_times_us
+from benchmarks.timing import BenchmarkRow, best_times_us
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.evaluation.paper.approach_task import N_DEMONSTRATIONS, demonstrations
@@ -57,7 +57,7 @@ def path_with(space: Manifold, n_components: int) -> Array:
         low, high = (0.5 * (low + high), high) if found < n_components else (low, 0.5 * (low + high))
 
 
-def rows() -> list[Row]:
+def rows() -> list[BenchmarkRow]:
     """Time everything about learning."""
     found = []
     for name, space in SPACES.items():
@@ -66,7 +66,7 @@ def rows() -> list[Row]:
     return [*found, *(_per_demonstration(name, space) for name, space in SPACES.items()), _task(), _growth()]
 
 
-def _per_demonstration(name: str, space: Manifold) -> Row:
+def _per_demonstration(name: str, space: Manifold) -> BenchmarkRow:
     points, n_points = path_with(space, 15), 200
     learner, times = taught(space, points), PERIOD_S * np.arange(float(n_points))
     between = learner.snapshot()
@@ -84,10 +84,10 @@ def _per_demonstration(name: str, space: Manifold) -> Row:
         learner.end()
 
     best = best_times_us({"again": again, "end": end})
-    return Row(f"learning, {name}: the end of a demonstration, its way", best["end"] - best["again"])
+    return BenchmarkRow(f"learning, {name}: the end of a demonstration, its way", best["end"] - best["again"])
 
 
-def _per_point(name: str, space: Manifold, K: int) -> list[Row]:
+def _per_point(name: str, space: Manifold, K: int) -> list[BenchmarkRow]:
     points = path_with(space, K)
     learner, times = taught(space, points), PERIOD_S * np.arange(float(N_POINTS))
     learner.start()
@@ -109,18 +109,18 @@ def _per_point(name: str, space: Manifold, K: int) -> list[Row]:
     what = f"learning, {name}, K = {learner.n_components - 1}"
     targets = ("<= 1 us", "<= 12 us") if space.n_tangent == 3 else ("<= 3 us", "<= 12 us")
     return [
-        Row(
+        BenchmarkRow(
             f"{what}: `observe_many`, a point",
             per_point,
             "batch EM (scikit-learn), a point",
             em,
             targets[0],
         ),
-        Row(f"{what}: `observe`, checked", single, target=targets[1]),
+        BenchmarkRow(f"{what}: `observe`, checked", single, target=targets[1]),
     ]
 
 
-def _task() -> Row:
+def _task() -> BenchmarkRow:
     """Time five demonstrations of the hot-stab approach, beside batch EM on the same."""
     motions = [d.in_frame() for d in demonstrations(np.random.default_rng(0), N_DEMONSTRATIONS)]
     space, n_points = Manifold(3), sum(map(len, motions))
@@ -138,7 +138,7 @@ def _task() -> Row:
     K = learner.n_components - 1
     what = f"learning {len(motions)} demonstrations of the hot-stab, K = {K}, {n_points} points, a point"
     em = _batch_em_us(space, motions, K)
-    return Row(what, ours / n_points, "batch EM (scikit-learn), a point", em / n_points, ">= 20x")
+    return BenchmarkRow(what, ours / n_points, "batch EM (scikit-learn), a point", em / n_points, ">= 20x")
 
 
 def _batch_em_us(space: Manifold, motions: list[Array], K: int) -> float:
@@ -169,7 +169,7 @@ def _as_seen(space: Manifold, base: Array, points: Array) -> Array:
     return np.hstack([space.log(base, points), direction, 0.5 * np.cumsum(length)[:, None]])
 
 
-def _growth() -> Row:
+def _growth() -> BenchmarkRow:
     """Time the last 100,000 of a million datapoints beside the first, in alternating blocks."""
     space = Manifold(3)
     points, times = path_with(space, 15), PERIOD_S * np.arange(float(N_POINTS))
@@ -194,4 +194,6 @@ def _growth() -> Row:
     sizes = [sum(array.nbytes for array in state.arrays()) for state in states]
     assert sizes[0] == sizes[1], "what is remembered grew"
     what = f"learning, the last 100,000 of 1,000,000 points, a point ({sizes[1]} bytes remembered, as after 2,000)"
-    return Row(what, best["last"] / 1e5, "the first 100,000", best["first"] / 1e5, "<= 1.2 of the first")
+    return BenchmarkRow(
+        what, best["last"] / 1e5, "the first 100,000", best["first"] / 1e5, "<= 1.2 of the first"
+    )

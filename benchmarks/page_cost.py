@@ -17,12 +17,13 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
+from farhand.common.address import free_port
+from farhand.evaluation.harness.farhand_process import HeardProcess
 from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import OperatorPage, launch
 from tests.browser.raw_client import RawClient, raw_connection
 from tests.browser.stack import Stack, farhand_up, still_task
-from tests.farhand_process import FarhandProcess, running
-from tests.ports import free_port
+from tests.farhand_process import running
 
 _MEASURED_S = 15.0
 _PATIENCE_S = 120.0
@@ -69,7 +70,7 @@ def measure_start(folder: Path) -> None:
         browser.close()
 
 
-def await_answer(address: str, process: FarhandProcess) -> None:
+def await_answer(address: str, process: HeardProcess) -> None:
     """Ask until it answers."""
     while process.running:
         try:

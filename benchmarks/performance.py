@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 from benchmarks import arm, control, learning
-from benchmarks.timing import Row
+from benchmarks.timing import BenchmarkRow
 
 _PACKAGES = ("numpy", "scipy", "numba", "scikit-learn", "osqp", "mujoco", "mink")
 _TEXT = """# Performance
@@ -55,7 +55,7 @@ def main(path: Path) -> None:
     sys.stdout.write(path.read_text())
 
 
-def _line(row: Row) -> str:
+def _line(row: BenchmarkRow) -> str:
     if row.peer_us is None:
         peer = ratio = ""
     else:
@@ -65,7 +65,7 @@ def _line(row: Row) -> str:
     )
 
 
-def _verdict(row: Row) -> str:
+def _verdict(row: BenchmarkRow) -> str:
     """Return whether each part of the target was met.
 
     The parts: `<= N us`, `>= Nx` the peer, `<= N` of or times the peer.
@@ -75,7 +75,7 @@ def _verdict(row: Row) -> str:
     return "met" if all(_met(row, part.split()) for part in row.target.split(", ")) else "missed"
 
 
-def _met(row: Row, words: list[str]) -> bool:
+def _met(row: BenchmarkRow, words: list[str]) -> bool:
     limit = float(words[1].rstrip("x"))
     if words[0] == ">=":
         assert row.peer_us is not None

@@ -12,7 +12,7 @@ import tyro
 
 from farhand.common.log import configure_logging
 from farhand.deploy.entry import run
-from farhand.deploy.offline_commands import Evaluate, Import, Learn, Model, Rollout, Samples
+from farhand.deploy.offline_commands import Evaluate, Import, Learn, Model, RolloutCommand, SamplesCommand
 from farhand.deploy.outcome import status_of
 from farhand.deploy.pki.commands import Pki
 from farhand.deploy.standard_streams import standard_streams
@@ -178,7 +178,7 @@ class Remote:
 
 
 @dataclass(frozen=True)
-class Link:
+class LinkCommand:
     """Run the simulated link: a relay of TCP and UDP with delay, loss and outages, adjustable over its control socket."""
 
     listen: str = "127.0.0.1:7448"
@@ -221,8 +221,8 @@ class Status:
 
 
 COMMANDS = {
-    "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": Link, "status": Status, "learn": Learn, "rollout": Rollout,
-    "model": Model, "evaluate": Evaluate, "import": Import, "samples": Samples, "pki": Pki,
+    "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": LinkCommand, "status": Status, "learn": Learn, "rollout": RolloutCommand,
+    "model": Model, "evaluate": Evaluate, "import": Import, "samples": SamplesCommand, "pki": Pki,
 }  # fmt: skip
 
 

@@ -34,7 +34,7 @@ class Learn:
 
 
 @dataclass(frozen=True)
-class Rollout:
+class RolloutCommand:
     """Reproduce a model on the point plant, from the start of a demonstration and in its frames."""
 
     model: File
@@ -113,7 +113,7 @@ class Import(ImportOptions):
 
 
 @dataclass(frozen=True)
-class Samples:
+class SamplesCommand:
     """Have the scripted operator demonstrate on its simulated arm, and write files like the samples of Farhand."""
 
     out: Path

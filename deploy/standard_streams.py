@@ -122,7 +122,7 @@ class Log(_Descriptor):
             self._write_all(line)
 
 
-class Streams:
+class OutputStreams:
     """Standard streams at the end of the process.
 
     Args:
@@ -154,7 +154,7 @@ class Streams:
 
 
 @contextlib.contextmanager
-def standard_streams() -> Iterator[Streams]:
+def standard_streams() -> Iterator[OutputStreams]:
     """Replace the standard streams, for this block, by those that never block or fail."""
     closed = [fd for fd in (0, 1, 2) if not _is_open(fd)]
     for fd in closed:
@@ -167,7 +167,7 @@ def standard_streams() -> Iterator[Streams]:
     sys.stdout = _text(io.BufferedWriter(output), before[0], line_buffering=output.isatty())
     sys.stderr = _text(io.BufferedWriter(log), before[1], line_buffering=True)
     try:
-        yield Streams(output)
+        yield OutputStreams(output)
     finally:
         log.drain(_PATIENCE_S)
         sys.stdout, sys.stderr = before

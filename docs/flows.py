@@ -24,6 +24,7 @@ from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.local_site.console import intents
 from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.console.console import Console
+from farhand.local_site.console.dispatcher import Dispatcher
 from farhand.local_site.learning.warm_up import warm_up as learning_warm_up
 from farhand.local_site.script.scripted_actions import ScriptedActions
 from farhand.local_site.teaching.library import Library
@@ -110,7 +111,7 @@ def flows() -> dict[str, list[str]]:
 
 def _datapoint(sites: VirtualSites) -> list[str]:
     """Run from the operator's hand to the statistics of the model, in the middle of a demonstration."""
-    console, watch = sites.console, Watch(Console._hand)
+    console, watch = sites.console, Watch(Dispatcher._hand)
     console.submit(intents.RecordDemonstration())
     sites.run(0.2)
     arm = console.picture.own_arm
@@ -128,7 +129,7 @@ def _datapoint(sites: VirtualSites) -> list[str]:
 
 def _execute(sites: VirtualSites, operator: ScriptedActions) -> list[str]:
     """Run from the button to the robot's answer and the page's picture of it."""
-    watch = Watch(Console._command, Robot._on_request, Supervisor.on_command, Commanding._on_reply)
+    watch = Watch(Dispatcher._do_if_allowed, Robot._on_request, Supervisor.on_command, Commanding._on_reply)
     with watch.watching():
         operator.command(Action.EXECUTE, ControlMode.AUTONOMOUS)
     return list(watch.files)

@@ -23,7 +23,7 @@ PAGE = Path(__file__).parent / "protocol.md"
 _UNITS = {"_m": "m", "_s": "s", "_ms": "ms", "_ns": "ns", "_rad": "rad"}
 
 
-class Flow(NamedTuple):
+class ChannelFlow(NamedTuple):
     """Messages of a channel.
 
     Args:
@@ -38,21 +38,21 @@ class Flow(NamedTuple):
 
 
 FLOWS = (
-    Flow(keys.STOP, messages.Stop),
-    Flow(keys.COMMAND, messages.Command, messages.CommandReply),
-    Flow(keys.LEASE, messages.LeaseRequest, messages.LeaseReply),
-    Flow(keys.INPUT, messages.OperatorInput),
-    Flow(keys.HEARTBEAT, messages.Heartbeat),
-    Flow(keys.TARGET, messages.MoveTarget),
-    Flow(keys.MODEL, messages.ModelTransfer, messages.ModelReply),
-    Flow(keys.REPORT, messages.ReportRequest, messages.ExecutionReport),
-    Flow(keys.EVENTS, messages.EventsRequest, messages.EventsReply),
-    Flow(keys.CATALOGUE, messages.CatalogueRequest, messages.CatalogueReply),
-    Flow(keys.BLOB, messages.BlobRequest, messages.BlobReply),
-    Flow(keys.STOP_ACK, messages.StopAck),
-    Flow(keys.TELEMETRY, messages.Telemetry),
-    Flow(keys.EVENT, messages.Event),
-    Flow(keys.PATH, messages.PlannedPath),
+    ChannelFlow(keys.STOP, messages.Stop),
+    ChannelFlow(keys.COMMAND, messages.Command, messages.CommandReply),
+    ChannelFlow(keys.LEASE, messages.LeaseRequest, messages.LeaseReply),
+    ChannelFlow(keys.INPUT, messages.OperatorInput),
+    ChannelFlow(keys.HEARTBEAT, messages.Heartbeat),
+    ChannelFlow(keys.TARGET, messages.MoveTarget),
+    ChannelFlow(keys.MODEL, messages.ModelTransfer, messages.ModelReply),
+    ChannelFlow(keys.REPORT, messages.ReportRequest, messages.ExecutionReport),
+    ChannelFlow(keys.EVENTS, messages.EventsRequest, messages.EventsReply),
+    ChannelFlow(keys.CATALOGUE, messages.CatalogueRequest, messages.CatalogueReply),
+    ChannelFlow(keys.BLOB, messages.BlobRequest, messages.BlobReply),
+    ChannelFlow(keys.STOP_ACK, messages.StopAck),
+    ChannelFlow(keys.TELEMETRY, messages.Telemetry),
+    ChannelFlow(keys.EVENT, messages.Event),
+    ChannelFlow(keys.PATH, messages.PlannedPath),
 )
 
 

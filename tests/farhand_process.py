@@ -1,21 +1,15 @@
-"""`farhand` as a user starts it: a process of its own, over real sockets."""
+"""Commands of `farhand` as a user gives them, each run to its end or until the end of a block."""
 
 from __future__ import annotations
 
 import os
 import select
-import signal
 import subprocess
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
-from farhand.deploy.entry import own_command
-
-FARHAND = tuple(own_command())
-PATIENCE_S = 240.0
+from farhand.evaluation.harness.farhand_process import FARHAND, PATIENCE_S, HeardProcess
 
 
 def put_foreign_code(folder: Path) -> None:
@@ -53,79 +47,10 @@ def refusal(*arguments: object) -> str:
     return lines[0]
 
 
-class FarhandProcess:
-    """One that runs until it is ended. What it says on standard error is kept line by line."""
-
-    def __init__(self, *arguments: object):
-        # Not the user's own folder, of which another process may be the owner.
-        self._data = TemporaryDirectory(prefix="farhand-test-", ignore_cleanup_errors=True)
-        self._process = subprocess.Popen(
-            [*FARHAND, *map(str, arguments)], env={**os.environ, "XDG_DATA_HOME": self._data.name},
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        self.pid = self._process.pid
-        self._lines: list[str] = []
-        self._ended = False
-        self._said = threading.Condition()
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    @property
-    def words(self) -> str:
-        """All that it has said so far."""
-        with self._said:
-            return "\n".join(self._lines)
-
-    @property
-    def running(self) -> bool:
-        return self._process.poll() is None
-
-    def until(self, text: str) -> None:
-        """Wait until it says a line with this text."""
-        with self._said:
-            found = self._said.wait_for(lambda: self._says(text) or self._ended, PATIENCE_S)
-        assert found and self._says(text), f"waited for {text!r}, got:\n{self.words}"
-
-    def send(self, number: signal.Signals) -> None:
-        self._process.send_signal(number)
-
-    def wait(self) -> int:
-        """Its exit status."""
-        status = self._process.wait(PATIENCE_S)
-        self._reader.join(PATIENCE_S)
-        return status
-
-    def kill(self) -> None:
-        """End it, if it runs, and wait for that."""
-        self._process.kill()
-        self.wait()
-        self._data.cleanup()
-
-    def children(self) -> dict[str, int]:
-        """Process ids of its own children, by the name of their command."""
-        listed = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text().split()
-        commands = {int(pid): Path(f"/proc/{pid}/cmdline").read_text().split("\0") for pid in listed}
-        return {words[len(FARHAND)]: pid for pid, words in commands.items() if FARHAND[-1] in words}
-
-    def _says(self, text: str) -> bool:
-        return any(text in line for line in self._lines)
-
-    def _read(self) -> None:
-        assert self._process.stderr is not None
-        with self._process.stderr as stream:
-            for line in stream:
-                with self._said:
-                    self._lines.append(line.rstrip())
-                    self._said.notify_all()
-        with self._said:
-            self._ended = True
-            self._said.notify_all()
-
-
 @contextmanager
-def running(*arguments: object) -> Iterator[FarhandProcess]:
+def running(*arguments: object) -> Iterator[HeardProcess]:
     """A process that is ended with the block, by force if need be."""
-    process = FarhandProcess(*arguments)
+    process = HeardProcess(*arguments)
     try:
         yield process
     finally:

@@ -79,6 +79,20 @@ class Code(StrEnum):
     NOT_DELIVERED = "not delivered"
     NEVER_ENDED = "never ended"
 
+    # Requests to the operator's own site
+    NOTHING_TO_UNDO = "nothing to undo"
+    NOTHING_TO_RECOVER = "nothing to recover"
+    NOTHING_TAUGHT = "nothing taught"
+    NO_SUCH_REVISION = "no such revision"
+    CURRENT_REVISION = "current revision"
+    NO_SUCH_TASK = "no such task"
+    ROBOT_EXECUTES = "robot executes"
+    NO_OWN_ARM = "no own arm"
+    HAND_DRIVES = "hand drives"
+    HAS_IT = "has it"
+    IN_CONTROL = "in control"
+    NOBODY_ASKS = "nobody asks"
+
     # Models
     HASH_DIFFERS = "hash differs"
     MODEL_MALFORMED = "model malformed"

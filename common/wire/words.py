@@ -65,6 +65,19 @@ WORDS: dict[Code, str] = {
     Code.WRIST_NEARLY_STRAIGHT: "the wrist is nearly straight on the way in ({singular_value:.3f})",
     Code.NOT_DELIVERED: "NOT DELIVERED: the robot did not answer",
     Code.NEVER_ENDED: "the robot never reported its end",
+    # Requests to the operator's own site
+    Code.NOTHING_TO_UNDO: "no demonstration can be undone",
+    Code.NOTHING_TO_RECOVER: "no demonstration can be recovered",
+    Code.NOTHING_TAUGHT: "nothing was learned yet: record a demonstration first",
+    Code.NO_SUCH_REVISION: "revision {number:.0f} is not kept any more",
+    Code.CURRENT_REVISION: "revision {number:.0f} is the current one: choose another one first",
+    Code.NO_SUCH_TASK: "no task {task:quoted} is known here, only {has}",
+    Code.ROBOT_EXECUTES: "the robot executes {task}: end that first, by Clutch or Abort",
+    Code.NO_OWN_ARM: "no arm is on a board, only a hand",
+    Code.HAND_DRIVES: "your hand drives the robot: clutch first",
+    Code.HAS_IT: "the robot has it already",
+    Code.IN_CONTROL: "you are in control already",
+    Code.NOBODY_ASKS: "nobody asks for the control",
     # Models
     Code.HASH_DIFFERS: "model: sha256: {announced} was announced, {arrived} arrived",
     Code.MODEL_MALFORMED: "model: {field}: {text}",
@@ -102,7 +115,7 @@ WORDS: dict[Code, str] = {
     Code.LISTENER_DROPPED: "{text}",
     # Recordings by the robot
     Code.RECORDING_ALREADY: "a motion is being recorded already",
-    Code.NOT_RECORDING: "nothing is being recorded",
+    Code.NOT_RECORDING: "nothing is being recorded: press Record first",
     Code.RECORDED: "recorded after {recorded_s:.1f} s: {cause}",
     Code.RECORDING_INTERRUPTED: "interrupted after {recorded_s:.1f} s: {cause}; it can be recovered",
     Code.RECORDING_INCOMPLETE: "incomplete after {recorded_s:.1f} s: {cause}; it is not kept",

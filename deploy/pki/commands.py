@@ -54,7 +54,7 @@ class Init(_InFolder):
 
 
 @dataclass(frozen=True)
-class Robot(_InFolder):
+class RobotCertificate(_InFolder):
     """Make the certificate of a robot."""
 
     name: SiteName
@@ -156,7 +156,7 @@ class Show(_InFolder):
 
 Action = (
     Annotated[Init, tyro.conf.subcommand("init", prefix_name=False)]
-    | Annotated[Robot, tyro.conf.subcommand("robot", prefix_name=False)]
+    | Annotated[RobotCertificate, tyro.conf.subcommand("robot", prefix_name=False)]
     | Annotated[Operator, tyro.conf.subcommand("operator", prefix_name=False)]
     | Annotated[Renew, tyro.conf.subcommand("renew", prefix_name=False)]
     | Annotated[Revoke, tyro.conf.subcommand("revoke", prefix_name=False)]

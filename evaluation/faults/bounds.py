@@ -32,7 +32,7 @@ class Hang(BaseException):
     """An attempt took too long; no `except Exception` may take it for something else."""
 
 
-class Outcome(NamedTuple):
+class AttemptOutcome(NamedTuple):
     """Outcome of an attempt.
 
     Args:
@@ -75,7 +75,9 @@ def bounded(attempt: Callable[[], bool]) -> tuple[str, float]:
     return words, time.process_time() - began_s
 
 
-def guarded(attempts: Callable[[range], Iterator[Outcome]], numbers: range) -> Iterator[Outcome]:
+def guarded(
+    attempts: Callable[[range], Iterator[AttemptOutcome]], numbers: range
+) -> Iterator[AttemptOutcome]:
     """Run attempts in a process of their own; one that ends it is an outcome, and the next ones go on in another.
 
     Each process begins with the memory of this one, so that no attempt hides behind the peak of an earlier one's.
@@ -102,11 +104,11 @@ def guarded(attempts: Callable[[range], Iterator[Outcome]], numbers: range) -> I
                 first = outcome.number + 1
         how = _end_of(pid)
         if first < numbers.stop:
-            yield Outcome(first, how, 0.0)
+            yield AttemptOutcome(first, how, 0.0)
             first += 1
 
 
-def _be_the_child(outcomes: Iterator[Outcome], fd: int) -> None:
+def _be_the_child(outcomes: Iterator[AttemptOutcome], fd: int) -> None:
     try:
         for outcome in outcomes:
             os.write(fd, json.dumps(outcome._replace(words=outcome.words[:500])).encode() + b"\n")
@@ -118,13 +120,13 @@ def _be_the_child(outcomes: Iterator[Outcome], fd: int) -> None:
         os._exit(1)
 
 
-def _outcomes(pipe: BinaryIO) -> Iterator[Outcome]:
+def _outcomes(pipe: BinaryIO) -> Iterator[AttemptOutcome]:
     """Read outcomes until the process ends, or nothing comes for too long."""
     rest = b""
     while select.select([pipe], [], [], _GIVEN_UP_S)[0] and (part := pipe.read(1 << 16)):
         *lines, rest = (rest + part).split(b"\n")
         for line in lines:
-            yield Outcome(*json.loads(line))
+            yield AttemptOutcome(*json.loads(line))
 
 
 def _end_of(pid: int) -> str:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from farhand.evaluation.faults import message_mutations, option_values
-from farhand.evaluation.faults.bounds import LONGEST_S, MOST_MB, Outcome, WrongResult, bounded, guarded
+from farhand.evaluation.faults.bounds import LONGEST_S, MOST_MB, AttemptOutcome, WrongResult, bounded, guarded
 from farhand.evaluation.faults.mutants import Random
 from farhand.evaluation.faults.subjects import SUBJECTS
 from farhand.evaluation.metrics.tables import table
@@ -68,9 +68,9 @@ def trial(case: Case) -> Case:
     return {**case, "counts": dict(counts), "findings": findings, "slowest_s": slowest_s}
 
 
-def _outcomes(attempt: Callable[[Random], bool], seed: int, numbers: range) -> Iterator[Outcome]:
+def _outcomes(attempt: Callable[[Random], bool], seed: int, numbers: range) -> Iterator[AttemptOutcome]:
     for number in numbers:
-        yield Outcome(number, *bounded(lambda k=number: attempt(np.random.default_rng((seed, k)))))
+        yield AttemptOutcome(number, *bounded(lambda k=number: attempt(np.random.default_rng((seed, k)))))
 
 
 def _attempt_of(kind: str, folder: Path) -> Callable[[Random], bool]:

@@ -34,7 +34,7 @@ from farhand.common.wire.messages import (
     ModelTransfer,
 )
 from farhand.deploy.places import find_point_task
-from farhand.evaluation.harness.real_process import HOST, Process
+from farhand.evaluation.harness.farhand_process import HOST, ReadyProcess
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.samples import sample_strokes
 
@@ -89,7 +89,7 @@ def neighbour(name: str, endpoint: str, folder: Path) -> Iterator[None]:
         yield
         return
     if name == "a suspended watcher":
-        watcher = Process(
+        watcher = ReadyProcess(
             "local", "--watch", "--task=planar", f"--connect={endpoint}", f"--data-dir={folder}/watcher"
         )
         try:

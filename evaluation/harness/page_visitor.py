@@ -26,7 +26,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 from farhand.common.parent_process import end_with_parent
-from farhand.evaluation.harness.real_process import HOST
+from farhand.evaluation.harness.farhand_process import HOST
 
 _PATIENCE_S = 60.0
 CAMERA: dict[str, Any] = {

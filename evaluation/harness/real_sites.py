@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from farhand.common.address import free_port
 from farhand.common.errors import ProcessFailed
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.endpoint import EndpointSettings
@@ -24,7 +25,7 @@ from farhand.common.wire.messages import Telemetry, Wish
 from farhand.deploy.entry import own_command
 from farhand.deploy.pki.throw_away import Transport, make_throw_away
 from farhand.deploy.places import find_task
-from farhand.evaluation.harness.real_process import HOST, Process, free_port
+from farhand.evaluation.harness.farhand_process import HOST, ReadyProcess
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.library import Library
@@ -100,7 +101,7 @@ class RealSites:
             stack.callback(self._folder.cleanup)
             self.robot = self._start_robot()
             stack.callback(self._kill_robot)
-            self._link = Process(
+            self._link = ReadyProcess(
                 "link", f"--listen={HOST}:0", f"--target={HOST}:{self._robot_port}", f"--control={HOST}:0",
                 f"--profile={self._profile}",
             )  # fmt: skip
@@ -137,14 +138,14 @@ class RealSites:
             raise ProcessFailed(last.removeprefix("farhand: "))
         return json.loads(result.read_text(encoding="utf-8"))
 
-    def start_demo(self) -> Process:
+    def start_demo(self) -> ReadyProcess:
         """Start the job of `run_demo` without waiting; the caller ends it."""
-        return Process(*self._demo_arguments())
+        return ReadyProcess(*self._demo_arguments())
 
-    def start_page(self) -> Process:
+    def start_page(self) -> ReadyProcess:
         """Start a site that watches and serves its page; the caller ends it."""
         where = f"{HOST}:{self._link.ready['port']}"
-        return Process(
+        return ReadyProcess(
             "local", "--watch", "--site-name=page", f"--port={free_port()}", f"--connect=tcp/{where}",
             f"--task={self._task}", f"--data-dir={self.folder / 'page'}", f"--link-rate-bps={self._rate_bps:g}",
         )  # fmt: skip
@@ -232,8 +233,8 @@ class RealSites:
             f"--seed={self._seed}", f"--link-rate-bps={self._rate_bps:g}",
         ]  # fmt: skip
 
-    def _start_robot(self) -> Process:
-        return Process(
+    def _start_robot(self) -> ReadyProcess:
+        return ReadyProcess(
             "remote", f"--listen={self._transport}/{HOST}:{self._robot_port}", f"--task={self._task}", f"--seed={self._seed}",
             *self._identity(0),
             f"--data-dir={self._folder.name}", f"--link-rate-bps={self._rate_bps:g}",

@@ -25,8 +25,8 @@ from farhand.evaluation.link.freshness_world import (
     DT_S,
     JITTER_S,
     TELEMETRY_S,
-    Arrival,
     DrivingWorld,
+    MessageArrival,
     StampRule,
     a_stall,
 )
@@ -154,7 +154,7 @@ class _Judge:
         self.couplings: set[tuple[str, int]] = set()
         """Couplings in which inputs counted, by boot."""
 
-    def arrived(self, arrival: Arrival) -> None:
+    def arrived(self, arrival: MessageArrival) -> None:
         """Judge one input."""
         self.n_inputs += 1
         age_s = arrival.now_s - arrival.sent_s

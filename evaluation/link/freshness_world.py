@@ -39,7 +39,7 @@ _TASK = PointTask(
 
 
 @dataclass(frozen=True)
-class Arrival:
+class MessageArrival:
     """Operator's input at the robot.
 
     Args:
@@ -98,7 +98,7 @@ class DrivingWorld:
         on_arrival: Called with every input that arrives.
     """
 
-    def __init__(self, delay_s: float, seed: int, on_arrival: Callable[[Arrival], None]):
+    def __init__(self, delay_s: float, seed: int, on_arrival: Callable[[MessageArrival], None]):
         self.now_s, self._tick, self._boots = 100.0, 0, 0
         self._on_arrival = on_arrival
         self.up, self.down = Line(delay_s, 2 * seed), Line(delay_s, 2 * seed + 1)
@@ -138,7 +138,7 @@ class DrivingWorld:
         )  # fmt: skip
         self.robot.on_input(message)
         counted = coupling is not None and coupling.newest_seq != newest
-        self._on_arrival(Arrival(message, sent_s, self.now_s, age_shown_s, current, counted))
+        self._on_arrival(MessageArrival(message, sent_s, self.now_s, age_shown_s, current, counted))
 
     # The operator -------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from farhand.common.address import free_port
 from farhand.common.clock import Rate
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.errors import ProcessFailed
@@ -24,7 +25,7 @@ from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 from farhand.common.wire import keys
-from farhand.evaluation.harness.real_process import HOST, Process, free_port
+from farhand.evaluation.harness.farhand_process import HOST, ReadyProcess
 from farhand.evaluation.harness.real_sites import PATIENCE_S, RealSites
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
@@ -100,7 +101,7 @@ def _transport_ms(delay_s: float, n: int) -> list[float]:
     port = free_port()
     echo = ZenohLink(EndpointSettings(listen=f"tcp/{HOST}:{port}"))
     echo.serve(keys.REPORT, lambda request: request.answer(request.data))
-    relay = Process(
+    relay = ReadyProcess(
         "link", f"--listen={HOST}:0", f"--target={HOST}:{port}", f"--control={HOST}:0", "--profile=lan"
     )
     settings = {"delay_ms": 1000.0 * delay_s}

@@ -29,7 +29,7 @@ from farhand.common.errors import FarhandError
 from farhand.common.wire.messages import PlannedPath, Telemetry, Wish
 from farhand.common.wire.motion_encoding import duration_s
 from farhand.deploy.places import find_task
-from farhand.evaluation.harness.real_process import Process
+from farhand.evaluation.harness.farhand_process import ReadyProcess
 from farhand.evaluation.harness.real_sites import Heard, RealSites
 from farhand.evaluation.link.link_delay import scheduling
 from farhand.evaluation.link.link_recovery import limit_s
@@ -143,7 +143,7 @@ def _robot_killed(sites: RealSites, last: Heard) -> list[str]:
     return [what for what, so in broken.items() if so]
 
 
-def _operator_killed(sites: RealSites, operator: Process, mode: str) -> list[str]:
+def _operator_killed(sites: RealSites, operator: ReadyProcess, mode: str) -> list[str]:
     operator.kill()
     killed_s = time.monotonic()
     if mode == "autonomous":

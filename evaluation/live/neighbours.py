@@ -19,6 +19,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from farhand.common.address import free_port
 from farhand.common.errors import ProcessFailed
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
@@ -26,7 +27,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Stop, StopAck
 from farhand.evaluation.harness.bad_neighbours import MODELS, neighbour
-from farhand.evaluation.harness.real_process import HOST, Process, free_port
+from farhand.evaluation.harness.farhand_process import HOST, ReadyProcess
 from farhand.evaluation.live.tick import tick_lines
 from farhand.evaluation.metrics.tables import table
 from farhand.local_site.exchange.stop_sender import RESEND_S
@@ -53,7 +54,7 @@ def trial(case: Case) -> Case:
         folders = [Path(name) / which for which in ("robot", "peer")]
         endpoints = [f"tcp/{HOST}:{free_port()}" for _ in folders]
         robots = [
-            Process("remote", "--task=planar", f"--listen={endpoint}", f"--data-dir={folder}")
+            ReadyProcess("remote", "--task=planar", f"--listen={endpoint}", f"--data-dir={folder}")
             for endpoint, folder in zip(endpoints, folders, strict=True)
         ]
         for robot in robots:

@@ -28,6 +28,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from farhand.common.address import free_port
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 from farhand.common.model.task_frame import TaskFrame
@@ -37,7 +38,6 @@ from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Stop
 from farhand.deploy.places import find_task
 from farhand.evaluation.harness.page_visitor import CAMERA, SUBPROTOCOL
-from farhand.evaluation.harness.real_process import free_port
 from farhand.evaluation.metrics.tables import table
 from farhand.evaluation.study import reporting_seeds
 from farhand.local_site.console import intents

@@ -26,10 +26,11 @@ from typing import Any
 
 import numpy as np
 
+from farhand.common.address import free_port
 from farhand.common.model.model_file import encode
 from farhand.deploy.places import sample_files
+from farhand.evaluation.harness.farhand_process import HOST, ReadyProcess
 from farhand.evaluation.harness.page_visitor import reverse_proxy, visit
-from farhand.evaluation.harness.real_process import HOST, Process, free_port
 from farhand.evaluation.harness.started import ProcessOutcome, started
 from farhand.evaluation.harness.surrounding import NAMED, SURROUNDINGS, Surrounding
 from farhand.evaluation.metrics.tables import table
@@ -127,7 +128,7 @@ def _of_page(case: Case, folder: Path) -> ProcessOutcome:
 def _robot(folder: Path) -> Iterator[str]:
     """Run a robot for a local site, and return its endpoint."""
     endpoint = f"tcp/{HOST}:{free_port()}"
-    robot = Process("remote", "--task=planar", f"--listen={endpoint}", f"--data-dir={folder / 'robot'}")
+    robot = ReadyProcess("remote", "--task=planar", f"--listen={endpoint}", f"--data-dir={folder / 'robot'}")
     try:
         yield endpoint
     finally:

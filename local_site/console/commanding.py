@@ -45,6 +45,7 @@ class Commanding:
         site_name: Name of this site.
         notify: Shows a message to the operator.
         wish: First wish of this site about the control of the robot.
+        on_model_lost: Called when the robot lacks a model that it had confirmed.
     """
 
     def __init__(
@@ -55,9 +56,10 @@ class Commanding:
         site_name: str,
         notify: Notify,
         wish: Wish = Wish.CONTROL,
+        on_model_lost: Callable[[], None] = lambda: None,
     ):
         self._link, self._inquiries, self._monitor = link, inquiries, monitor
-        self._site_name, self._notify = site_name, notify
+        self._site_name, self._notify, self._on_model_lost = site_name, notify, on_model_lost
         self.session = secrets.token_hex(8)
         self.present_wish = wish
         self.asked_by = ""
@@ -203,7 +205,10 @@ class Commanding:
             self._tell(asked_s, action, because(Code.NOT_DELIVERED))
         elif not reply.accepted:
             del self.pending[action]
-            self._tell(asked_s + took_s, action, reply.reason or because(Code.OTHER, text=""), "refused: ")
+            why = reply.reason or because(Code.OTHER, text="")
+            self._tell(asked_s + took_s, action, why, "refused: ")
+            if why.code == Code.NO_SUCH_MODEL:
+                self._on_model_lost()
         else:
             self.pending[action] = Pending(command_id, pending.since_s, reply.stamp.t_ns, reply.mode)
 

@@ -14,7 +14,6 @@ from functools import partial
 
 from farhand.common.clock import SuspendWatch, elapsed_s
 from farhand.common.control_mode import Action
-from farhand.common.errors import FarhandError
 from farhand.common.event_loop import EventLoop
 from farhand.common.link.budget import limit_flows
 from farhand.common.link.interface import Link
@@ -22,13 +21,12 @@ from farhand.common.link.link_monitor import LinkMonitor
 from farhand.common.log import EventLog
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Event, ExecutionReport, PlannedPath, ReportRequest, Telemetry, Wish
-from farhand.common.wire.reasons import Code, because
 from farhand.local_site.console import intents
 from farhand.local_site.console.catalogue import RobotCatalogue
-from farhand.local_site.console.command_check import CommandRefused, command_refusal
 from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.console.console_parts import ConsoleParts
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.console.dispatcher import Dispatcher
 from farhand.local_site.console.sending import Sending
 from farhand.local_site.console.teaching import Teaching
 from farhand.local_site.console.teleoperation import Teleoperation
@@ -77,7 +75,15 @@ class Console:
         """Runs everything here, one call after the other."""
         self._notices, monitor = Notices(log), LinkMonitor()
         self._inquiries = Requests(link, self.owner.put, now_s)
-        self._commanding = Commanding(link, self._inquiries, monitor, site_name, self._notices.add, wish)
+        self._commanding = Commanding(
+            link,
+            self._inquiries,
+            monitor,
+            site_name,
+            self._notices.add,
+            wish,
+            self._on_model_lost,
+        )
         self._models = ModelSender(self._inquiries, now_s, self._commanding.session, rate_bps)
         self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(monitor, self._events, self._on_restart)
@@ -87,12 +93,12 @@ class Console:
         self._sending = Sending(library, self._models, self._tell)
         self._stop = StopLane(link, site_name, now_s)
         self._suspend = SuspendWatch()
-        self._teleoperation = Teleoperation(link)
         limit_flows(link, rate_bps)
         self._parts = ConsoleParts(
             library, self._place, self._catalogue, self._teaching, self._sending, self._models, self._commanding,
             self._stop, self._reports, monitor, self._notices,
         )  # fmt: skip
+        self._dispatcher = Dispatcher(self._parts, Teleoperation(link), now_s)
         self._changed = threading.Condition()
         self._drawn = self._parts.draw(now_s())
 
@@ -133,7 +139,7 @@ class Console:
         """
         if isinstance(intent, intents.CommandRobot) and intent.action is Action.STOP:
             self._stop.press()
-        self.owner.put(partial(self._on_intent, intent))
+        self.owner.put(partial(self._dispatcher.do, intent))
 
     def ask_report(self, timeout_s: float = 15.0) -> ExecutionReport | None:
         """Ask the robot for the report of its newest execution, and wait. Return None without an answer."""
@@ -180,59 +186,6 @@ class Console:
         self._commanding.tick(self._reports.robot, now_s)
         self._sending.tick(self._commanding.robot_tasks)
 
-    # Intents ------------------------------------------------------------------------------------
-
-    def _on_intent(self, intent: intents.Intent) -> None:
-        try:
-            if (action := self._catalogue.recordings.action_for(intent, self.picture)) is not None:
-                intent = intents.CommandRobot(action)
-            match intent:
-                case intents.CommandRobot():
-                    self._teleoperation.end_drag()
-                    self._command(intent)
-                case intents.Hand():
-                    self._hand(intent)
-                case intents.WishControl():
-                    self._commanding.wish(intent.wish)
-                case intents.DragTarget(to_m):
-                    self._teleoperation.move_target(to_m, self._reports.robot, self._commanding.lease_id)
-                case intents.Choose():
-                    self._teaching.choose(intent.task, self._parts.draw(self._now_s()))
-                    self._reports.forget_plan()
-                case intents.SendModel() | intents.SendLibrary() | intents.AutoSend():
-                    self._sending.do(intent)
-                case intents.Recover() if self._teaching.left_over is None:
-                    self._catalogue.recordings.recover()
-                case _:
-                    self._teaching.do(intent)
-        except FarhandError as error:
-            code = error.reason.code if isinstance(error, CommandRefused) else ""
-            self._tell(intent.label, f"refused: {error}", good=False, code=code)
-
-    def _command(self, intent: intents.CommandRobot) -> None:
-        action, now_s = intent.action, self._now_s()
-        if action in (Action.STOP, Action.ABORT):
-            self._teaching.roll_back(f"{action} was pressed")
-        if action is Action.STOP:
-            return  # sent already by its own lane
-        refused = command_refusal(action, self._parts.draw(now_s), intent.shown_mode)
-        robot = self._reports.robot
-        if refused is not None or robot is None:
-            raise CommandRefused(refused or because(Code.NOT_REPORTED))
-        self._stop.commanded(action)
-        task, sha256 = self._library.task.name, self._models.confirmed_sha256(self._library.task.name)
-        self._commanding.command(action, robot, now_s, task, sha256, self._reports.plan_id, intent.pace)
-
-    def _hand(self, intent: intents.Hand) -> None:
-        """Let the hand drive the robot while coupled; otherwise let it move the workcell."""
-        robot, lease_id = self._reports.robot, self._commanding.lease_id
-        coupling = robot.coupling_id if robot is not None and lease_id and not self._library.recording else 0
-        goes_on = self._teleoperation.goes_on(coupling, intent.released)
-        if robot is not None and coupling and goes_on:
-            self._teleoperation.hand(intent.point, intent.released, robot, lease_id)
-        elif goes_on or intent.released:
-            self._place.hand(intent.point, intent.time_s, intent.released)
-
     # Reports of the robot -----------------------------------------------------------------------
 
     def _on_telemetry(self, report: Telemetry) -> None:
@@ -246,6 +199,9 @@ class Console:
         self._models.forget_confirmed()
         self._tell("restart", "the robot was restarted: send the models again", good=False)
 
+    def _on_model_lost(self) -> None:
+        self._models.forget_confirmed()
+
     def _forget_what_was_asked(self, why: str) -> None:
         """Forget requests made in another situation; a stop is still resent."""
         self._teaching.roll_back(why)
@@ -257,5 +213,5 @@ class Console:
         self._commanding.on_event(event, self._now_s())
         self._catalogue.on_event(event)
 
-    def _tell(self, what: str, text: str, good: bool = True, code: str = "") -> None:
-        self._notices.add(Notice(self._now_s(), what, text, good, code=code))
+    def _tell(self, what: str, text: str, good: bool = True) -> None:
+        self._notices.add(Notice(self._now_s(), what, text, good))

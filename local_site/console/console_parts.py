@@ -80,7 +80,6 @@ class ConsoleParts:
             confirmed_sha256=self.models.confirmed_sha256(task.name),
             robot_model=self.models.confirmed(task.name),
             miss=self.teaching.miss,
-            sending_model=self.models.sending(task.name),
             auto_send=self.sending.by_itself,
             revisions=library.revisions,
             revision=library.revision,
@@ -105,7 +104,7 @@ class ConsoleParts:
             learned_sha256=learned.sha256 if learned is not None else "",
             model_bytes=len(learned.content) if learned is not None else 0,
             confirmed_sha256=self.models.confirmed_sha256(name),
-            sending=self.models.sending(name),
+            sending_sha256=self.models.sending_sha256(name),
             asking=self.models.asking(name),
             robot_does=self.sending.robot_does(name),
         )

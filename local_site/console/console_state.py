@@ -50,7 +50,7 @@ class TaskStanding:
         learned_sha256: SHA-256 of the model; empty while nothing was taught.
         model_bytes: Size of the model [B].
         confirmed_sha256: SHA-256 of the model that the robot confirmed last; empty without one.
-        sending: True while its model is being sent, or waits for another task's.
+        sending_sha256: SHA-256 of its model that is being sent, or waits for another task's; empty for none.
         asking: True while the robot is asked whether it has the model.
         robot_does: True if the robot does this task, as far as is known.
     """
@@ -60,7 +60,7 @@ class TaskStanding:
     learned_sha256: str
     model_bytes: int
     confirmed_sha256: str
-    sending: bool
+    sending_sha256: str
     asking: bool
     robot_does: bool
 
@@ -103,7 +103,6 @@ class ConsoleState:
         robot_model: Model that the robot confirmed last; None without one.
         miss: Distance of an ended demonstration from the goal, in words, while the operator is asked whether to
             keep it; empty otherwise.
-        sending_model: True while a model is being sent.
         auto_send: True if a model is sent whenever it changes.
         revisions: Newest revisions of the task, the newest last.
         revision: Number of the current revision, 0 before the first.
@@ -147,7 +146,6 @@ class ConsoleState:
     confirmed_sha256: str
     robot_model: LearnedModel | None
     miss: str
-    sending_model: bool
     auto_send: bool
     revisions: tuple[Revision, ...]
     revision: int
@@ -166,6 +164,11 @@ class ConsoleState:
     def standing(self) -> TaskStanding:
         """Standing of the chosen task."""
         return next(each for each in self.tasks if each.name == self.task.name)
+
+    @property
+    def sending_model(self) -> bool:
+        """True while a model of the task is being sent."""
+        return bool(self.standing.sending_sha256)
 
     @property
     def mode(self) -> ControlMode | None:

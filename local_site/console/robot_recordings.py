@@ -14,8 +14,8 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.fetching import BlobFetcher
 from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.library import Library
+from farhand.local_site.teaching.permission import NotNow
 
 _SOURCE = "driven; recorded by the robot as "
 """Beginning of the source of a demonstration that the robot recorded; the hash follows."""
@@ -97,14 +97,9 @@ class RobotRecordings:
         self._fetch_next()
 
     def recover(self) -> None:
-        """Fetch and learn the newest recording that was not learned.
-
-        Raises:
-            NotNow: When there is no such recording, or one is being fetched.
-        """
+        """Fetch and learn the newest recording that was not learned."""
         offer = self._newest
-        if offer is None or self.fetching is not None:
-            raise NotNow("there is no demonstration to recover")
+        assert offer is not None and self.fetching is None, "recovered only when `can_recover`"
         self._to_fetch.append(offer.sha256)
         self._fetch_next()
 

@@ -7,7 +7,7 @@ from functools import partial
 from farhand.local_site.console import intents
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.notices import Tell
-from farhand.local_site.teaching.lesson import LearnedModel, NotNow
+from farhand.local_site.teaching.lesson import LearnedModel
 from farhand.local_site.teaching.library import Library
 
 
@@ -36,11 +36,7 @@ class Sending:
         return None in self._outcomes.values()
 
     def do(self, intent: intents.Send) -> None:
-        """Execute an intent.
-
-        Raises:
-            NotNow: When it is not possible at this moment.
-        """
+        """Execute an intent that is possible now."""
         match intent:
             case intents.SendModel():
                 self._send_chosen()
@@ -86,12 +82,8 @@ class Sending:
 
     def _send_chosen(self) -> None:
         learned = self._library.chosen.learned
-        if learned is None:
-            raise NotNow("nothing was learned yet: record a demonstration first")
-        name = self._library.task.name
-        if not self.robot_does(name):
-            raise NotNow(self._not_done(name))
-        self._send(name, learned)
+        assert learned is not None, "nothing is sent where nothing was taught"
+        self._send(self._library.task.name, learned)
 
     def _send(self, name: str, learned: LearnedModel) -> None:
         about = f"{name}, model {learned.sha256[:8]}"
@@ -105,10 +97,6 @@ class Sending:
         The robot is asked for each by its hash, so only differing ones are sent.
         """
         learned = self._library.learned
-        if not learned:
-            raise NotNow("nothing was learned yet: record a demonstration first")
-        if self.sending_library:
-            raise NotNow("the library is on its way already")
         self._outcomes = dict.fromkeys(learned)
         for name, model in learned.items():
             if self.robot_does(name):

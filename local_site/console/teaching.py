@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from farhand.common.control_mode import Action, ControlMode
 from farhand.local_site.console import intents
-from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.library import Library
+from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
 from farhand.local_site.workcell.workcell import Workcell
 
@@ -64,22 +62,8 @@ class Teaching:
             case intents.ResetArm() | intents.Align():
                 self._move_arm(intent)
 
-    def choose(self, name: str, picture: ConsoleState) -> None:
-        """Choose the task to teach, and switch the workcell to it.
-
-        Args:
-            name: Name of the task.
-            picture: Present state of the console.
-
-        Raises:
-            NotNow: When there is no such task, a demonstration is being recorded, or the robot executes the present task.
-        """
-        if picture.robot_records:
-            raise NotNow("the robot records a demonstration: end or undo it first")
-        if picture.mode in (ControlMode.AUTONOMOUS, ControlMode.PAUSED):
-            raise NotNow(f"the robot executes {self._library.task.name}: end that first, by Clutch or Abort")
-        if picture.pending.keys() & {Action.PREVIEW, Action.EXECUTE}:
-            raise NotNow("a preview or an execution is under way: wait for the robot's answer")
+    def choose(self, name: str) -> None:
+        """Choose the task that is taught, and switch the workcell to it."""
         self._library.choose(name)
         self._place.switch_task(self._library.task)
         self._tell("task", f"{name} is chosen: it is taught, previewed and executed now")
@@ -135,8 +119,6 @@ class Teaching:
 
     def _move_arm(self, intent: intents.ResetArm | intents.Align) -> None:
         match intent:
-            case intents.ResetArm() if self._task.recording:
-                raise NotNow("a demonstration is being recorded: end or undo it first")
             case intents.ResetArm(seed):
                 self._place.reset(seed)
                 self._tell("renew", "your arm is back at ready, and its receptacle elsewhere")

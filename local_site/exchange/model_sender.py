@@ -56,9 +56,10 @@ class ModelSender:
         self._confirmed: dict[str, LearnedModel] = {}
         self._had: set[str] = set()  # confirmed earlier; a restarted robot may have lost it
 
-    def sending(self, task: str) -> bool:
-        """Decide whether a task's model is being sent, or waits for its turn."""
-        return any(each.task == task and not each.only_asks for each in self._queue)
+    def sending_sha256(self, task: str) -> str:
+        """Return the hash of the task's model that is being sent, or waits for another one's end; empty for none."""
+        sent = (each.learned.sha256 for each in self._queue if each.task == task and not each.only_asks)
+        return next(sent, "")
 
     def asking(self, task: str) -> bool:
         """Return whether the robot is being asked if it has a task's model."""

@@ -53,14 +53,14 @@ _REMEDIES = {
 }
 
 
-class Recording(NamedTuple):
+class ReadRecording(NamedTuple):
     """One motion as a file has it: its number in the file, and one table, or one for each body."""
 
     number: int
     tables: tuple[Table, ...]
 
 
-def read_file(path: Path, options: ImportOptions) -> list[Recording]:
+def read_file(path: Path, options: ImportOptions) -> list[ReadRecording]:
     """Return the recordings in a file or folder that are wanted.
 
     Raises:
@@ -98,23 +98,23 @@ def kind_of(path: Path) -> str:
     return _SUFFIXES.get(suffix, "csv")
 
 
-def _csv(path: Path, options: ImportOptions) -> list[Recording]:
+def _csv(path: Path, options: ImportOptions) -> list[ReadRecording]:
     table = read_text(read_whole(path), options.delimiter)
     column = assign(table, options).time.get("episode")
     if column is None:
-        return [Recording(1, (table,))]
+        return [ReadRecording(1, (table,))]
     episodes = table.numbers[:, column]
     if np.isnan(episodes).any() or (episodes != np.round(episodes)).any():
         row = int(table.rows[np.flatnonzero(~(episodes == np.round(episodes)))[0]])
         expected = f"a whole number in column {table.headers[column]!r}, which numbers the recordings"
         raise InvalidDemonstration("", f"{table.row} {row}", expected)
-    return [Recording(int(n), (table.part(episodes == n),)) for n in np.unique(episodes)]
+    return [ReadRecording(int(n), (table.part(episodes == n),)) for n in np.unique(episodes)]
 
 
-def _own_process(kind: str) -> Callable[[Path, ImportOptions], list[Recording]]:
+def _own_process(kind: str) -> Callable[[Path, ImportOptions], list[ReadRecording]]:
     """Return the reader that gives the path of a file to a process of its own."""
 
-    def read(path: Path, options: ImportOptions) -> list[Recording]:
+    def read(path: Path, options: ImportOptions) -> list[ReadRecording]:
         path.stat()  # an error of the file's own is told as such
         only = () if kind == "bag" else map(str, options.only)
         return _tables([kind, str(path.absolute()), *only])
@@ -122,7 +122,7 @@ def _own_process(kind: str) -> Callable[[Path, ImportOptions], list[Recording]]:
     return read
 
 
-def _tables(arguments: list[str], content: bytes = b"") -> list[Recording]:
+def _tables(arguments: list[str], content: bytes = b"") -> list[ReadRecording]:
     # -P: nothing is imported from the folder of the script or from where the user stands.
     command = [sys.executable, "-P", str(_READER), *arguments]
     try:
@@ -140,10 +140,10 @@ def _tables(arguments: list[str], content: bytes = b"") -> list[Recording]:
         rows = np.array(about.pop("rows", range(1, len(numbers) + 1)))
         number, name, headers = about.pop("recording"), about.pop("name"), tuple(about.pop("headers"))
         recordings.setdefault(number, []).append(Table(name, headers, numbers, rows, **about))
-    return [Recording(number, tuple(tables)) for number, tables in sorted(recordings.items())]
+    return [ReadRecording(number, tuple(tables)) for number, tables in sorted(recordings.items())]
 
 
-def _lasa(path: Path, _options: ImportOptions) -> list[Recording]:
+def _lasa(path: Path, _options: ImportOptions) -> list[ReadRecording]:
     if path.suffix.lower() == ".mat":
         return _tables(["lasa"], read_whole(path))
     arrays = plain_arrays(path)
@@ -152,17 +152,17 @@ def _lasa(path: Path, _options: ImportOptions) -> list[Recording]:
     return _numbered(("t [s]", "x [mm]", "y [mm]"), np.concatenate([times[..., None], positions], axis=2))
 
 
-def _robotasks(path: Path, options: ImportOptions) -> list[Recording]:
+def _robotasks(path: Path, options: ImportOptions) -> list[ReadRecording]:
     poses = _shaped(plain_array(path), (None, None, 7))
     return _numbered(("t [s]", "x [cm]", "y [cm]", "z [cm]", "qw", "qx", "qy", "qz"), _phased(poses, options))
 
 
-def _letters(path: Path, options: ImportOptions) -> list[Recording]:
+def _letters(path: Path, options: ImportOptions) -> list[ReadRecording]:
     positions = _shaped(plain_array(path), (None, None, 2))
     return _numbered(("t [s]", "x [cm]", "y [cm]"), _phased(positions, options))
 
 
-_READERS: dict[str, Callable[[Path, ImportOptions], list[Recording]]] = {
+_READERS: dict[str, Callable[[Path, ImportOptions], list[ReadRecording]]] = {
     "csv": _csv,
     "bag": _own_process("bag"),
     "lerobot": _own_process("lerobot"),
@@ -173,10 +173,11 @@ _READERS: dict[str, Callable[[Path, ImportOptions], list[Recording]]] = {
 }
 
 
-def _numbered(headers: tuple[str, ...], arrays: Array) -> list[Recording]:
+def _numbered(headers: tuple[str, ...], arrays: Array) -> list[ReadRecording]:
     rows = np.arange(1, arrays.shape[1] + 1)
     return [
-        Recording(n, (Table("", headers, array, rows, "sample"),)) for n, array in enumerate(arrays, start=1)
+        ReadRecording(n, (Table("", headers, array, rows, "sample"),))
+        for n, array in enumerate(arrays, start=1)
     ]
 
 

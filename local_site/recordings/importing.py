@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.whole_file import fault_of
 from farhand.local_site.recordings.columns import Roles, Table, assign
-from farhand.local_site.recordings.formats import Recording, read_file
+from farhand.local_site.recordings.formats import ReadRecording, read_file
 from farhand.local_site.recordings.frames import FrameTrack, frame_of, in_root, with_tool
 from farhand.local_site.recordings.options import FrameChoice, ImportOptions
 from farhand.local_site.recordings.tracks import Track, check_gaps, track_of
@@ -89,7 +89,7 @@ def write_all(files: Sequence[Path], found: Sequence[Sequence[Understood]], out_
     return list(paths)
 
 
-def _understood(source: str, recording: Recording, options: ImportOptions) -> Understood:
+def _understood(source: str, recording: ReadRecording, options: ImportOptions) -> Understood:
     bodies = {
         body: (table, roles)
         for table in recording.tables
@@ -124,8 +124,8 @@ def _understood(source: str, recording: Recording, options: ImportOptions) -> Un
     return Understood(recording.number, made, tuple(told))
 
 
-def _motion(recording: Recording, bodies: dict[str, tuple[Table, Roles]], options: ImportOptions) -> str:
-    """Return the name of the demonstrated body."""
+def _motion(recording: ReadRecording, bodies: dict[str, tuple[Table, Roles]], options: ImportOptions) -> str:
+    """Return the name of the body whose motion is demonstrated."""
     if not bodies:
         headers = [header for table in recording.tables for header in table.headers]
         named = ", ".join(map(repr, headers[:24])) + (", ..." if len(headers) > 24 else "")

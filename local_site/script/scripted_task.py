@@ -10,6 +10,7 @@ from farhand.common.wire.messages import ExecutionReport
 from farhand.common.wire.motion_encoding import duration_s
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.console.permission import refusal_of
 from farhand.local_site.script.scripted_actions import (
     ATTEMPTS,
     PATIENCE_S,
@@ -59,7 +60,8 @@ class ScriptedTask:
         if not n:
             raise JobFailed("the task has no samples to demonstrate")
         self.choose()
-        self._actions.submit(intents.StartAnew())
+        if refusal_of(intents.StartAnew(), self._actions.picture) is None:
+            self._actions.submit(intents.StartAnew())
         for number in range(1, n + 1):
             self._skill.demonstrate(number)
             learned = self._actions.until(

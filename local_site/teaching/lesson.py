@@ -25,10 +25,6 @@ _ARM_EXTENT_M = 0.4
 """Rough size of an arm's demonstrations [m]."""
 
 
-class NotNow(FarhandError):
-    """Refusal of a request that is not possible now; its text has the reason."""
-
-
 @dataclass(frozen=True)
 class LearnedModel:
     """Model with its bytes.
@@ -156,11 +152,10 @@ class Lesson:
         """Make another revision current: its demonstrations and model return bit for bit.
 
         Raises:
-            NotNow: When there is no such revision.
             InvalidDemonstration: When one of its files is missing or damaged; nothing is changed.
             NotSaved: When it is current, but not on disk.
         """
-        demonstrations = self._archive.load(self._kept(number))
+        demonstrations = self._archive.load(self._revision(number))
         self._archive.revisions.hold()
         self.relearn(demonstrations)
 
@@ -168,17 +163,13 @@ class Lesson:
         """Delete a revision that is not current.
 
         Raises:
-            NotNow: When it is current, or does not exist.
             NotSaved: When it was deleted, but not on disk.
         """
-        if self._kept(number).number == self.revision:
-            raise NotNow(f"revision {number} is the current one: go to another one first")
         self._archive.forget(number)
 
-    def _kept(self, number: int) -> Revision:
+    def _revision(self, number: int) -> Revision:
         revision = self._archive.revisions.get(number)
-        if revision is None:
-            raise NotNow(f"there is no revision {number} any more")
+        assert revision is not None, "whether a revision exists is judged before it is asked for"
         return revision
 
     def _learner_of(self, demonstrations: tuple[StoredDemonstration, ...]) -> OnlineLearner:

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.task import AnyTask, TaskSet
-from farhand.local_site.teaching.lesson import LearnedModel, NotNow
+from farhand.common.wire.reasons import Code, because
+from farhand.local_site.teaching.lesson import LearnedModel
+from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
 
 Array = NDArray[np.float64]
@@ -70,7 +72,7 @@ class Library:
         """
         task = self.tasks.get(name)
         if task is None:
-            raise NotNow(f"there is no task {name!r} here, only {', '.join(self.tasks.names)}")
+            raise NotNow(because(Code.NO_SUCH_TASK, task=name, has=tuple(self.tasks.names)))
         if self.recording:
-            raise NotNow("a demonstration is being recorded: end or undo it first")
+            raise NotNow(because(Code.RECORDING_HERE))
         self._task = task

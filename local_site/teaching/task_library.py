@@ -15,7 +15,8 @@ from farhand.common.task import AnyTask
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.goal import goal_miss
 from farhand.local_site.teaching.goal_view import seen_from_goal
-from farhand.local_site.teaching.lesson import LearnedModel, Lesson, NotNow
+from farhand.local_site.teaching.lesson import LearnedModel, Lesson
+from farhand.local_site.teaching.permission import Act, NotNow, teaching_refusal
 from farhand.local_site.teaching.recording import Recording
 from farhand.local_site.teaching.revisions import Revision
 
@@ -64,6 +65,11 @@ class TaskLibrary:
     def can_undo(self) -> bool:
         """True if a demonstration can be undone."""
         return self.recording or bool(self._taught.demonstrations)
+
+    @property
+    def can_recover(self) -> bool:
+        """True if an unfinished demonstration was not learned yet."""
+        return self.left_over is not None
 
     @property
     def demonstrations(self) -> tuple[Demonstration, ...]:
@@ -124,7 +130,7 @@ class TaskLibrary:
         Raises:
             NotNow: When a demonstration is being recorded already.
         """
-        self._not_while_recording()
+        self._check(Act.RECORD)
         self._recording.begin(frames)
         self._forming = None
         self._taught.learner.start()
@@ -150,8 +156,7 @@ class TaskLibrary:
             NotNow: When no demonstration is being recorded, or nothing moved in it; then it is forgotten.
             NotSaved: When it was learned, but not written to disk.
         """
-        if not self.recording:
-            raise NotNow("no demonstration is being recorded: press Record first")
+        self._check(Act.END)
         if len(self.current) < _MIN_SAMPLES:
             self.undo()
             raise NotNow("the demonstration was too short and was not kept: draw the whole motion")
@@ -170,8 +175,8 @@ class TaskLibrary:
         Raises:
             NotNow: When there is no unfinished demonstration, or another one is being recorded.
         """
-        if self.left_over is None:
-            raise NotNow("there is no demonstration to recover")
+        self._check(Act.RECOVER)
+        assert self.left_over is not None
         self.learn([self.left_over])
         self._recording.forget_left_over()
 
@@ -183,7 +188,7 @@ class TaskLibrary:
             InvalidDemonstration: When one has no motion that can be learned; nothing is learned.
             NotSaved: When they were learned, but not written to disk.
         """
-        self._not_while_recording()
+        self._check(Act.LEARN)
         self._taught.learn(demonstrations)
 
     def lacking(self, demonstrations: Sequence[Demonstration]) -> list[Demonstration]:
@@ -204,13 +209,12 @@ class TaskLibrary:
             NotNow: When there is no demonstration.
             NotSaved: When it was undone, but not on disk.
         """
+        self._check(Act.UNDO)
         if self.recording:
             self._recording.forget()
             self._discard()
-        elif self.can_undo:
-            self._taught.undo()
         else:
-            raise NotNow("there is no demonstration to undo")
+            self._taught.undo()
 
     def go_to(self, number: int) -> None:
         """Make another revision current, see `Lesson.go_to`.
@@ -218,7 +222,7 @@ class TaskLibrary:
         Raises:
             NotNow: When there is no such revision, or a demonstration is being recorded.
         """
-        self._not_while_recording()
+        self._check(Act.GO_TO, number)
         self._taught.go_to(number)
 
     def start_anew(self) -> None:
@@ -228,18 +232,23 @@ class TaskLibrary:
             NotNow: When a demonstration is being recorded.
             NotSaved: When it was done, but not on disk.
         """
-        self._not_while_recording()
+        self._check(Act.START_ANEW)
         self._taught.start_anew()
 
     def delete(self, number: int) -> None:
-        """Delete a revision that is not current, see `Lesson.delete`."""
+        """Delete a revision that is not current, see `Lesson.delete`.
+
+        Raises:
+            NotNow: When it is current or does not exist, or a demonstration is being recorded.
+        """
+        self._check(Act.DELETE, number)
         self._taught.delete(number)
 
     # Implementation -----------------------------------------------------------------------------
 
-    def _not_while_recording(self) -> None:
-        if self.recording:
-            raise NotNow("a demonstration is being recorded already: end or undo it first")
+    def _check(self, act: Act, number: int = 0) -> None:
+        if (why := teaching_refusal(act, self, number)) is not None:
+            raise NotNow(why)
 
     def _discard(self) -> None:
         self._taught.learner.discard()

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from farhand.common.event_loop import Job
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask, PointTask
+from farhand.common.wire.reasons import Code, because
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.lesson import NotNow
+from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.samples import sample_strokes, still_frames
 from farhand.local_site.workcell.arm_view import ArmView
 
@@ -118,11 +119,11 @@ class BoardWorkcell:
 
     def reset(self, seed: int | None) -> None:
         """See `Workcell.reset`."""
-        raise NotNow("a board has no arm to move to another place")
+        raise NotNow(because(Code.NO_OWN_ARM))
 
     def align(self) -> None:
         """See `Workcell.align`."""
-        raise NotNow("a board has no plug to align")
+        raise NotNow(because(Code.NO_OWN_ARM))
 
     def samples(self) -> list[Demonstration]:
         """See `Workcell.samples`."""

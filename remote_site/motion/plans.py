@@ -33,7 +33,7 @@ _REPLAN_FRAME_M = 0.005
 
 
 @dataclass(frozen=True)
-class Situation:
+class PreviewConditions:
     """Conditions on which a plan depends.
 
     Args:
@@ -62,7 +62,7 @@ class Plans:
         self._sensing, self._skill, self._submit = sensing, embodiment.skill, submit
         self.settings = embodiment.hardware.settings
         """Settings of the next execution, and of its previews."""
-        self._previews: dict[int, Situation] = {}
+        self._previews: dict[int, PreviewConditions] = {}
         self._plan_count = 0
         self._path_count = 0
         self._committed_s = -np.inf
@@ -88,21 +88,21 @@ class Plans:
         """Make the first path of a new execution due at once."""
         self._committed_s, self._committed_frame_m = -np.inf, None
 
-    def situation(self, model_sha256: str, now: Stamp) -> Situation:
+    def situation(self, model_sha256: str, now: Stamp) -> PreviewConditions:
         """Return the conditions of a plan made now."""
         effector = TaskFrame.at(self._sensing.effector.point)
-        return Situation(effector, self._sensing.mean_frame(), model_sha256, now.t_ns * 1e-9)
+        return PreviewConditions(effector, self._sensing.mean_frame(), model_sha256, now.t_ns * 1e-9)
 
     def shown(self, request: PlanRequest) -> None:
         """Register a preview that is being sent to the operator: it can be executed from now on."""
         effector = TaskFrame.at(request.effector.point)
-        self._previews[request.plan_id] = Situation(
+        self._previews[request.plan_id] = PreviewConditions(
             effector, self._sensing.mean_frame(), request.stored.sha256, request.stamp.t_ns * 1e-9
         )
         if len(self._previews) > _KEPT:
             del self._previews[min(self._previews)]
 
-    def refusal(self, plan_id: int, now: Situation, round_trip_s: float) -> Reason | None:
+    def refusal(self, plan_id: int, now: PreviewConditions, round_trip_s: float) -> Reason | None:
         """Return the reason why a plan is no longer valid, with the measured difference; None while it is valid."""
         plan = self._previews.get(plan_id)
         if plan is None:

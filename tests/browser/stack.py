@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.farhand_process import FarhandProcess, running
-from tests.ports import free_port
+from farhand.common.address import free_port
+from farhand.evaluation.harness.farhand_process import HeardProcess
+from tests.farhand_process import running
 
 _STILL = ((r"amplitude_m = .*", "amplitude_m = [0.0, 0.0]"), (r"noise_std_m = .*", "noise_std_m = 0.0"))
 _TASKS = Path(__file__).parents[2] / "deploy" / "tasks"
@@ -27,7 +28,7 @@ class Stack:
         data_dir: Where demonstrations and models go.
     """
 
-    process: FarhandProcess
+    process: HeardProcess
     address: str
     data_dir: Path
 

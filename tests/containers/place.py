@@ -9,8 +9,8 @@ import urllib.request
 from dataclasses import dataclass, field
 from typing import Any
 
+from farhand.common.address import free_port
 from tests.containers.engine import ANSWER_S, RUN_S, Engine
-from tests.ports import free_port
 
 MIB = 2**20
 SERVICES = ("robot", "link", "operator")

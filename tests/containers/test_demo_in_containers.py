@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
+from farhand.common.address import free_port
 from tests.containers.engine import BUILD_S, RUN_S, STALLED, Engine
-from tests.ports import free_port
 
 pytestmark = [pytest.mark.containers, pytest.mark.soak, pytest.mark.timeout(BUILD_S + 2 * RUN_S + 120)]
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from farhand.common.address import free_port
 from tests.containers.engine import BUILD_S
 from tests.containers.place import SERVICES, Place
-from tests.ports import free_port
 
 pytestmark = [pytest.mark.containers, pytest.mark.timeout(BUILD_S)]
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.farhand_process import FarhandProcess
+from farhand.evaluation.harness.farhand_process import HeardProcess
 from tests.integration.files import make_files
 
 DEMOS = {"lan": (), "geo": ("--outage", "reset:3"), "leo": ("--transport", "quic", "--outage", "blackhole:3")}
@@ -20,7 +20,7 @@ DEMOS = {"lan": (), "geo": ("--outage", "reset:3"), "leo": ("--transport", "quic
 class Demo:
     """A demo that is running or over."""
 
-    process: FarhandProcess
+    process: HeardProcess
     file: Path
 
     def result(self) -> dict[str, Any]:
@@ -37,7 +37,7 @@ def demos(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Demo]]
     try:
         for link, more in DEMOS.items():
             file = folder / f"{link}.json"
-            process = FarhandProcess("demo", "--task", "planar", "--link", link, "--json", file, *more)
+            process = HeardProcess("demo", "--task", "planar", "--link", link, "--json", file, *more)
             begun[link] = Demo(process, file)
         yield begun
     finally:

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.farhand_process import FarhandProcess, refusal, running
-from tests.ports import free_port
+from farhand.common.address import free_port
+from farhand.evaluation.harness.farhand_process import HeardProcess
+from tests.farhand_process import refusal, running
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -32,7 +33,7 @@ def remote() -> Iterator[str]:
         yield endpoint
 
 
-def assert_ends_in_order(process: FarhandProcess, number: signal.Signals) -> None:
+def assert_ends_in_order(process: HeardProcess, number: signal.Signals) -> None:
     process.send(number)
     assert process.wait() == 0, process.words
     assert "Traceback" not in process.words

@@ -14,12 +14,13 @@ from typing import Any
 
 import pytest
 
+from farhand.common.address import free_port
 from farhand.common.impairment.link_control import RelayControl
 from farhand.deploy.neighbours import find_processes
 from farhand.deploy.places import find_task
 from farhand.deploy.status import DEGRADED, HEALTHY, NOT_THERE
-from tests.farhand_process import PATIENCE_S, FarhandProcess, farhand, running
-from tests.ports import free_port
+from farhand.evaluation.harness.farhand_process import PATIENCE_S, HeardProcess
+from tests.farhand_process import farhand, running
 
 pytestmark = pytest.mark.timeout(240)
 
@@ -29,9 +30,9 @@ class Place:
     """Robot, link and operator's site, each a process of its own, and their doors in a folder of their own."""
 
     folder: Path
-    robot: FarhandProcess
-    link: FarhandProcess
-    operator: FarhandProcess
+    robot: HeardProcess
+    link: HeardProcess
+    operator: HeardProcess
     robot_port: int
     link_port: int
     control: RelayControl

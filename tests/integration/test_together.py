@@ -12,13 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.farhand_process import FarhandProcess, await_end, farhand, refusal, running
+from farhand.evaluation.harness.farhand_process import HeardProcess
+from tests.farhand_process import await_end, farhand, refusal, running
 
 READY = "all three are ready"
 SITES = {"remote", "link", "local"}
 
 
-def ready_demo(process: FarhandProcess) -> dict[str, int]:
+def ready_demo(process: HeardProcess) -> dict[str, int]:
     """The children of a demo, once they are ready."""
     process.until(READY)
     children = process.children()

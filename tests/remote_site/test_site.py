@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from farhand.common.address import free_port
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.task import TaskSet
@@ -18,7 +19,6 @@ from farhand.common.wire.messages import CommandReply, EventsReply, EventsReques
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.site import RemoteSite
 from tests.messages import said
-from tests.ports import free_port
 from tests.remote_site.planar import TASK
 from tests.robustness.raw_operator import RawOperator
 

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.farhand_process import FarhandProcess, running
-from tests.ports import free_port
+from farhand.common.address import free_port
+from farhand.evaluation.harness.farhand_process import HeardProcess
+from tests.farhand_process import running
 from tests.robustness.raw_operator import RawOperator
 
 
@@ -17,7 +18,7 @@ def endpoint() -> str:
 
 
 @pytest.fixture(scope="module")
-def robot(endpoint: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[FarhandProcess]:
+def robot(endpoint: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[HeardProcess]:
     """A robot so patient that a busy machine makes no operator lose it."""
     config = tmp_path_factory.mktemp("robot") / "remote.toml"
     config.write_text(f'lease_s = 600.0\nmax_age_s = 600.0\n[link]\nlisten = "{endpoint}"\n')
@@ -27,7 +28,7 @@ def robot(endpoint: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[F
 
 
 @pytest.fixture(scope="module")
-def holder(robot: FarhandProcess, endpoint: str) -> Iterator[RawOperator]:
+def holder(robot: HeardProcess, endpoint: str) -> Iterator[RawOperator]:
     operator = RawOperator(endpoint)
     yield operator
     operator.close()

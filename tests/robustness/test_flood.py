@@ -33,7 +33,7 @@ from farhand.common.wire.messages import (
     Telemetry,
 )
 from farhand.evaluation.harness.bad_neighbours import MODELS
-from tests.farhand_process import FarhandProcess
+from farhand.evaluation.harness.farhand_process import HeardProcess
 from tests.remote_site.planar import short_strokes
 from tests.robustness.raw_operator import PATIENCE_S, SESSION, RawOperator
 
@@ -90,7 +90,7 @@ def send_garbage(link: ZenohLink) -> None:
 
 
 @pytest.fixture
-def flood(endpoint: str, operator: RawOperator, robot: FarhandProcess) -> Iterator[Flood]:
+def flood(endpoint: str, operator: RawOperator, robot: HeardProcess) -> Iterator[Flood]:
     flood = Flood(endpoint, send_garbage, 3)
     while "dropped: " not in robot.words:
         operator.report()
@@ -196,7 +196,7 @@ def resident_bytes(pid: int) -> int:
 
 @pytest.mark.parametrize("what", MODELS)
 def test_models_from_somebody_without_the_lease_delay_neither_reports_nor_a_stop(
-    operator: RawOperator, robot: FarhandProcess, endpoint: str, what: str
+    operator: RawOperator, robot: HeardProcess, endpoint: str, what: str
 ):
     stranger, over = ZenohLink(EndpointSettings(connect=endpoint)), threading.Event()
     stamps: list[int] = []
@@ -220,7 +220,7 @@ def test_models_from_somebody_without_the_lease_delay_neither_reports_nor_a_stop
 
 
 def test_a_flood_of_stops_costs_no_memory_and_its_events_are_counted(
-    operator: RawOperator, robot: FarhandProcess, endpoint: str
+    operator: RawOperator, robot: HeardProcess, endpoint: str
 ):
     stranger = ZenohLink(EndpointSettings(connect=endpoint))
     events: list[Event] = []

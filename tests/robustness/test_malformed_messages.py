@@ -32,7 +32,7 @@ from farhand.common.wire.messages import (
     Stop,
     Telemetry,
 )
-from tests.farhand_process import FarhandProcess
+from farhand.evaluation.harness.farhand_process import HeardProcess
 from tests.remote_site.planar import short_strokes
 from tests.robustness.malformed import malformed
 from tests.robustness.raw_operator import SESSION, RawOperator
@@ -78,7 +78,7 @@ def is_well(operator: RawOperator) -> None:
     operator.ask(keys.REPORT, ReportRequest(), ExecutionReport)
 
 
-def until_the_robot_says(robot: FarhandProcess, text: str, again: Callable[[], object]) -> None:
+def until_the_robot_says(robot: HeardProcess, text: str, again: Callable[[], object]) -> None:
     """Its log names the same trouble once a second at most."""
     while text not in robot.words:
         again()

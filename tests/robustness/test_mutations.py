@@ -11,7 +11,7 @@ import pytest
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.evaluation.faults import mutations
-from farhand.evaluation.faults.bounds import MOST_MB, Outcome, WrongResult, bounded, guarded, peak_mb
+from farhand.evaluation.faults.bounds import MOST_MB, AttemptOutcome, WrongResult, bounded, guarded, peak_mb
 
 
 @pytest.mark.parametrize("kind", mutations.KINDS)
@@ -47,13 +47,13 @@ def test_what_goes_wrong_is_found():
 
 
 def test_an_attempt_that_ends_its_process_is_found_and_the_next_ones_go_on():
-    def attempts(numbers: range) -> Iterator[Outcome]:
+    def attempts(numbers: range) -> Iterator[AttemptOutcome]:
         for number in numbers:
             if number == 3:
                 os.kill(os.getpid(), signal.SIGKILL)
             if number == 5:
                 os._exit(7)
-            yield Outcome(number, "refused", 0.0)
+            yield AttemptOutcome(number, "refused", 0.0)
 
     found = list(guarded(attempts, range(2, 8)))
     assert [outcome.number for outcome in found] == [2, 3, 4, 5, 6, 7]

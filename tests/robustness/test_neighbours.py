@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import zenoh
 
-from farhand.common.address import endpoint_address
+from farhand.common.address import endpoint_address, free_port
 from farhand.common.control_mode import ControlMode
 from farhand.common.link import session
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
@@ -29,8 +29,7 @@ from farhand.common.wire.messages import (
     StopAck,
     Telemetry,
 )
-from tests.farhand_process import FarhandProcess
-from tests.ports import free_port
+from farhand.evaluation.harness.farhand_process import HeardProcess
 from tests.robustness.neighbours import VEHICLE, RawPeer
 from tests.robustness.raw_operator import SESSION, RawOperator
 
@@ -41,7 +40,7 @@ _numbers = itertools.count(1)
 
 
 @pytest.fixture
-def stranger(robot: FarhandProcess, endpoint: str) -> Iterator[RawPeer]:
+def stranger(robot: HeardProcess, endpoint: str) -> Iterator[RawPeer]:
     peer = RawPeer(endpoint)
     peer.listen(TELEMETRY)
     peer.until_it_hears(TELEMETRY)  # it is connected, and hears what it may

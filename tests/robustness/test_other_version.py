@@ -19,11 +19,11 @@ from farhand.common.wire.messages import (
     StopAck,
 )
 from farhand.common.wire.reasons import Code
-from farhand.local_site.console.command_check import command_refusal
+from farhand.evaluation.harness.farhand_process import HeardProcess
 from farhand.local_site.console.facts import operator_facts
+from farhand.local_site.console.permission import command_refusal
 from farhand.local_site.view.panels.guidance import advice
 from farhand.local_site.view.panels.status_strip import _lease_words
-from tests.farhand_process import FarhandProcess
 from tests.local_site.robot_end import desk
 from tests.robustness.raw_operator import RawOperator
 
@@ -35,7 +35,7 @@ def of_another_version(message: Message) -> bytes:
 
 
 def test_the_robot_answers_no_site_of_another_version_and_says_why(
-    robot: FarhandProcess, operator: RawOperator
+    robot: HeardProcess, operator: RawOperator
 ):
     asked = of_another_version(LeaseRequest(session="newer", site_name="newer"))
     assert operator.ask_raw(keys.LEASE, asked) is None

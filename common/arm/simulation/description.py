@@ -28,10 +28,10 @@ _ROUND = 20
 @cache
 def describe(dimensions: Dimensions) -> SceneDescription:
     """Describe the looks of a scene with these dimensions."""
-    return _Reader(compile_scene(dimensions)).read(dimensions)
+    return _SceneReader(compile_scene(dimensions)).read(dimensions)
 
 
-class _Reader:
+class _SceneReader:
     """Reader of a compiled model at rest, its joints at zero."""
 
     def __init__(self, model: MjModel):

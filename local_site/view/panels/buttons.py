@@ -1,12 +1,9 @@
-"""Operator's buttons: each submits an intent.
-
-Enabled only when the table of modes and the console allow it.
-"""
+"""Operator's buttons: each submits an intent, and may be pressed while the console would do it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import viser
@@ -14,8 +11,8 @@ import viser
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Wish
 from farhand.local_site.console import intents
-from farhand.local_site.console.command_check import command_refusal
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.console.permission import refusal_of
 
 _PENDING_ICON = viser.Icon.HOURGLASS
 OnPress = Callable[[int, "ButtonSpec"], None]
@@ -24,85 +21,75 @@ Colour = Literal["blue", "gray", "green", "orange", "red", "yellow"]
 
 @dataclass(frozen=True)
 class ButtonSpec:
-    """Specification of one button.
+    """Specification of one button; it may be pressed while the console would do its intent.
 
     Args:
         label: Text on the button; a verb.
         make: Makes the intent, given the mode that the page shows.
-        enabled: Decides whether the button may be pressed.
         pending: Decides whether its action is pending.
+        colour: Colour of the button.
+        offered: Decides whether the button has a meaning now.
     """
 
     label: str
     make: Callable[[ControlMode | None], intents.Intent]
-    enabled: Callable[[ConsoleState], bool]
-    pending: Callable[[ConsoleState], bool] = lambda picture: False
+    pending: Callable[[ConsoleState], bool] = lambda state: False
     colour: Colour = "blue"
+    offered: Callable[[ConsoleState], bool] = lambda state: True
+
+    def enabled(self, state: ConsoleState) -> bool:
+        """Decide whether the button may be pressed now."""
+        return self.offered(state) and refusal_of(self.make(None), state) is None
 
 
 def _command(action: Action, label: str, colour: Colour = "blue") -> ButtonSpec:
     return ButtonSpec(
         label,
         lambda shown: intents.CommandRobot(action, shown),
-        lambda picture: command_refusal(action, picture) is None,
-        lambda picture: action in picture.pending,
+        lambda state: action in state.pending,
         colour,
     )
 
 
-def _wish(
-    wish: Wish, label: str, enabled: Callable[[ConsoleState], bool], colour: Colour = "gray"
-) -> ButtonSpec:
-    """Return a button for the control of the robot, which stays marked until the robot has answered."""
+def _wish(wish: Wish, label: str, colour: Colour = "gray") -> ButtonSpec:
+    """Return a button about who is in control; it stays marked until the robot has answered."""
     return ButtonSpec(
         label,
-        lambda _shown: intents.WishControl(wish),
-        lambda picture: picture.robot is not None and enabled(picture),
-        lambda picture: picture.wish is wish and wish in (Wish.ASK, Wish.GIVE),
+        lambda _: intents.WishControl(wish),
+        lambda state: state.wish is wish and wish in (Wish.ASK, Wish.GIVE),
         colour,
     )
 
 
-def _can_send(picture: ConsoleState) -> bool:
-    return picture.standing.differs and not picture.sending_model
-
-
-def _can_send_library(picture: ConsoleState) -> bool:
-    return any(task.differs for task in picture.tasks) and not picture.sending_library
-
-
-def _can_record(picture: ConsoleState) -> bool:
-    """Decide whether the workcell may record; while coupled, the robot records instead."""
-    if picture.coupled:
-        return command_refusal(Action.RECORD, picture) is None
-    return not picture.recording
+def _local(
+    label: str,
+    intent: intents.Intent,
+    pending: Callable[[ConsoleState], bool] = lambda state: False,
+    colour: Colour = "blue",
+) -> ButtonSpec:
+    """Return a button about this site's own demonstrations, models and arm."""
+    return ButtonSpec(label, lambda _: intent, pending, colour)
 
 
 STOP = _command(Action.STOP, "STOP", "red")
 TEACH = (
-    ButtonSpec(
-        "Record", lambda _: intents.RecordDemonstration(), _can_record, lambda p: Action.RECORD in p.pending
+    _local("Record", intents.RecordDemonstration(), lambda state: Action.RECORD in state.pending),
+    _local("End", intents.EndDemonstration()),
+    replace(
+        _local("Keep anyway", intents.EndDemonstration(anyway=True), colour="gray"),
+        offered=lambda state: bool(state.miss),
     ),
-    ButtonSpec("End", lambda _: intents.EndDemonstration(), lambda p: p.recording or p.robot_records),
-    ButtonSpec(
-        "Keep anyway", lambda _: intents.EndDemonstration(anyway=True), lambda p: bool(p.miss), colour="gray"
-    ),
-    ButtonSpec("Undo", lambda _: intents.Undo(), lambda p: p.can_undo or p.robot_records, colour="gray"),
-    ButtonSpec("Load samples", lambda _: intents.LoadSamples(), lambda p: not p.recording, colour="gray"),
-    ButtonSpec("Send model", lambda _: intents.SendModel(), _can_send, lambda p: p.sending_model),
+    _local("Undo", intents.Undo(), colour="gray"),
+    _local("Load samples", intents.LoadSamples(), colour="gray"),
+    _local("Send model", intents.SendModel(), lambda state: state.sending_model),
 )
 TEACH_ARM = (
     *TEACH,
-    ButtonSpec("Align", lambda _: intents.Align(), lambda p: not p.coupled, colour="gray"),
-    ButtonSpec("New place", lambda _: intents.ResetArm(), lambda p: not p.recording, colour="gray"),
+    _local("Align", intents.Align(), colour="gray"),
+    _local("New place", intents.ResetArm(), colour="gray"),
 )
-SEND_LIBRARY = ButtonSpec(
-    "Send library", lambda _: intents.SendLibrary(), _can_send_library, lambda p: p.sending_library
-)
-LIBRARY = (
-    ButtonSpec("Start anew", lambda _: intents.StartAnew(), lambda p: p.can_undo and not p.recording),
-    ButtonSpec("Recover", lambda _: intents.Recover(), lambda p: p.can_recover),
-)
+SEND_LIBRARY = _local("Send library", intents.SendLibrary(), lambda state: state.sending_library)
+LIBRARY = (_local("Start anew", intents.StartAnew()), _local("Recover", intents.Recover()))
 ROBOT = (
     _command(Action.ARM, "Arm"),
     _command(Action.DISARM, "Disarm", "gray"),
@@ -118,9 +105,9 @@ ROBOT = (
     _command(Action.RESET, "Reset", "gray"),
 )
 CONTROL = (
-    _wish(Wish.ASK, "Ask for control", lambda p: not p.in_control and p.wish is not Wish.ASK),
-    _wish(Wish.GIVE, "Hand over", lambda p: p.in_control and bool(p.asked_by), "yellow"),
-    _wish(Wish.WATCH, "Only watch", lambda p: p.in_control),
+    _wish(Wish.ASK, "Ask for control"),
+    _wish(Wish.GIVE, "Hand over", "yellow"),
+    _wish(Wish.WATCH, "Only watch"),
 )
 
 
@@ -141,10 +128,10 @@ class Buttons:
         """Buttons in the order of their specifications."""
         return [handle for _, handle in self._handles]
 
-    def draw(self, picture: ConsoleState) -> None:
-        """Enable the buttons that may be pressed, and mark the pending ones."""
+    def draw(self, state: ConsoleState) -> None:
+        """Enable what may be pressed, and mark what is pending."""
         for spec, handle in self._handles:
-            disabled, pending = not spec.enabled(picture), spec.pending(picture)
+            disabled, pending = not spec.enabled(state), spec.pending(state)
             if handle.disabled != disabled:
                 handle.disabled = disabled
             icon = _PENDING_ICON if pending else None

@@ -129,7 +129,7 @@ def standing_words(task: TaskStanding) -> str:
         return "not taught"
     robot = (
         "on its way"
-        if task.sending
+        if task.sending_sha256
         else "asking the robot"
         if task.asking
         else "robot lacks it"

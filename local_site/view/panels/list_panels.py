@@ -12,6 +12,7 @@ import viser
 from farhand.common.clock import elapsed_s
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.console.permission import refusal_of
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.teaching.revisions import Revision
 from farhand.local_site.view.panels.html import Html, clock, text
@@ -103,8 +104,12 @@ class LibraryPanel:
             "Go to": gui.add_button("Go to", color="blue", disabled=True),
             "Delete": gui.add_button("Delete", color="gray", disabled=True),
         }
-        self._on("Go to", lambda: intents.SelectRevision(self._chosen()))
-        self._on("Delete", lambda: intents.Delete(self._chosen()))
+        self._makes: dict[str, Callable[[], intents.Intent]] = {
+            "Go to": lambda: intents.SelectRevision(self._chosen()),
+            "Delete": lambda: intents.Delete(self._chosen()),
+        }
+        for label, make in self._makes.items():
+            self._on(label, make)
 
     def draw(self, picture: ConsoleState) -> None:
         """Show the kept revisions; the current one is selected until another one is chosen."""
@@ -121,9 +126,8 @@ class LibraryPanel:
         made = next((each.made for each in picture.revisions if each.number == self._chosen()), "")
         at = clock(datetime.fromisoformat(made).timestamp()) if made else ""
         self._made.show(f'<div class="fh-note" data-tp="made">{at and f"made at {at}"}</div>')
-        another = self._chosen() not in (0, picture.revision) and not picture.recording
-        self._enable("Go to", another)
-        self._enable("Delete", another)
+        for label, make in self._makes.items():
+            self._enable(label, refusal_of(make(), picture) is None)
 
     def _chosen(self) -> int:
         value = self._choice.value

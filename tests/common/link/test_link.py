@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from farhand.common.address import free_port
 from farhand.common.errors import LinkError
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.interface import Request
 from farhand.common.link.link import ZenohLink
 from farhand.common.wire import keys
 from farhand.common.wire.messages import MAX_BYTES
-from tests.ports import free_port
 
 PATIENCE_S = 30.0
 

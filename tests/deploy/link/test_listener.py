@@ -12,12 +12,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from farhand.common.address import bind
+from farhand.common.address import bind, free_port
 from farhand.common.errors import LinkError
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.link_control import RelayControl
 from farhand.deploy.link.listener import Listener, ListenerLimits, Visitor
-from tests.ports import free_port
 
 HOST = "127.0.0.1"
 FOREVER_S = 3600.0

@@ -19,7 +19,7 @@ from farhand.common.wire.messages import (
     Stop,
     StopAck,
 )
-from farhand.common.wire.reasons import in_words
+from farhand.common.wire.reasons import Code, because, in_words
 from farhand.local_site.console import intents
 from tests.local_site.robot_end import LEASE_ID, Desk, desk, stroke
 
@@ -109,6 +109,22 @@ def test_a_model_that_the_robot_refuses_is_not_confirmed(tmp_path: Path):
         it.console.submit(intents.SendModel())
         it.told("refused: it does not fit")
         assert not it.picture.confirmed_sha256
+
+
+def test_a_model_that_the_robot_has_lost_can_be_sent_again(tmp_path: Path):
+    with desk(tmp_path) as it:
+        it.connected(ControlMode.HOLD)
+        teach(it)
+        it.console.submit(intents.SendModel())
+        it.until(lambda p: bool(p.confirmed_sha256))
+        it.console.submit(intents.SendModel())
+        it.told("refused: the robot has it already")
+        it.robot.refusal = because(Code.NO_SUCH_MODEL, model="ab")
+        it.console.submit(intents.CommandRobot(Action.PREVIEW))
+        it.until(lambda p: p.standing.differs)
+        it.robot.refusal = None
+        it.console.submit(intents.SendModel())
+        it.until(lambda p: bool(p.confirmed_sha256))
 
 
 def test_undo_takes_back_the_last_demonstration(tmp_path: Path):

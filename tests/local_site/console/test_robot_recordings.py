@@ -104,7 +104,7 @@ def test_another_site_is_not_offered_it(meeting: Meeting, ann: Site, tmp_path: P
     bob = meeting.join("bob", tmp_path / "bob")
     assert not bob.picture.can_recover
     bob.ask(intents.Recover())
-    assert bob.told("refused: there is no demonstration to recover")
+    assert bob.told("refused: no demonstration can be recovered")
 
 
 def test_a_restarted_robot_has_none_any_more_and_the_operator_is_told(meeting: Meeting, ann: Site):

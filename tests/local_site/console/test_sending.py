@@ -60,10 +60,10 @@ def test_send_library_moves_only_what_differs(meeting: Meeting, ann: Site):
     assert confirmed(picture) and not picture.sending_library
     assert moved(ann) == lengths(ann)
     assert ann.told("send library: planar: confirmed after")
-    # Again: the robot is asked, and has it.
+    # Again: nothing differs.
     ann.ask(intents.SendLibrary())
-    assert ann.told("send library: planar: the robot has it already; other: the robot has it already")
-    assert moved(ann) == {"planar": 0, "other": 0}
+    assert ann.told("send library: refused: the robot has it already")
+    assert moved(ann) == {}
     # One task is refined.
     assert ann.ask(intents.Choose("other"), intents.LoadSamples()).tasks[1].differs
     assert confirmed(ann.ask(intents.SendLibrary()))
@@ -116,7 +116,7 @@ def test_a_task_that_the_robot_does_not_do_is_named_and_nothing_of_it_is_sent(
     assert bob.told("other: this robot does not do it") and set(moved(bob)) == {"planar"}
     assert [task.robot_does for task in picture.tasks] == [True, False] and confirmed(picture)
     bob.ask(intents.Choose("other"), intents.SendModel())
-    assert bob.told("refused: this robot does not do other") and not bob.link.models
+    assert bob.told("refused: this robot does 'planar', not 'other'") and not bob.link.models
 
 
 def test_nothing_is_sent_where_nothing_was_taught(meeting: Meeting, tmp_path: Path):

@@ -11,7 +11,7 @@ from farhand.common.control_mode import Action
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.wire.messages import ModelTransfer
 from farhand.local_site.console import intents
-from farhand.local_site.teaching.lesson import NotNow
+from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
 from tests.local_site.console.test_console import teach
 from tests.local_site.robot_end import FRAMES, TASK, Desk, desk, stroke
@@ -78,7 +78,7 @@ def test_a_crash_in_the_middle_leaves_what_was_recorded_to_the_next_process(tmp_
         assert len(recovered) >= len(crashed.current) - 51  # a second of samples, 0.02 s each, and one
         np.testing.assert_allclose(recovered, crashed.current[: len(recovered)], atol=1e-9)
         it.console.submit(intents.Recover())
-        it.told("there is no demonstration to recover")
+        it.told("no demonstration can be recovered")
 
 
 def test_samples_that_are_no_motion_are_refused_and_nothing_is_half_recorded(tmp_path: Path):
@@ -105,7 +105,7 @@ def test_undoing_an_earlier_demonstration_keeps_what_was_set_aside_for_a_later_p
 
 def test_what_is_asked_at_the_wrong_moment_is_refused(tmp_path: Path):
     library = TaskLibrary(TASK, tmp_path)
-    with pytest.raises(NotNow, match="no demonstration to recover"):
+    with pytest.raises(NotNow, match="no demonstration can be recovered"):
         library.recover()
 
 
@@ -125,7 +125,7 @@ def test_the_revisions_are_shown_and_gone_back_to(tmp_path: Path):
         it.console.submit(intents.Delete(1))
         it.until(lambda p: [revision.number for revision in p.revisions] == [2, 3])
         it.console.submit(intents.SelectRevision(1))
-        it.told("there is no revision 1 any more")
+        it.told("revision 1 is not kept any more")
 
 
 def test_a_model_is_sent_by_itself_whenever_it_changes_if_so_chosen(tmp_path: Path):

@@ -61,12 +61,12 @@ def test_a_model_counts_once_the_robot_has_confirmed_its_hash():
     sending, model = Sending(), a_model()
     got = sending.serve()
     sending.send(model)
-    assert sending.sender.sending("planar") and not sending.confirmed_sha256
+    assert sending.sender.sending_sha256("planar") and not sending.confirmed_sha256
     sending.settle()
     assert got == [
         ModelTransfer(session="session", task="planar", sha256=model.sha256, version=1, content=model.content)
     ]
-    assert sending.confirmed_sha256 == model.sha256 and not sending.sender.sending("planar")
+    assert sending.confirmed_sha256 == model.sha256 and not sending.sender.sending_sha256("planar")
     assert sending.settled == [("confirmed after 0.00 s", True)]
 
 
@@ -75,7 +75,7 @@ def test_a_refusal_is_told_in_the_robots_words():
     sending.serve(accepted=False, reason=in_words("another task"))
     sending.send(a_model())
     sending.settle()
-    assert not sending.confirmed_sha256 and not sending.sender.sending("planar")
+    assert not sending.confirmed_sha256 and not sending.sender.sending_sha256("planar")
     assert sending.settled == [("refused: another task", False)]
 
 
@@ -125,7 +125,7 @@ def test_on_a_narrow_link_a_model_goes_in_parts_each_after_the_one_before_was_co
 
     sending.remote.serve(keys.MODEL, answer)
     sending.send(model)
-    while sending.sender.sending("planar"):
+    while sending.sender.sending_sha256("planar"):
         sending.jobs.get(timeout=60.0)()
     assert bytes(got) == model.content
     assert sending.confirmed_sha256 == model.sha256
@@ -161,7 +161,9 @@ def test_a_restarted_robot_that_has_it_no_more_gets_it_again():
     for _ in range(2):
         sending.jobs.get(timeout=60.0)()
     sending.inquiries.close()
-    assert [bool(part.content) for part in got] == [False, True] and not sending.sender.sending("planar")
+    assert [bool(part.content) for part in got] == [False, True] and not sending.sender.sending_sha256(
+        "planar"
+    )
 
 
 def test_models_of_several_tasks_go_one_after_the_other():
@@ -169,7 +171,7 @@ def test_models_of_several_tasks_go_one_after_the_other():
     got = sending.serve()
     sending.send(first, "one")
     sending.send(second, "two")
-    assert sending.sender.sending("one") and sending.sender.sending("two") and len(got) == 1
+    assert sending.sender.sending_sha256("one") and sending.sender.sending_sha256("two") and len(got) == 1
     sending.jobs.get(timeout=60.0)()
     sending.settle()
     assert [(part.task, part.sha256) for part in got] == [("one", first.sha256), ("two", second.sha256)]

@@ -11,7 +11,7 @@ import pytest
 
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.model.model_file import content_hash, load
-from farhand.local_site.teaching.lesson import NotNow
+from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.revisions import KEPT
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.teaching.task_library import TaskLibrary
@@ -131,10 +131,10 @@ def test_a_deleted_revision_is_gone_and_the_one_that_counts_cannot_be(tmp_path: 
     teach(library, 60)
     library.start_anew()
     teach(library, 45)
-    with pytest.raises(NotNow, match="counts"):
+    with pytest.raises(NotNow, match="is the current one"):
         library.delete(3)
     library.delete(1)
-    with pytest.raises(NotNow, match="no revision 1"):
+    with pytest.raises(NotNow, match="revision 1 is not kept"):
         library.go_to(1)
     assert len(demonstration_files(tmp_path)) == 1
     assert [r.number for r in TaskLibrary(TASK, tmp_path).revisions] == [2, 3]

@@ -9,8 +9,8 @@ import pytest
 from msgspec import structs
 
 from farhand.common.task import TaskSet
-from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.library import Library
+from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.samples import sample_strokes
 from tests.local_site.robot_end import FRAMES, TASK, stroke
 
@@ -48,7 +48,7 @@ def test_another_task_is_not_chosen_in_the_middle_of_a_demonstration(library: Li
 
 
 def test_a_task_that_is_not_there_is_not_chosen(library: Library):
-    with pytest.raises(NotNow, match="only planar, other"):
+    with pytest.raises(NotNow, match="only planar and other"):
         library.choose("hot-stab")
     assert library.task is TASK
 

@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from farhand.common.errors import InvalidDemonstration
 from farhand.local_site.learning.learner_settings import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.lesson import NotNow
 from farhand.local_site.teaching.offline_learning import default_settings, learn_files
+from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.plausibility import (
     ARM_PERIOD_S,
     MOVED_PART,

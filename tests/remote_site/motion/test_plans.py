@@ -11,13 +11,13 @@ from farhand.common.control_mode import Action
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import Stamp
 from farhand.common.wire.words import sentence
-from farhand.remote_site.motion.plans import Plans, Situation
+from farhand.remote_site.motion.plans import Plans, PreviewConditions
 from tests.remote_site.bench import Bench
 
 SHA = "a" * 64
 
 
-def previewed() -> tuple[Bench, int, Situation]:
+def previewed() -> tuple[Bench, int, PreviewConditions]:
     """A robot with a plan that was shown, its id, and the situation that it was made in."""
     bench = Bench().armed()
     sha256 = bench.send_model().sha256

@@ -14,8 +14,8 @@ from farhand.common.wire.messages import Stamp, Telemetry
 from farhand.common.wire.reasons import Code
 from farhand.common.wire.words import sentence
 from farhand.local_site.console import intents
-from farhand.local_site.console.command_check import command_refusal
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.console.permission import command_refusal
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.buttons import ROBOT

@@ -9,10 +9,12 @@ from msgspec import structs
 from farhand.common.control_mode import Action, ControlMode, Phase, mode_after
 from farhand.common.wire.messages import Stamp, Telemetry
 from farhand.common.wire.words import sentence
-from farhand.local_site.console.command_check import command_refusal
+from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState, Pending
+from farhand.local_site.console.permission import command_refusal, refusal_of
 from farhand.local_site.exchange.stop_sender import StopStatus
-from tests.local_site.robot_end import TASK, desk
+from tests.local_site.console.test_console import teach
+from tests.local_site.robot_end import TASK, Desk, desk
 
 SHA = "a" * 64
 PREVIEWED = structs.replace(TASK, require_preview=True)
@@ -93,3 +95,52 @@ def test_execute_waits_for_a_preview_where_the_task_demands_one(nothing_yet: Con
     assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0))
     assert "press Preview first" in refusal(Action.EXECUTE, seen(nothing_yet, plan_id=0, task=PREVIEWED))
     assert not refusal(Action.EXECUTE, seen(nothing_yet, plan_id=3, task=PREVIEWED))
+
+
+LOCAL: tuple[intents.Intent, ...] = (
+    intents.RecordDemonstration(),
+    intents.EndDemonstration(anyway=True),
+    intents.Undo(),
+    intents.LoadSamples(),
+    intents.Recover(),
+    intents.StartAnew(),
+    intents.SelectRevision(1),
+    intents.SelectRevision(2),
+    intents.Delete(1),
+    intents.Delete(9),
+    intents.ResetArm(),
+    intents.Align(),
+    intents.SendModel(),
+    intents.SendLibrary(),
+    intents.Choose("nowhere"),
+)
+
+
+def taught_twice(it: Desk) -> None:
+    teach(it)
+    teach(it)
+
+
+def recording(it: Desk) -> None:
+    taught_twice(it)
+    it.console.submit(intents.RecordDemonstration())
+    for k in range(20):
+        it.console.submit(intents.Hand((0.1 + 0.02 * k, 0.2), 0.02 * k))
+    it.until(lambda p: p.recording and len(p.strokes) == 3 and len(p.strokes[2]) == 20)
+
+
+@pytest.mark.parametrize("intent", LOCAL, ids=lambda intent: f"{intent.label}-{intent}"[:40])
+@pytest.mark.parametrize(
+    "prepare", [lambda it: None, taught_twice, recording], ids=["nothing", "taught", "recording"]
+)
+def test_the_rule_foretells_what_the_console_and_its_library_do(
+    tmp_path: Path, prepare, intent: intents.Intent
+):
+    with desk(tmp_path) as it:
+        it.connected(ControlMode.HOLD)
+        prepare(it)
+        foretold, n_told = refusal_of(intent, it.picture), len(it.picture.notices)
+        it.console.submit(intent)
+        told = it.until(lambda p: len(p.notices) > n_told).notices[n_told]
+        assert told.text.startswith("refused: ") is (foretold is not None), told
+        assert foretold is None or told.text == f"refused: {sentence(foretold)}"
