@@ -1,4 +1,4 @@
-"""Access to a robot's port: who may send and hear what, by the name in the certificate."""
+"""Access rules of a robot's port: the keys that each site may send and hear, by the name in its certificate."""
 
 from __future__ import annotations
 
@@ -9,23 +9,22 @@ from farhand.common.link.certificates import Role, read_rights
 from farhand.common.wire import keys
 
 _PATIENCE_US = 100_000
-"""How long a robot waits for a listener whose queue is full, once, before it drops the listener [us]."""
+"""Longest wait of a robot for a listener with a full queue, before the listener is dropped [us]."""
 
 
 def guarded(configuration: dict[str, Any], vehicle: str, listen: str, sites: str) -> dict[str, Any]:
-    """Return the configuration of a robot, to which anybody may connect.
+    """Return the configuration of a robot with access rules, because anybody may connect to its port.
 
-    A connected site may send on `op/SITE/*` and hear `rov/*`, nothing else: no stranger reads what operators send,
-    takes their questions, or speaks for the robot. A site that reads nothing delays others by no more than
-    `_PATIENCE_US` in all: a message that must arrive waits that long for room in the listener's own queue,
-    and then the listener is dropped. A live site's queue has room: what it has not taken yet waits in the
-    sockets' buffers first.
+    A connected site may send on `op/SITE/*` and hear `rov/*`, and nothing else: no stranger can read the operators'
+    messages, take their questions, or speak for the robot. A site that does not read delays others by at most
+    `_PATIENCE_US` in all: a message that must arrive waits that long for room in the site's queue, then the site is
+    dropped. The queue of a live site has room, because its messages first wait in the sockets' buffers.
 
     Args:
         configuration: The transport's configuration.
         vehicle: Name of the robot.
-        listen: Endpoint on which it listens.
-        sites: List of sites; empty: whoever connects is an operator.
+        listen: Endpoint of the robot.
+        sites: File with the list of sites; empty: every connected site is an operator.
 
     Raises:
         InvalidConfiguration: When the list cannot be read or is malformed; names file and field.
@@ -57,7 +56,7 @@ def guarded(configuration: dict[str, Any], vehicle: str, listen: str, sites: str
 
 
 def _rules_of(role: Role, site: str, below: str, datagrams: bool) -> list[dict[str, Any]]:
-    """Return what a site may do beyond what all may: speak, and hear the answers to its own copies of questions."""
+    """Return the rules of one site beyond the common ones: to send, and to hear the answers to its copied questions."""
     channels = keys.OBSERVERS if role == "observer" else [c for c in keys.ALL if c.is_to_robot]
     rules = [_rule(f"{site} speaks", "ingress", ["put", "query"], [below + c.of(site) for c in channels])]
     if datagrams:
@@ -70,7 +69,7 @@ def _rules_of(role: Role, site: str, below: str, datagrams: bool) -> list[dict[s
 
 
 def _subjects(sites: str) -> list[tuple[dict[str, Any], Role, str]]:
-    """Return who speaks as what under which name: as its certificate says where a list has it, else anybody as an operator."""
+    """Return subject, role and name of each site: those in the list by their certificates, without a list anybody."""
     if not sites:
         return [({"id": "anybody"}, "operator", "*")]
     rights = read_rights(Path(sites).expanduser())

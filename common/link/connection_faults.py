@@ -1,4 +1,4 @@
-"""Connections that fail: given up because the other end reads nothing, or never encrypted, and for what reason.
+"""Failing connections: those whose peer does not read are ended, and the reason of a refused encryption is found.
 
 The transport closes its side of such a connection only when the last write succeeds, which it never does:
 until then a descriptor and megabytes of the kernel's buffers stay with it. Linux lists what waits where;
@@ -149,7 +149,7 @@ _OF_ROBOT = {
     20: "another authority has issued the robot's certificate",
     7: "another authority has issued the robot's certificate",
 }
-"""By OpenSSL's numbers of what is wrong with a certificate."""
+"""Reasons by OpenSSL's error numbers for the robot's certificate."""
 _OF_SITE = {
     "UNKNOWN_CA": "another authority has issued this site's certificate than the robot trusts",
     "DECRYPT_ERROR": "another authority has issued this site's certificate than the robot trusts",
@@ -157,15 +157,15 @@ _OF_SITE = {
     "BAD_CERTIFICATE": "the robot does not accept this site's certificate",
     "CERTIFICATE_REQUIRED": "the robot asks for a certificate, and this site shows none",
 }
-"""By the alert that the robot sends."""
+"""Reasons by the TLS alert of the robot, for this site's certificate."""
 
 
 def explain_silence(settings: EndpointSettings, connected: bool) -> str:
-    """Return the reason why nothing is heard of the robot over an encrypted link; empty when none is found.
+    """Return the probable reason of the robot's silence over an encrypted link; empty if none is found.
 
     Args:
         settings: Settings of the site that connects.
-        connected: Whether the transport is connected to the robot.
+        connected: True if the transport is connected to the robot.
     """
     if not settings.certificates:
         return ""
@@ -176,7 +176,7 @@ def explain_silence(settings: EndpointSettings, connected: bool) -> str:
 
 
 def find_refusal(endpoint: str, folder: Path) -> str:
-    """Try once to open an encrypted connection, and return the reason why it is refused; empty when it is not.
+    """Try once to open an encrypted connection, and return the reason of its refusal; empty if it is accepted.
 
     The robot answers TLS over TCP at the same port as QUIC, with the same certificate.
 

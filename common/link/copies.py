@@ -1,7 +1,7 @@
-"""Questions that must be answered soon: sent reliably and as datagrams, handled once, answered to every copy.
+"""Urgent questions, sent reliably and again as datagrams: handled once, with an answer to every copy.
 
-A lost packet of the reliable stream is noticed after a round trip at the earliest. Copies that are sent a moment
-later do not wait for that; whichever copy arrives first is handled, and whichever answer arrives first counts.
+The loss of a packet in the reliable stream is detected after one round trip at the earliest. Copies sent shortly
+afterwards do not wait for that. The first copy to arrive is handled, and the first answer to arrive is used.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import zenoh
 
 ID_BYTES = 8
 _COPIES_S = (0.0, 0.1, 0.2, 0.5, 0.9, 1.4, 2.0, 3.0, 4.0)
-"""Times after a question at which its copies are sent, until it is answered [s]."""
+"""Times of the copies after their question, until it is answered [s]."""
 _ANSWERS_KEPT = 256
 
 Answered = Callable[[bytes | None], None]
@@ -25,34 +25,34 @@ Reply = Callable[[bytes], None]
 
 
 class Question:
-    """Question of this site: the first answer counts, by whichever way it comes.
+    """Question of this site, settled by its first answer.
 
     Args:
-        answered: Called once, with the answer, or None when none came.
+        answered: Called once, with the answer, or with None if none came.
     """
 
     def __init__(self, answered: Answered):
         self.id = secrets.token_bytes(ID_BYTES)
-        """Id that all copies carry, and all answers."""
+        """Id in all copies and answers."""
         self._answered: Answered | None = answered
         self._lock = threading.Lock()
 
     @property
     def is_open(self) -> bool:
-        """True while it has no answer."""
+        """True while the question has no answer."""
         return self._answered is not None
 
     def on_reply(self, reply: zenoh.Reply) -> None:
-        """Take a reply of the transport."""
+        """Process a reply of the transport."""
         if reply.ok is not None:
             self.give(reply.ok.payload.to_bytes())
 
     def on_end(self) -> None:
-        """Take the end of the transport's replies."""
+        """Process the end of the transport's replies."""
         self.give(None)
 
     def give(self, data: bytes | None) -> None:
-        """Take an answer, or None for the end of all answers."""
+        """Settle the question with an answer, or with None if there is none."""
         with self._lock:
             answered, self._answered = self._answered, None
         if answered is not None:
@@ -81,7 +81,7 @@ class Copies:
             self._changed.notify()
 
     def answered(self, question_id: bytes, data: bytes) -> None:
-        """Take an answer to one of the copies; late ones are ignored."""
+        """Process an answer to one of the copies; late ones are ignored."""
         with self._changed:
             question, *_ = self._open.pop(question_id, (None,))
         if question is not None:
@@ -100,13 +100,13 @@ class Copies:
                 send()
 
     def _due(self) -> list[Callable[[], None]] | None:
-        """Wait for copies that are due; None at the end."""
+        """Wait for due copies; return None at the end."""
         with self._changed:
             while not self._closed:
                 now_s, due, next_s = time.monotonic(), [], None
                 for key, (question, send, began_s, sent) in list(self._open.items()):
                     if not question.is_open or sent == len(_COPIES_S):
-                        # The last copy may still be answered; what comes later is asked anew anyway.
+                        # The last copy may still be answered; after that the sender asks a new question.
                         if not question.is_open or now_s - began_s > 2.0 * _COPIES_S[-1]:
                             del self._open[key]
                         continue
@@ -123,10 +123,10 @@ class Copies:
 
 
 class Once:
-    """Server of a channel whose questions come in copies: the first is handled, each is answered.
+    """Server of a channel with copied questions: the first copy is handled, each copy is answered.
 
     Args:
-        handle: Takes each question once; may drop it, which leaves it unanswered.
+        handle: Called once with each question; may drop it, which leaves it unanswered.
     """
 
     def __init__(self, handle: Callable[[OnceRequest], bool | None]):
@@ -136,12 +136,12 @@ class Once:
         self._answers: OrderedDict[bytes, bytes] = OrderedDict()
 
     def take(self, question_id: bytes, data: bytes, reply: Reply) -> bool | None:
-        """Take a copy; return what its handler returns, None for one that was handled before.
+        """Process a copy; return the handler's result, or None for a copy of a known question.
 
         Args:
             question_id: Id of the question.
-            data: The question.
-            reply: Answers by the way on which this copy came; never blocks.
+            data: Bytes of the question.
+            reply: Sends the answer on the path of this copy; never blocks.
         """
         request = OnceRequest(question_id, data, reply, self._remember)
         with self._lock:
@@ -162,7 +162,7 @@ class Once:
 
 
 class OnceRequest:
-    """`Request` that is answered by every way on which a copy of it came."""
+    """`Request` that is answered on the path of every copy."""
 
     def __init__(
         self, question_id: bytes, data: bytes, reply: Reply, remember: Callable[[bytes, bytes], None]
@@ -173,7 +173,7 @@ class OnceRequest:
         self._replies: list[Reply] | None = [reply]
 
     def also(self, reply: Reply) -> bool:
-        """Answer by another way as well; False when it was answered already."""
+        """Add the path of another copy; return False if the request was answered already."""
         with self._lock:
             if self._replies is None:
                 return False
@@ -181,7 +181,7 @@ class OnceRequest:
             return True
 
     def answer(self, data: bytes) -> None:
-        """Answer it, from any thread, without blocking."""
+        """Answer the request, from any thread, without blocking."""
         with self._lock:
             replies, self._replies = self._replies, None
             self._remember(self._id, data)

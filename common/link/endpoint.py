@@ -27,7 +27,7 @@ LEAST_BPS = 80.0
 SECURE = ("quic", "tls")
 """Schemes that encrypt, and request a certificate of both ends."""
 _QUIC_OPTIONS = "?mixed_rel=1;multistream=1"
-"""One connection with datagrams beside its streams, and a stream for each priority."""
+"""Options of QUIC: datagrams beside streams in one connection, and a stream for each priority."""
 MOST_SESSIONS = 32
 """Largest number of sites connected to a robot at a time."""
 _ENVELOPE_BYTES = 1024
@@ -44,12 +44,12 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     connect: str = ""
     """Endpoint to connect to: the other site or the link process."""
     site: SiteName = "operator"
-    """Name of the operator's site, in the keys of what it sends; with a certificate, the name in that."""
+    """Name of the operator's site, in the keys of its messages; with a certificate, the name in the certificate."""
     certificates: str = ""
     """Folder of this site's ca.pem, certificate.pem and key.pem, which `farhand pki` makes; for quic/ and tls/."""
     sites: str = ""
-    """For a robot with a certificate: the authority's sites.json, which says whom it obeys, read when the robot starts. Without
-    it every site obeys whose certificate the authority has issued."""
+    """For a robot with a certificate: the authority's sites.json with the rights of each site, read when the robot starts.
+    Without it the robot obeys every site with a certificate of the authority."""
     rate_bps: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     """Capacity of the link in each direction [bit/s]; 0: more than enough.
 
@@ -61,7 +61,7 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """Longest time for a connection to open [s]; a handshake takes four one-way delays."""
 
     def __post_init__(self) -> None:
-        """Refuse a rate at which no message would ever be complete, and malformed endpoints."""
+        """Refuse a rate that is too low for any message, and malformed endpoints."""
         if 0.0 < self.rate_bps < LEAST_BPS:
             raise ValueError(
                 f"expected rate_bps of 0 (no limit) or at least {LEAST_BPS:g} bit/s, got {self.rate_bps:g}"

@@ -1,4 +1,4 @@
-"""Interface of a link between the two sites, by which a real and a virtual one are the same to both."""
+"""Interface of a link between the two sites, common to the real and the virtual one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 from farhand.common.wire.keys import Channel
 
 Deliver = Callable[[bytes], bool | None]
-"""Takes a message, without blocking; returns False when it was not wanted: its sender must slow down."""
+"""Receiver of a message; never blocks. It returns False for an unwanted message, whose sender must slow down."""
 Answered = Callable[[bytes | None], None]
 
 
@@ -21,12 +21,12 @@ class Request(Protocol):
         ...
 
     def answer(self, data: bytes) -> None:
-        """Answer it, from any thread, without blocking."""
+        """Answer the question, from any thread, without blocking."""
         ...
 
 
 Handle = Callable[[Request], bool | None]
-"""The same for a question."""
+"""Receiver of a question, like `Deliver`."""
 
 
 class Link(Protocol):
@@ -37,26 +37,26 @@ class Link(Protocol):
         ...
 
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
-        """Have each message of a channel delivered, from the thread that reads its connection."""
+        """Register the receiver of a channel's messages, called in the thread that reads the connection."""
         ...
 
     def serve(self, channel: Channel, handle: Handle) -> None:
-        """Have each question on a channel handed over in the same way."""
+        """Register the receiver of a channel's questions, called in the same way."""
         ...
 
     def limit(self, channel: Channel, bytes_per_s: float) -> None:
-        """Give a newest-only channel a byte budget [B/s]; messages beyond it are skipped, not queued."""
+        """Set the byte budget of a newest-only channel [B/s]; messages beyond it are skipped, not queued."""
         ...
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
         """Ask the other site; never blocks.
 
         Args:
-            channel: Channel on which it is served.
+            channel: Channel of the question.
             data: The question.
             timeout_s: Time-out [s].
             answered: Called at most once, from a thread of the link's own, and must not block. None: no
-                answer came, and perhaps the question was not delivered. A link that is closed before may
+                answer came, and the question may not have been delivered. A link that is closed before may
                 not call it.
         """
         ...

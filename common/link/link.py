@@ -1,9 +1,9 @@
 """Link: connection between the two sites. This folder alone speaks Zenoh.
 
-A lost put raises nothing. Therefore one thread per urgency sends, and nothing counts as arrived until the other
-site's application says so. What arrives is judged at once by the thread that reads this one connection, before it
-waits anywhere: nothing that is not understood takes a place from what is, and whoever sends too much is read more
-slowly, and nobody else.
+A lost put raises no error. Therefore one thread per urgency sends, and a message counts as arrived only when the other
+site's application has confirmed it. An arriving message is judged at once by the thread that reads its connection, before
+it enters any queue: malformed messages take no place in a queue, and a connection that sends too much is read more
+slowly, without effect on the others.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ _log = loop_logger(__name__)
 # One reader for each connection, so that a slow or paused one holds up no other; read when the first session opens.
 os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {MOST_SESSIONS + 1}))")
 _PAUSE_S = 0.002
-"""Shortest pause in reading a connection after a message that was not wanted [s]."""
+"""Shortest pause in reading a connection after an unwanted message [s]."""
 _PAUSES = 9
-"""The pause in durations of its reading: a flood has a tenth of one processor at most."""
+"""Pause as a multiple of the time spent on the message: a flood gets at most a tenth of one processor."""
 
 
 class _ZenohRequest:

@@ -13,9 +13,9 @@ from farhand.common.wire.messages import Stamp, Telemetry
 _LATE_S = 0.5
 _LOST_S = 2.0
 _OLD_S, _TOO_OLD_S = 1.0, 5.0
-"""How much older than the quickest of the last reports the newest one may be: late from here, lost from there [s]."""
+"""Excess of the newest report's age over the least age, from which reports count as late, and as lost [s]."""
 _AGED_S, _TOO_AGED_S = 5.0, 15.0
-"""Ages from which reports count as late, and as lost, in any case: the robot refuses answers to them [s]."""
+"""Absolute ages from which reports count as late, and as lost: the robot refuses answers to such old reports [s]."""
 _HEARTBEATS_KEPT = 2048
 _HISTORY = 600
 
@@ -34,7 +34,7 @@ class LinkView:
     """State of the link at one moment.
 
     Args:
-        health: Whether reports arrive, and are not much older than usual.
+        health: Arrival of the reports: ok, late, lost, or never.
         silent_s: Time since the newest report arrived [s].
         round_trip_s: Newest measured round trip [s], None before the first.
         age_s: Estimated age of the newest report: its silence plus half the round trip [s].
@@ -115,7 +115,7 @@ class LinkMonitor:
         return self._arrived_s is None or now_s - self._arrived_s >= _LOST_S
 
     def late_s(self, stamp: Stamp, now_s: float) -> float:
-        """Return how much longer than the quickest recent report something arriving now was in transit [s].
+        """Return the excess of a message's transit time over that of the quickest recent report [s].
 
         Args:
             stamp: Time of sending on the robot's clock.

@@ -1,8 +1,7 @@
 """Sending thread, so that the control loop never waits for the transport.
 
-Queue of messages to send: in order, newest-only if that suffices, within byte budgets. It has no clock.
-
-Reduction of sending while nothing is heard, so that the link is found open as soon as it is.
+Its queue keeps the order, only the newest message where that suffices, and byte budgets. While the other site is
+silent, a gate reduces the sending to small probes, so that the end of an outage is detected at once.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 _MOST_WAITING = 1024
-"""Messages that may wait for a blocked transport; those that must arrive are sent again anyway."""
+"""Largest number of messages that wait for a blocked transport; those that must arrive are repeated by their senders."""
 
 
 class SendQueue(Generic[T]):
@@ -52,16 +51,16 @@ class SendQueue(Generic[T]):
         return True
 
     def limit(self, newest_only: str, bytes_per_s: float) -> None:
-        """Give a name its byte budget [B/s]; zero or less lifts it."""
+        """Set the byte budget of a name [B/s]; zero or less removes it."""
         self._budgets[newest_only] = bytes_per_s
         self._not_before_s.pop(newest_only, None)
 
     def clear(self) -> None:
-        """Drop what waits; budgets stay."""
+        """Drop the waiting messages; budgets stay."""
         self._waiting.clear()
 
     def take(self, now_s: float) -> T | None:
-        """Return the oldest item that may go now, or None."""
+        """Return the oldest item that may be sent now, or None."""
         for key, (item, name, n_bytes) in self._waiting.items():
             if self._remaining_s(name, now_s) <= 0.0:
                 del self._waiting[key]
@@ -71,7 +70,7 @@ class SendQueue(Generic[T]):
         return None
 
     def ready_in_s(self, now_s: float) -> float | None:
-        """Return the time until an item may go [s]; None when nothing waits."""
+        """Return the time until an item may be sent [s]; None if nothing waits."""
         waits_s = (self._remaining_s(name, now_s) for _, name, _ in self._waiting.values())
         return min(waits_s, default=None)
 
@@ -82,7 +81,7 @@ class SendQueue(Generic[T]):
 Send = Callable[[], None]
 
 HELD_UP_S = 0.08
-"""Duration from which a send was delayed by somebody [s]."""
+"""Duration of a send above which a listener has delayed it [s]."""
 
 
 class Outbox:
@@ -171,24 +170,24 @@ class SilenceGate:
         self._probed_s: dict[float, float] = {}
 
     def heard(self) -> None:
-        """Note that something arrived."""
+        """Note the arrival of a message."""
         self._heard_s = self._clock()
 
     @property
     def silent_s(self) -> float:
-        """Time since something arrived, or since the beginning [s]."""
+        """Time since the last arrival, or since the start [s]."""
         return self._clock() - self._heard_s
 
     @property
     def is_silent(self) -> bool:
-        """True while nothing is heard for longer than usual."""
+        """True while the silence is longer than usual."""
         return self.silent_s > self._silent_after_s
 
     def lets_out(self, n_bytes: int) -> bool:
-        """Decide whether a message that the next one replaces may be sent now.
+        """Decide whether a replaceable message may be sent now.
 
         Args:
-            n_bytes: Size of the message, with what the transport adds [B].
+            n_bytes: Size of the message, with the transport's own bytes [B].
         """
         return self._is_due(_SMALL_PAUSE_S if n_bytes < _SMALL_BYTES else _LARGE_PAUSE_S)
 
@@ -197,7 +196,7 @@ class SilenceGate:
         return self._is_due(_STOP_PAUSE_S)
 
     def lets_ask(self) -> bool:
-        """Decide whether a question that is asked again and again may be asked now."""
+        """Decide whether a periodic question may be asked now."""
         return self._is_due(_QUESTION_PAUSE_S)
 
     def _is_due(self, pause_s: float) -> bool:

@@ -1,9 +1,9 @@
-"""Rate that is left for streams on a lossy QUIC connection, found from what each site misses of the other's.
+"""Rate for the streams of a lossy QUIC connection, from the losses and delays that each site measures.
 
-QUIC takes lost packets for congestion, also those that a radio link loses. Its window then shrinks to two full packets
-a round trip, one of which it keeps free; datagrams that do not fit wait for seconds, and old reports arrive in the
-place of new ones. Each site counts what it misses of the other's streams, and how much longer than usual they take,
-and tells both in a mark on its own messages; meanwhile the streams share what is certain to leave at once.
+QUIC takes lost packets for congestion, even those lost by a radio link. Its window then shrinks to two full packets
+per round trip, one of which it keeps free; datagrams that do not fit wait for seconds, and old reports arrive in
+place of new ones. Each site measures the losses and the excess delay of the other's streams, and reports both in a
+mark on its own messages. While these are high, the streams share a rate that the smallest window lets out at once.
 """
 
 from __future__ import annotations
@@ -20,38 +20,38 @@ from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel
 
 _LEAST_WINDOW_BYTES = 1400
-"""What the smallest window lets out in a round trip: one packet of the size that QUIC finds on most paths [B]."""
+"""Bytes per round trip in the smallest window: one packet of the size that QUIC finds on most paths [B]."""
 SHARES: dict[Channel, float] = {
     keys.TELEMETRY: 0.75,
     keys.INPUT: 0.55,
     keys.HEARTBEAT: 0.20,
 }
-"""Shares of it; the streams have a connection of their own."""
+"""Share of each stream in that rate; the streams have a connection of their own."""
 _LOSSY, _HARMLESS = 0.02, 0.01
-"""Shares of lost messages from which the streams are slowed down, and below which they no longer are."""
+"""Loss above which the streams are slowed down, and loss below which that ends (hysteresis)."""
 _QUEUED_S, _QUEUE_EASED = 0.12, 0.25
-"""Delay beyond the usual that shows a queue [s], and the share of the pace while it empties."""
+"""Excess delay that indicates a queue [s], and the reduced share of the rate while the queue empties."""
 _WINDOW, _ENOUGH, _NEWEST = 200, 20, 4
-"""Messages over which losses are counted, the fewest that tell anything, and those that tell the present delay."""
+"""Number of messages for the loss, least number for an estimate, and number for the present delay."""
 _KNOWN_S, _ROUND_TRIPS = 5.0, 300
 _TICK_S = 0.02
 _MARK = struct.Struct(">HHIHIHBB")
-"""Sender, number of the message, its time [ms]; whom it answers, that one's time, how long it was held [ms]; its loss
-and its delay beyond the usual."""
+"""Mark: sender, number and time of the message [ms]; the answered peer, the time in its newest mark, the time since that
+mark arrived [ms]; the measured loss and excess delay."""
 
 
 @dataclass
 class _Peer:
-    """Other site, as its marks tell.
+    """State of the other site, from its marks.
 
     Args:
-        heard_s: Time when its newest mark came [s].
-        sent_ms: Time in that mark, on its own clock [ms].
-        loss: Share that it misses of this site's streams; all until it says so.
-        queued_s: Delay beyond the usual of this site's streams [s].
+        heard_s: Arrival time of the newest mark [s].
+        sent_ms: Time in that mark, on the other site's clock [ms].
+        loss: Loss of this site's streams, as measured there; 1 before the first measurement.
+        queued_s: Excess delay of this site's streams, as measured there [s].
         numbers: Newest number on each channel.
-        arrived: Whether the last messages arrived; each gap counts once, so that an outage is no loss.
-        ways_ms: Time from its clock to this site's of the last messages [ms].
+        arrived: Arrival of the last messages; each gap is one loss, so that an outage hardly counts.
+        ways_ms: Arrival minus sending time of the last messages, on two clocks [ms].
     """
 
     heard_s: float
@@ -63,7 +63,7 @@ class _Peer:
     ways_ms: deque[int] = field(default_factory=lambda: deque(maxlen=_WINDOW))
 
     def count(self, channel: str, number: int) -> bool:
-        """Count a message, and a gap before it; False for one that was overtaken."""
+        """Count a message, and a gap before it; return False for an overtaken message."""
         ahead = (number - self.numbers.get(channel, number - 1)) & 0xFFFF
         if not 0 < ahead < 0x8000:
             return False
@@ -73,20 +73,20 @@ class _Peer:
 
     @property
     def missed(self) -> float:
-        """Share of its streams that this site misses; all while that is not known."""
+        """Loss of the other site's streams; 1 while too few messages have arrived."""
         n = len(self.arrived)
         return self.arrived.count(False) / n if n >= _ENOUGH else 1.0
 
     @property
     def late_s(self) -> float:
-        """Delay of its last messages beyond the shortest [s]; each of them has at least this much."""
+        """Least excess of the last messages' delay over the shortest delay [s]."""
         if not self.ways_ms:
             return 0.0
         return (min(list(self.ways_ms)[-_NEWEST:]) - min(self.ways_ms)) * 1e-3
 
 
 class StreamPace:
-    """Observer of marks, from any thread.
+    """Maker and reader of the marks, for any thread.
 
     Args:
         clock: Returns the time, on a clock that does not go back [s].
@@ -105,7 +105,7 @@ class StreamPace:
         """Return the mark of a message that is sent now.
 
         Args:
-            channel: Key of its channel.
+            channel: Key of the message's channel.
         """
         with self._lock:
             now_s, peer = self._clock(), self._peers.get(self._newest)
@@ -118,11 +118,11 @@ class StreamPace:
             return _MARK.pack(*mine, self._newest, peer.sent_ms, held_ms, *quality)
 
     def heard(self, channel: str, mark: bytes) -> None:
-        """Take the mark of a message of the other site; ignore one of another form.
+        """Process the mark of a message of the other site; ignore one of another form.
 
         Args:
             channel: Key of the message's channel.
-            mark: Its mark.
+            mark: Mark of the message.
         """
         if len(mark) != _MARK.size:
             return
@@ -149,7 +149,7 @@ class StreamPace:
 
     @property
     def rate_bytes_s(self) -> float:
-        """Rate that the streams should share [B/s]; 0: as much as they want."""
+        """Rate for all streams together [B/s]; 0: unlimited."""
         round_trip_s = self.round_trip_s
         with self._lock:
             now_s = self._clock()

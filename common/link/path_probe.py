@@ -1,8 +1,8 @@
-"""Watch of the path to a robot during a long outage, so that a new connection is begun the moment it is back.
+"""Probe of the path to a robot during a long outage, so that a new connection begins as soon as the path is back.
 
-After half a minute of silence QUIC gives its connection up. An attempt to connect that was begun during the outage
-has doubled its pauses meanwhile and wastes seconds when the path is back. A packet of an unknown version costs
-nothing: every QUIC server answers it with the versions that it speaks (RFC 9000, section 6).
+After half a minute of silence QUIC gives up its connection. An attempt to connect that began during the outage has
+doubled its pauses by then, and loses seconds after the path's return. A packet of an unknown version is a cheap
+probe: every QUIC server answers it with its versions (RFC 9000, section 6).
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from collections.abc import Callable
 from farhand.common.address import endpoint_address
 
 _SILENT_S = 25.0
-"""Silence from which the path is probed; QUIC gives up after 30 s [s]."""
+"""Silence after which the path is probed; QUIC gives up after 30 s [s]."""
 _EVERY_S = 0.4
 _ATTEMPT_S, _ATTEMPT_ROUND_TRIPS = 1.5, 7.0
-"""How long a new connection may take before the next one is begun: so long, and so many round trips [s]."""
+"""Time limit of a new connection before the next attempt: a constant [s] plus a number of round trips."""
 _PROBE_BYTES = 1200
-"""Smallest packet that a server answers [B]."""
+"""Size of the smallest packet that a server answers [B]."""
 _LONG_HEADER, _RESERVED_VERSION, _ID_BYTES = b"\xc0", b"\x1a\x2a\x3a\x4a", 8
 
 
 class PathProbe:
-    """Observer of the path, in a thread of its own.
+    """Prober of the path, in a thread of its own.
 
     Args:
         endpoint: QUIC endpoint of the robot.
-        silent_s: Returns how long nothing was heard of the robot [s].
-        is_connected: Returns whether the transport has a connection.
-        reconnect: Begins a new connection; may take a moment.
+        silent_s: Returns the robot's silence [s].
+        is_connected: Returns True if the transport has a connection.
+        reconnect: Begins a new connection; may block for a moment.
     """
 
     def __init__(
@@ -60,12 +60,12 @@ class PathProbe:
                 self._wait_for_path()
 
     def _wait_for_path(self) -> None:
-        """Probe until the path is back, and connect again until something is heard."""
+        """Probe until the path is back, then reconnect until the robot is heard."""
         while not self._closed.is_set() and self._silent_s() >= _SILENT_S:
             round_trip_s = probe(self._address, _EVERY_S, self._closed)
             if round_trip_s is None:
                 continue
-            if self._is_connected():  # it may live: it is given the time that it needs
+            if self._is_connected():  # the connection may have survived: wait for it
                 self._until_heard(_ATTEMPT_S)
             else:
                 self._reconnect()
@@ -81,11 +81,11 @@ class PathProbe:
 def probe(
     address: tuple[str, int], every_s: float, ended: threading.Event, patience_s: float = 5.0
 ) -> float | None:
-    """Return the round trip to a QUIC server [s]; None when it does not answer.
+    """Return the round trip to a QUIC server [s]; None without an answer.
 
     Args:
         address: Host and port of the server.
-        every_s: Time between two packets [s]; the answer to each counts.
+        every_s: Time between two packets [s]; an answer to any of them is accepted.
         ended: Ends the attempt early.
         patience_s: Time to wait for an answer [s].
     """
@@ -117,7 +117,7 @@ def _packet(mine: bytes) -> bytes:
 
 
 def _answered(sock: socket.socket, wait_s: float, ended: threading.Event) -> bytes:
-    """Return the id of the packet whose answer arrives within a time; empty when none does."""
+    """Return the id of the first packet answered within a time; empty if none is."""
     until_s = time.monotonic() + wait_s
     while (left_s := until_s - time.monotonic()) > 0:
         sock.settimeout(left_s)
@@ -125,7 +125,7 @@ def _answered(sock: socket.socket, wait_s: float, ended: threading.Event) -> byt
             data = sock.recv(2048)
         except TimeoutError:
             return b""
-        except OSError:  # refused at once: do not ask faster for that
+        except OSError:  # refused at once: keep the pause between packets
             ended.wait(max(0.0, until_s - time.monotonic()))
             return b""
         if data[1:5] == bytes(4) and data[5:6] == bytes([_ID_BYTES]):

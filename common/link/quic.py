@@ -1,6 +1,6 @@
-"""Delivery by kind over QUIC: streams at the pace that the connection carries, what is urgent both ways.
+"""Delivery over QUIC by kind of message: streams at a rate that the connection carries, urgent messages in two ways.
 
-Over TCP the transport delivers everything in order, late rather than never, and none of this is needed.
+Over TCP the transport delivers all messages in order, however late, so none of this applies.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel
 
 _CHANGE = 0.1
-"""Relative change of the rate from which the streams' budgets are set anew."""
+"""Relative change of the rate that updates the budgets of the streams."""
 _SENT_KEPT = 64
 ASKER_BYTES = 8
 
@@ -35,7 +35,7 @@ class QuicDelivery:
     Args:
         rate_bps: Capacity of the link [bit/s]; 0: more than enough.
         put: Puts a message now, in the channel's sending thread.
-        limit: Gives a streamed channel its budget [B/s]; zero lifts it.
+        limit: Sets the budget of a streamed channel [B/s]; zero removes it.
     """
 
     def __init__(self, rate_bps: float, put: Put, limit: Callable[[Channel, float], None]):
@@ -45,37 +45,37 @@ class QuicDelivery:
         self._paced_bytes_s = self._next_report_s = 0.0
         self._sent: dict[Channel, deque[bytes]] = {}
         self.asker = secrets.token_hex(ASKER_BYTES)
-        """Random name of this process in the key of the answers to it."""
+        """Random name of this process, in the key of the answers to its questions."""
 
     def watch_path(
         self, endpoint: str, is_connected: Callable[[], bool], reconnect: Callable[[], None]
     ) -> None:
-        """Connect again as soon as a path that was closed for long is open.
+        """Begin to probe the path, and reconnect as soon as it is back after a long outage.
 
         Args:
             endpoint: Endpoint of the robot.
-            is_connected: Returns whether the transport has a connection.
+            is_connected: Returns True if the transport has a connection.
             reconnect: Begins a new connection.
         """
         self._probe = PathProbe(endpoint, lambda: self._gate.silent_s, is_connected, reconnect)
 
     def heard(self) -> None:
-        """Note that something arrived."""
+        """Note the arrival of a message."""
         self._gate.heard()
 
     def lets_out(self, channel: Channel, n_bytes: int) -> bool:
-        """Decide whether a message may be sent now; one that may not is skipped.
+        """Decide whether a message may be sent now; otherwise it is skipped.
 
         Args:
-            channel: Its channel.
-            n_bytes: Its size, with what the transport adds [B].
+            channel: Channel of the message.
+            n_bytes: Size of the message, with the transport's own bytes [B].
         """
         if channel is keys.STOP:
             return self._gate.lets_stop()
         if channel.must_arrive:
             return True
         if channel is keys.TELEMETRY and (rate := SHARES[channel] * self._paced_bytes_s):
-            # Another one follows soon: better a fresh one then than this one when its turn comes.
+            # The next report follows soon: a fresh one then is better than this one sent late.
             now_s = time.monotonic()
             if now_s < self._next_report_s:
                 return False
@@ -83,20 +83,20 @@ class QuicDelivery:
         return self._gate.lets_out(n_bytes)
 
     def send(self, channel: Channel, data: bytes) -> None:
-        """Send a message now, in the way of its kind."""
+        """Send a message now, according to its kind."""
         if channel.is_streamed:
             self._put(channel, data, False, self._pace.mark(channel.key))
         elif channel.both_ways:
             self._put(channel, data, False, None)
             sent = self._sent.setdefault(channel, deque(maxlen=_SENT_KEPT))
-            if data not in sent:  # its sender repeats it; one copy on the reliable way is enough
+            if data not in sent:  # its sender repeats it; one reliable copy is enough
                 sent.append(data)
                 self._put(channel, data, True, None)
         else:
             self._put(channel, data, True, None)
 
     def arrived(self, channel: Channel, sample: zenoh.Sample) -> None:
-        """Read the mark of a sample, and slow the streams down or not, as it says."""
+        """Process the mark of a sample, and set the rate of the streams by it."""
         if not channel.is_streamed or sample.attachment is None:
             return
         self._pace.heard(channel.key, sample.attachment.to_bytes())
@@ -108,19 +108,19 @@ class QuicDelivery:
                     self._limit(stream, share * rate)
 
     def lets_ask(self, channel: Channel) -> bool:
-        """Decide whether a question may be asked now: what is asked each second would fill the window of an outage.
+        """Decide whether a question may be asked now: a question each second would fill the window during an outage.
 
         Args:
-            channel: Its channel.
+            channel: Channel of the question.
         """
         return channel is not keys.LEASE or self._gate.lets_ask()
 
     def ask(self, question: Question, submit: Callable[[], None]) -> None:
-        """Send copies of a question until it is answered, while anything is heard.
+        """Send copies of a question until it is answered; none while the other site is silent.
 
         Args:
             question: The question.
-            submit: Has one copy sent; never blocks.
+            submit: Queues one copy for sending; never blocks.
         """
         self._copies.add(question, lambda: None if self._gate.is_silent else submit())
 
@@ -129,7 +129,7 @@ class QuicDelivery:
         return question.id + self.asker.encode()
 
     def answered(self, sample: zenoh.Sample) -> None:
-        """Take an answer to a copy."""
+        """Process an answer to a copy."""
         if sample.attachment is not None:
             self._copies.answered(sample.attachment.to_bytes(), sample.payload.to_bytes())
 
@@ -141,7 +141,7 @@ class QuicDelivery:
 
 
 def copy_of(item: zenoh.Query | zenoh.Sample) -> tuple[bytes, str] | None:
-    """Return the question's id and the asker of a copy; None for what is no copy."""
+    """Return the question's id and the asking process of a copy; None for any other item."""
     attachment: Any = item.attachment
     if attachment is None or len(attachment) != ID_BYTES + 2 * ASKER_BYTES:
         return None

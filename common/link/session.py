@@ -1,7 +1,7 @@
-"""Transport session that can be closed and opened again in place, with everything that was declared on it.
+"""Transport session that can be reopened in place, with all declarations made on it.
 
-Zenoh reads certificates and rights when a session opens, and never again; and an attempt to connect that was begun
-during an outage has backed off. Another session takes milliseconds, while the robot's boot and execution go on.
+Zenoh reads certificates and rights only when a session opens, and an attempt to connect that began during an outage
+has backed off. A new session takes milliseconds, and the robot's boot and execution continue meanwhile.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _MOST_PUBLISHERS = 128
 _SAID_EVERY_S = 10.0
 
 Declare = Callable[[zenoh.Session], Any]
-"""Declares a subscriber or a queryable with a callback, and returns it."""
+"""Function that declares a subscriber or a queryable with a callback, and returns it."""
 
 
 class Session:
@@ -50,10 +50,10 @@ class Session:
         self._declared: list[Any] = []
         self._publishers: OrderedDict[object, zenoh.Publisher] = OrderedDict()
         self.reopened = 0
-        """Number of times that the session was opened again."""
+        """Number of reopenings."""
 
     def declare(self, declare: Declare) -> None:
-        """Declare something on this session and on each that follows.
+        """Make a declaration on this session and on each later one.
 
         Args:
             declare: Makes the declaration.
@@ -63,10 +63,10 @@ class Session:
             self._declared.append(declare(self._session))
 
     def publisher(self, name: object, declare: Callable[[zenoh.Session], zenoh.Publisher]) -> zenoh.Publisher:
-        """Return the publisher of a name on the present session, declared when it has none.
+        """Return the publisher of a name on the present session; declare it if it is new.
 
         Args:
-            name: Anything by which the publisher is found again; one thread alone uses it.
+            name: Key of the publisher, used by one thread alone.
             declare: Declares the publisher.
         """
         with self._changed:
@@ -85,13 +85,13 @@ class Session:
         self._session.get(*args, **options)
 
     def locators(self) -> list[str]:
-        """Return the locators of the other ends that are connected."""
+        """Return the locators of the connected peers."""
         with contextlib.suppress(zenoh.ZError):  # it is being closed
             return [link.dst for link in self._session.info.links()]
         return []
 
     def reopen(self) -> None:
-        """Close the session and open it again with what the files say now; in between nothing is sent or heard."""
+        """Close the session and open it with the present files; in between nothing is sent or received."""
         with self._swapping:
             if self._closed:
                 return
@@ -104,7 +104,7 @@ class Session:
                 self._declared = [declare(session) for declare in self._declarations]
 
     def close(self) -> None:
-        """End the session; twice changes nothing. Without it the interpreter would hang at its exit."""
+        """Close the session; a second call does nothing. Without it the interpreter would hang at its exit."""
         with self._changed:
             if self._closed:
                 return
@@ -114,7 +114,7 @@ class Session:
             self._session.close()
 
     def _until_opened(self) -> zenoh.Session:
-        """Open the session, as often as it takes: for a moment another process may have the port."""
+        """Retry to open the session: another process may have the port for a moment."""
         said_s = -_SAID_EVERY_S
         while True:
             try:

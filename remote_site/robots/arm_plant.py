@@ -1,4 +1,4 @@
-"""ArmPlant: the simulated arm behind the `Plant` protocol; its points are poses of the plug's tip."""
+"""Simulated arm as a `Plant`; its points are poses of the plug's tip."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class ArmPlant:
         return self._ticks * TICK_S
 
     def set_receptacle(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
-        """Set where the receptacle is believed to be, None when unknown; valid until set again.
+        """Set the estimated receptacle, None while it is unknown; valid until the next call.
 
         Near the receptacle the arm moves relative to it, limits its pressing force, and keeps its links off
         the panel. A plug that is to be extracted must not be pressed in: see `Servo.set_receptacle`.

@@ -22,7 +22,7 @@ def embodiment_of(
         remembered: State in its last boot, None in its first.
 
     Raises:
-        InvalidConfiguration: When it does not run at the configured rate.
+        InvalidConfiguration: When the robot cannot run at the configured control rate.
     """
     if isinstance(task, PointTask):
         return SimulatedPoint(task, config, clock, remembered).embodiment

@@ -31,7 +31,7 @@ PERIOD_S = 0.05
 _FAR = 1e6
 """Limit of plausible numbers [m, rad, s, N]."""
 _STILL = 2e-5
-"""Changes below this are none [m, rad, s, N]."""
+"""Smallest change that is written [m, rad, s, N]."""
 
 
 class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
@@ -59,16 +59,16 @@ class PlantState(Struct, frozen=True, forbid_unknown_fields=True):
         )
 
     def is_like(self, other: PlantState | None) -> bool:
-        """Decide whether another state differs by no more than a robot at rest does."""
+        """Decide whether another state differs from this one by less than `_STILL`."""
         if other is None or (self.executing, self.arm is None) != (other.executing, other.arm is None):
             return False
         return np.allclose(self._numbers(), other._numbers(), rtol=0.0, atol=_STILL)
 
     def check(self) -> None:
-        """Check that a robot can be in this state.
+        """Check that this state is possible.
 
         Raises:
-            InvalidConfiguration: When a number is none, or of no place.
+            InvalidConfiguration: When a number is not finite or too large, or a pose is not one.
         """
         if not all(abs(number) < _FAR for number in self._numbers()):
             raise InvalidConfiguration("state", "", f"numbers below {_FAR:g}")
@@ -127,14 +127,14 @@ class PlantMemory:
         return self._path.with_suffix(".stale")
 
     def remember(self, state: PlantState) -> None:
-        """Have a state written soon, unless it is unchanged. Never blocks."""
+        """Queue a state for writing, unless it is unchanged. Never blocks."""
         if not state.is_like(self._newest):
             self._newest = state
             self._box.put(state)
             self._wanted.set()
 
     def close(self) -> None:
-        """Write what waits, and end."""
+        """Write the waiting state, and end the thread."""
         self._closed = True
         self._wanted.set()
         self._thread.join(timeout=5.0)

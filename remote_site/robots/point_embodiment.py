@@ -81,7 +81,7 @@ class PointHardware:
     Args:
         task: Task whose limits apply.
         plant: The point.
-        perception: Its sight.
+        perception: Sight of the robot.
         control_hz: Control rate [Hz].
     """
 
@@ -104,7 +104,7 @@ class PointHardware:
 
 
 class PointSkill:
-    """Skill without touch: it believes what it sees.
+    """Skill without touch: the belief is the sight.
 
     Args:
         task: The first task.
@@ -160,10 +160,10 @@ class PointSkill:
 
 
 class NoWorld:
-    """World of a real machine: sight alone judges it, no target can be moved, and nothing must be remembered.
+    """World of a real machine: it is measured by sight alone, has no movable target, and stores nothing.
 
     Args:
-        perception: Its sight.
+        perception: Sight of the robot.
     """
 
     def __init__(self, perception: Perception):
@@ -174,7 +174,7 @@ class NoWorld:
         return TrackingRecord(self._perception)
 
     def move_target(self, position_m: Array) -> None:
-        """See `World`; without a simulation the target stays where it is."""
+        """See `World`; without a simulation the target cannot be moved."""
 
     def memory(self, task: AnyTask) -> ArmMemory | None:
         """See `World`."""
@@ -192,7 +192,7 @@ def point_embodiment(
     Args:
         task: The first task.
         plant: The point.
-        perception: Its sight.
+        perception: Sight of the robot.
         control_hz: Control rate [Hz].
         world: Knowledge that only a simulation has; none when not given.
     """

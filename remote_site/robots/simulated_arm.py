@@ -53,14 +53,14 @@ _COMPLIANCE = ComplianceSettings()
 
 @dataclass(frozen=True)
 class ArmConditions:
-    """Conditions of a simulated arm: disturbances, noise, and its means against them.
+    """Conditions of a simulated arm: disturbances, noise, and the countermeasures in use.
 
     Args:
         noise: Errors of the tracker.
         disturbances: Motions of the receptacle, the vehicle and the water.
         box: Region in which the receptacle may be.
         compliance: Compliance of the arm.
-        correcting: Whether contact corrects the frame.
+        correcting: True if contact corrects the frame.
         attempts: Number of retreats from jams.
     """
 
@@ -73,11 +73,11 @@ class ArmConditions:
 
     @classmethod
     def of(cls, task: ArmTask) -> ArmConditions:
-        """Return the conditions that a task names."""
+        """Return the conditions of a task."""
         return cls(TRACKERS[task.tracker], DISTURBANCES[task.disturbances])
 
     def new_recovery(self, enters: bool) -> Recovery:
-        """Return the recovery of an execution; `enters` tells whether the plug is inserted."""
+        """Return the recovery of an execution; `enters` is True for an insertion."""
         return Recovery(self.correcting, self.attempts, enters=enters)
 
 
@@ -142,7 +142,7 @@ class SimulatedArm:
     def _start(
         self, task: ArmTask, remembered: ArmMemory | None, seed: int, placement: Placement | None
     ) -> tuple[ArmPlant, SimulatedEnvironment]:
-        """Put the arm where it was in its last boot, or where `placement` says, or where its seed says."""
+        """Place the arm as in its last boot, else by `placement`, else by its seed."""
         limits = MotionLimits(speed_m_s=self.max_speed_m_s, acceleration_m_s2=self._acceleration)
         settings, box = ServoSettings(limits, self._conditions.compliance), self._conditions.box
         if remembered is not None:

@@ -20,7 +20,7 @@ from farhand.remote_site.interface.plant import EffectorState
 Array = NDArray[np.float64]
 
 SLIDE_M_S = 0.03
-"""Speed of a receptacle on its way to a new place, which a plug in its bore can follow [m/s]."""
+"""Speed of a receptacle that is moved to a new place, slow enough for a plug in its bore to follow [m/s]."""
 
 
 class SimulatedEnvironment:
@@ -38,7 +38,7 @@ class SimulatedEnvironment:
         self._disturbances, self._box, self._began_s = disturbances, box, began_s
 
     def __call__(self, time_s: float) -> Surroundings:
-        """Return all that acts on the arm at a time of the simulation [s]."""
+        """Return all disturbances of the arm at a time of the simulation [s]."""
         happening, at_s = self._disturbances, self.disturbed_s(time_s)
         return Surroundings(
             moved(self.rest(time_s), happening.receptacle(at_s)),
@@ -48,7 +48,7 @@ class SimulatedEnvironment:
         )
 
     def disturbed_s(self, time_s: float) -> float:
-        """Return for how long the disturbances have gone on, over all boots [s]."""
+        """Return the time of the disturbances, over all boots [s]."""
         return self._began_s + time_s
 
     def rest(self, time_s: float) -> Array:
@@ -69,7 +69,7 @@ class SimulatedEnvironment:
 
 
 _HELD_S = 1.0
-"""Time for which the goal must have been held to be reached [s]."""
+"""Time for which the goal must be held to count as reached [s]."""
 
 
 class PlugRecord:
