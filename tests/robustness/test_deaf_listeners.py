@@ -50,11 +50,11 @@ def acknowledged_after_s(operator: RawOperator, n: int) -> list[float]:
     return took_s
 
 
-def ask_for_much(peer: RawPeer, over: threading.Event) -> None:
-    """Ask for the robot's events at every priority, no faster than its inbox takes it, until the session is closed."""
+def ask_for_much(peer: RawPeer, over: threading.Event, priorities: tuple[zenoh.Priority, ...]) -> None:
+    """Ask for the robot's events at some priorities, no faster than its inbox takes it, until the session is closed."""
     with contextlib.suppress(zenoh.ZError):
         while not over.wait(0.03):
-            for priority in PRIORITIES:
+            for priority in priorities:
                 peer.session.get(
                     f"{VEHICLE}/{keys.EVENTS.of('deaf')}", zenoh.handlers.Callback(lambda _: None, indirect=False),
                     payload=encode(EventsRequest()), timeout=600.0, priority=priority,
@@ -74,14 +74,22 @@ class Events:
         return [said(event) for event in events if event.kind == "dropped"]
 
 
-@pytest.mark.parametrize("n_peers", [1, 3])
-def test_who_asks_for_much_and_reads_nothing_holds_up_no_stop_and_is_dropped(n_peers, endpoint, operator):
+@pytest.mark.parametrize(
+    ("n_peers", "priorities"),
+    [(1, PRIORITIES), (3, PRIORITIES), *((1, (priority,)) for priority in PRIORITIES)],
+)
+def test_who_asks_for_much_and_reads_nothing_holds_up_no_stop_and_is_dropped(
+    n_peers, priorities, endpoint, operator
+):
     """At each priority that the robot answers with, so that its queues for that listener are full."""
     acknowledged_after_s(operator, 70)  # each is an event: the answers below are large
     assert len(operator.ask(keys.EVENTS, EventsRequest(), EventsReply).events) >= 32
     over, events, took_s = threading.Event(), Events(operator), []
     peers = [DeafPeer(endpoint) for _ in range(n_peers)]
-    asking = [threading.Thread(target=ask_for_much, args=(peer.raw, over), daemon=True) for peer in peers]
+    asking = [
+        threading.Thread(target=ask_for_much, args=(peer.raw, over, priorities), daemon=True)
+        for peer in peers
+    ]
     try:
         for peer in peers:
             peer.raw.listen(f"{VEHICLE}/rov/**")
