@@ -9,12 +9,12 @@ import numpy as np
 
 from benchmarks.timing import BenchmarkRow, best_times_us
 from farhand.common.arm.compliance import SeenReceptacle
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics, compose
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
 from farhand.common.arm.velocity_ik import VelocityIk
 from farhand.remote_site.robots.arm_plant import ArmPlant
+from tests.cells import JACO
 
 _TWIST = np.array([0.05, 0.02, -0.03, 0.1, 0.0, 0.2])
 
@@ -22,10 +22,10 @@ _TWIST = np.array([0.05, 0.02, -0.03, 0.1, 0.0, 0.2])
 def rows() -> list[BenchmarkRow]:
     """Time physics, servo and both together, in free water and seated."""
     free, seated = _plant(until_s=0.5), _plant(until_s=9.5)
-    kinematics = Kinematics(Dimensions())
+    kinematics = Kinematics(JACO)
     ik = VelocityIk(kinematics)
-    still = Surroundings.still(Dimensions())
-    bare, at_rest = Simulation(), np.zeros(6)
+    still = Surroundings.still(JACO)
+    bare, at_rest = Simulation(JACO), np.zeros(6)
     us = best_times_us(
         {
             "free": _ticks(free),
@@ -45,7 +45,7 @@ def rows() -> list[BenchmarkRow]:
 
 def _plant(until_s: float) -> ArmPlant:
     """Return an arm that has moved down the axis for a time."""
-    plant = ArmPlant(Simulation(), lambda _: Surroundings.still(Dimensions()))
+    plant = ArmPlant(Simulation(JACO), lambda _: Surroundings.still(JACO))
     plant.set_receptacle(SeenReceptacle(plant.simulation.mouth, np.zeros(6)))
     while plant.time_s < until_s:
         depth_m = float(np.interp(plant.time_s, [3.0, 8.0], [-0.12, 0.083]))

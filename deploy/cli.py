@@ -30,6 +30,11 @@ class Up:
     """quic encrypts, with certificates that are made for this run alone; lost packets of the simulated link are lost."""
     port: int = 8080
     """Port of the web page on this machine; 0 takes a free one, which is printed with the page's address."""
+    robot: str = ""
+    """Robot of an arm's task: name of one that comes with Farhand (jaco, panda, baxter-left, baxter-right), or a robot file;
+    jaco when not given."""
+    own_arm: str = ""
+    """The operator's own arm, in the same way; it need not be the robot's."""
     seed: int = 0
     """Seed of all random numbers."""
     data_dir: str = ""
@@ -39,7 +44,11 @@ class Up:
         """Run the command and return its exit status."""
         from farhand.deploy.up import Together, run_up
 
-        return run_up(Together(self.task, self.link, self.seed, self.transport), self.port, self.data_dir)
+        return run_up(
+            Together(self.task, self.link, self.seed, self.transport, self.robot, self.own_arm),
+            self.port,
+            self.data_dir,
+        )
 
 
 @dataclass(frozen=True)
@@ -54,6 +63,11 @@ class Demo:
     turn, each from the end of the one before."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
+    robot: str = ""
+    """Robot of an arm's task: name of one that comes with Farhand (jaco, panda, baxter-left, baxter-right), or a robot file;
+    jaco when not given."""
+    own_arm: str = ""
+    """The operator's own arm, in the same way; it need not be the robot's."""
     seed: int = 0
     """Seed of the hand's tremor, the target's phase, the noise and the link's jitter."""
     transport: Literal["tcp", "quic"] = "tcp"
@@ -72,7 +86,7 @@ class Demo:
         from farhand.deploy.up import Together, run_demo
 
         parse_outage(self.outage)
-        together = Together(self.task, self.link, self.seed, self.transport)
+        together = Together(self.task, self.link, self.seed, self.transport, self.robot, self.own_arm)
         return run_demo(together, self.outage, self.json, self.data_dir)
 
 
@@ -96,6 +110,8 @@ class Local:
     task: str | None = None
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between; planar
     when not given. The other site needs the same tasks."""
+    own_arm: str | None = None
+    """The operator's own arm: name of one that comes with Farhand, or a robot file; jaco when not given."""
     port: int | None = None
     """Port of the web page; none or 0: no page."""
     host: str | None = None
@@ -125,7 +141,7 @@ class Local:
         from farhand.deploy.processes import run_local, run_scripted
 
         overrides = {
-            "link_connect": self.connect, "link_certificates": self.certificates, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task,
+            "link_connect": self.connect, "link_certificates": self.certificates, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task, "own_arm": self.own_arm,
             "page_port": self.port, "page_host": self.host, "page_published_at": self.published_at, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
             "connect_timeout_s": self.connect_timeout_s, "watch": self.watch or None,
         }  # fmt: skip
@@ -156,6 +172,8 @@ class Remote:
     task: str | None = None
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between; planar
     when not given. The other site needs the same tasks."""
+    robot: str | None = None
+    """Robot of an arm's task: name of one that comes with Farhand, or a robot file; jaco when not given."""
     data_dir: str | None = None
     """Folder of the events and of the simulated robot's state; ~/.local/share/farhand when not given."""
     seed: int | None = None
@@ -172,6 +190,7 @@ class Remote:
             link_sites=self.sites,
             link_rate_bps=self.link_rate_bps,
             task=self.task,
+            robot=self.robot,
             data_dir=self.data_dir,
             seed=self.seed,
         )

@@ -128,27 +128,38 @@ def import_recordings(files: Sequence[Path], out: Path | None, preview: bool, op
     return 0
 
 
-def make_samples(out: Path, task: str, n: int, seed: int) -> int:
+def make_samples(out: Path, task: str, n: int, seed: int, own_arm: str = "") -> int:
     """Have the scripted operator demonstrate."""
+    from farhand.deploy.places import find_cell, find_task
     from farhand.local_site.workcell.operator_arm import DEMONSTRATIONS
 
     if not 1 <= n <= _MOST_SAMPLES or seed < 0:
         expected = f"1 to {_MOST_SAMPLES}, and zero or more, got {n}, {seed}"
         raise InvalidConfiguration("command line", "n, seed", expected)
+    cell = find_cell(find_task(task), own_arm)
+    assert cell is not None, "the tasks of DEMONSTRATIONS are an arm's"
     out.mkdir(parents=True, exist_ok=True)
     for number in range(n):
         file = out / f"{task}-{number}.npz"
-        DEMONSTRATIONS[task](seed + number).save(file)
+        DEMONSTRATIONS[task](seed + number, cell).save(file)
         _say(f"written: {file}")
     return 0
 
 
-def evaluate(study: str, trials: int | None, seed: int, out: Path, only: str | None = None) -> int:
-    """Run a study."""
+def evaluate(
+    study: str,
+    trials: int | None,
+    seed: int,
+    out: Path,
+    robot: str = "",
+    own_arm: str = "",
+    only: str | None = None,
+) -> int:
+    """Run a study; of the arm, on a robot, with what is taught on the operator's arm."""
     from farhand.evaluation.study import run
 
     command = " ".join(["farhand", *sys.argv[1:]])
-    result = run(study, trials, seed, out, command, only)
+    result = run(study, trials, seed, out, command, robot, own_arm, only)
     _say(f"written: {result.with_suffix('.md')}, with its figures and {result.name} beside it")
     return 0
 

@@ -83,12 +83,16 @@ class Evaluate:
     """Folder for the results."""
     only: str | None = None
     """Only the trials of this task, neighbour, profile or whatever else the study tells apart; an unknown word lists them."""
+    robot: str = ""
+    """Robot of a study of the arm: name of one that comes with Farhand, or a robot file; jaco when not given."""
+    own_arm: str = ""
+    """Arm on which the scripted operator teaches for such a study; the demonstrations that come along when not given."""
 
     def run(self) -> int:
         """Run the command and return its exit status."""
         from farhand.deploy.offline import evaluate
 
-        return evaluate(self.study, self.trials, self.seed, self.out, self.only)
+        return evaluate(self.study, self.trials, self.seed, self.out, self.robot, self.own_arm, self.only)
 
 
 @dataclass(frozen=True)
@@ -124,9 +128,11 @@ class SamplesCommand:
     """Number of demonstrations."""
     seed: int = 0
     """Seed of the first demonstration; each further one adds 1."""
+    own_arm: str = ""
+    """Arm on which to demonstrate: name of one that comes with Farhand, or a robot file; jaco when not given."""
 
     def run(self) -> int:
         """Run the command and return its exit status."""
         from farhand.deploy.offline import make_samples
 
-        return make_samples(self.out, self.task, self.n, self.seed)
+        return make_samples(self.out, self.task, self.n, self.seed, self.own_arm)

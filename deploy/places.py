@@ -7,6 +7,8 @@ import re
 import tempfile
 from pathlib import Path
 
+from farhand.common.arm.cell import Cell
+from farhand.common.arm.robot_file import RobotFile, load_robot
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.names import PATTERN, default_site_name
 from farhand.common.task import AnyTask, PointTask, TaskSet, load_task
@@ -14,6 +16,7 @@ from farhand.common.task import AnyTask, PointTask, TaskSet, load_task
 _REMEDY = "a folder that can be written, which --data-dir or the variable XDG_DATA_HOME names"
 _TASKS = Path(__file__).with_name("tasks")
 _SAMPLES = Path(__file__).with_name("samples")
+_ROBOTS = Path(__file__).with_name("robots")
 _FORMER_NAMES = {"hot-unstab": "hot-stab-removal"}
 
 
@@ -52,6 +55,48 @@ def find_point_task(name_or_file: str) -> PointTask:
     if not isinstance(task, PointTask):
         raise InvalidConfiguration("task", "robot", f'"point", got the task of another robot, {task.name!r}')
     return task
+
+
+def find_robot(name_or_file: str) -> RobotFile:
+    """Return a robot by the name of one that comes with Farhand, or by its file.
+
+    Args:
+        name_or_file: Name or file; empty: the robot that the file `default` beside them names.
+
+    Raises:
+        InvalidConfiguration: When there is none, or it is malformed.
+    """
+    name_or_file = name_or_file or (_ROBOTS / "default").read_text(encoding="utf-8").strip()
+    path = Path(name_or_file)
+    if path.suffix != ".toml":
+        path = _ROBOTS / f"{name_or_file}.toml"
+        if not re.match(PATTERN, name_or_file) or not path.is_file():
+            known = ", ".join(sorted(file.stem for file in _ROBOTS.glob("*.toml")))
+            raise InvalidConfiguration("robot", "", f"{known}, or a .toml file; got {name_or_file!r}")
+    return load_robot(path)
+
+
+def find_cell(task: AnyTask, robot: str = "") -> Cell | None:
+    """Return the arm with its receptacle that a task is for, None for the task of a point.
+
+    Args:
+        task: A task of the robot.
+        robot: Name or file of the robot, see `find_robot`.
+
+    Raises:
+        InvalidConfiguration: When there is no such robot, it does not fit its model, or it is named for a point.
+    """
+    if isinstance(task, PointTask):
+        if robot:
+            raise InvalidConfiguration(
+                "robot", "", f"none, as {task.name} is the task of a point, got {robot!r}"
+            )
+        return None
+    from farhand.common.arm.robot_model import arm_spec  # the physics take a second to import
+
+    cell = Cell(robot=find_robot(robot))
+    arm_spec(cell.robot)
+    return cell
 
 
 def sample_files(task_name: str) -> list[Path]:

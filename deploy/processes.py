@@ -70,14 +70,15 @@ _LINK_FIELDS = (
 
 def run_remote(config_file: Path | None, **overrides: object) -> int:
     """Serve one robot until SIGTERM or Ctrl-C."""
-    from farhand.deploy.places import data_folder, find_tasks
+    from farhand.deploy.places import data_folder, find_cell, find_tasks
     from farhand.remote_site.config import RemoteConfig
     from farhand.remote_site.site import RemoteSite
 
     follow_parent()
     config = configured(RemoteConfig, config_file, **overrides)
     tasks = find_tasks(config.task)
-    site = RemoteSite(config, tasks, data_folder(config.data_dir))
+    cell = find_cell(tasks.first, config.robot)
+    site = RemoteSite(config, tasks, data_folder(config.data_dir), cell)
     _check_certified_name(config.link, "vehicle", config.link.vehicle)
     who = Identity("robot", config.link.vehicle, config.link.listen, tasks.names)
     with status_door(who, site.facts, site.data_folder):
@@ -127,13 +128,14 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
 
 def _local_site(config: LocalConfig) -> tuple[LocalSite, Identity]:
     """Return the operator's site, and its identity for `farhand status`."""
-    from farhand.deploy.places import data_folder, find_tasks, sample_files, site_name
+    from farhand.deploy.places import data_folder, find_cell, find_tasks, sample_files, site_name
     from farhand.local_site.site import LocalSite
 
     tasks, folder = find_tasks(config.task), data_folder(config.data_dir)
     name = config.site_name or _certified_name(config.link) or site_name(folder)
     _check_certified_name(config.link, "site_name", name)
-    site = LocalSite(config, name, tasks, folder, sample_files)
+    cell = find_cell(tasks.first, config.own_arm)
+    site = LocalSite(config, name, tasks, folder, sample_files, cell)
     return site, Identity("operator", name, config.link.connect, tasks.names)
 
 

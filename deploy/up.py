@@ -24,7 +24,7 @@ from farhand.deploy.child import Child, say_ready
 from farhand.deploy.link.link_process import PROFILES_FILE
 from farhand.deploy.outcome import summary
 from farhand.deploy.pki.throw_away import Identities, Transport, throw_away_identities
-from farhand.deploy.places import check_writable, data_folder, find_tasks, site_name
+from farhand.deploy.places import check_writable, data_folder, find_cell, find_tasks, site_name
 from farhand.deploy.status_door import last_words
 
 _log = logging.getLogger(__name__)
@@ -46,12 +46,16 @@ class Together:
         link: Profile of the simulated link.
         seed: Seed of all random numbers.
         transport: Scheme of the endpoints.
+        robot: Name or file of the robot; empty for the usual one.
+        own_arm: Name or file of the operator's arm; empty for the usual one.
     """
 
     task: str
     link: str
     seed: int
     transport: Transport = "tcp"
+    robot: str = ""
+    own_arm: str = ""
 
     def check(self) -> None:
         """Refuse settings in one line before the start that would end the processes one by one.
@@ -59,7 +63,9 @@ class Together:
         Raises:
             InvalidConfiguration: When there is no such task or profile, or the tasks are not for the same robot.
         """
-        find_tasks(self.task)
+        tasks = find_tasks(self.task)
+        for name in {self.robot, self.own_arm} - {""}:
+            find_cell(tasks.first, name)
         self.rate_bps()
         if self.seed < 0:
             raise InvalidConfiguration("command line", "seed", f"zero or more, got {self.seed}")
@@ -182,7 +188,16 @@ async def _start_and_wait(
     task, seed = f"--task={settings.task}", f"--seed={settings.seed}"
     shared = [task, seed, f"--link-rate-bps={settings.rate_bps():g}", *data]
     end = f"{settings.transport}/{_HOST}"
-    remote = Child("remote", ["remote", f"--listen={end}:{remote_port}", *identities.robot, *shared])
+    remote = Child(
+        "remote",
+        [
+            "remote",
+            f"--listen={end}:{remote_port}",
+            *_named("robot", settings.robot),
+            *identities.robot,
+            *shared,
+        ],
+    )
     link = Child(
         "link",
         ["link", f"--listen={_HOST}:0", f"--target={_HOST}:{remote_port}", f"--control={_HOST}:0",
@@ -198,7 +213,9 @@ async def _start_and_wait(
             *identities.operator,
             f"--link-control={_HOST}:{ports['control_port']}",
         ]
-        local = Child("local", ["local", *connect, *shared, *local_arguments])
+        local = Child(
+            "local", ["local", *connect, *_named("own-arm", settings.own_arm), *shared, *local_arguments]
+        )
         children.append(local)
         _log.info("starting the local site")
         # The local site needs only the link's port, so it starts at the same time as the remote site.
@@ -220,6 +237,10 @@ async def _start_and_wait(
     if ended is local and "--demo" in local_arguments and status >= 0:
         return status  # it has done its job, or told the reason why not
     raise ProcessFailed(ended.exit_message())
+
+
+def _named(option: str, robot: str) -> list[str]:
+    return [f"--{option}={robot}"] if robot else []
 
 
 async def _patiently(starting: asyncio.Future[T], children: Sequence[Child]) -> T:

@@ -7,6 +7,8 @@ A study is a module of this package that `STUDIES` names, with three functions a
     summarise(results)      -> (summary, Markdown)
     draw(results, out_dir)  -> names of the figures that it made there
 
+A study of the arm says `TAKES_ROBOT = True`; then each case names the `arm` and the `own_arm` that the command line names.
+
 Seeds that were used for tuning never report: `reporting_seeds` and `tuning_seeds` cannot overlap.
 """
 
@@ -119,7 +121,14 @@ def reporting_seeds(seed: int, n: int) -> range:
 
 
 def run(
-    name: str, trials: int | None, seed: int, out_dir: Path | str, command: str, only: str | None = None
+    name: str,
+    trials: int | None,
+    seed: int,
+    out_dir: Path | str,
+    command: str,
+    robot: str = "",
+    own_arm: str = "",
+    only: str | None = None,
 ) -> Path:
     """Run a study and write its record.
 
@@ -129,6 +138,8 @@ def run(
         seed: Chooses the reporting seeds.
         out_dir: Folder of the record; made when missing.
         command: Command line, for the record.
+        robot: Name or file of the robot, for a study of the arm.
+        own_arm: Name or file of the arm on which such a study is taught.
         only: Runs only the cases in which some value is this word.
 
     Returns:
@@ -144,7 +155,14 @@ def run(
     if not 0 <= seed <= _MOST:
         raise InvalidConfiguration("evaluate", "seed", f"from 0 to {_MOST}, got {seed}")
     study = cast(Study, importlib.import_module(STUDIES[name]))
-    results = _run_all(name, study.trial, _chosen(study.cases(trials, seed), only))
+    arms = {key: value for key, value in (("arm", robot), ("own_arm", own_arm)) if value}
+    if arms and not getattr(study, "TAKES_ROBOT", False):
+        raise InvalidConfiguration(
+            "evaluate", next(iter(arms)), f"none: {name} runs on no arm, or on one alone"
+        )
+    results = _run_all(
+        name, study.trial, [{**case, **arms} for case in _chosen(study.cases(trials, seed), only)]
+    )
     summary, markdown = study.summarise(results)
     record = {
         "study": name,

@@ -20,6 +20,8 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     """Control socket of the simulated link, host:port; empty for a real link."""
     task: str = "planar"
     """Name of a task that comes with Farhand, or a task file; several, of one robot, with commas between them."""
+    own_arm: str = ""
+    """The operator's own arm: name of a robot that comes with Farhand, or a robot file; empty: the first of them."""
     site_name: SiteName | None = None
     """Name of this site for the robot and other operators; none: made from the user, the host and the data folder."""
     watch: bool = False

@@ -11,15 +11,17 @@ from typing import TYPE_CHECKING, Any
 from msgspec import structs
 
 from farhand.common.address import parse_address
+from farhand.common.arm.cell import Cell
 from farhand.common.errors import LinkError
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.connection_faults import explain_silence
 from farhand.common.link.link import ZenohLink
 from farhand.common.log import EventLog
 from farhand.common.process_status import DataFolder, OperatorFacts
-from farhand.common.task import ArmTask, TaskSet
+from farhand.common.task import TaskSet
 from farhand.common.whole_file import Claim
 from farhand.common.wire.messages import Wish
+from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.config import LocalConfig
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.facts import operator_facts
@@ -49,6 +51,7 @@ class LocalSite:
         tasks: Tasks to teach and execute.
         data_dir: Folder of demonstrations and models.
         sample_files: Returns the demonstrations that come with each task, if they are not in its own file.
+        cell: The operator's arm in front of its receptacle, for the tasks of an arm.
     """
 
     def __init__(
@@ -58,13 +61,13 @@ class LocalSite:
         tasks: TaskSet,
         data_dir: Path,
         sample_files: SampleFiles = no_files,
+        cell: Cell | None = None,
     ):
-        self._name = name
+        self._name, self._cell = name, cell
         self._config, self._tasks, self._sample_files = config, tasks, sample_files
         self._claim = Claim(data_dir / "operator", "what was taught")
         self._library = Library(tasks, data_dir)
         self._event_log = data_dir / "operator" / name / "events.jsonl"
-        self._scenes = data_dir / "scenes"
         self._data_dir, self._stop = data_dir, threading.Event()
         self._opened_now: _Opened | None = None
 
@@ -129,23 +132,22 @@ class LocalSite:
         self.warm_up()
         first = self._tasks.first
         log = EventLog(self._event_log)
-        place = make_workcell(first, self._sample_files, self._config.seed, stepped)
-        known = self._known_scenes() if page_port else None
+        place = make_workcell(first, self._cell, self._sample_files, self._config.seed, stepped)
+        own = self._own_scene() if page_port else None
         opened = _Opened(
-            self._config, self._name, self._library, place, log, self._stop, page_port, known, self._data_dir
+            self._config, self._name, self._library, place, log, self._stop, page_port, own, self._data_dir
         )
         self._opened_now = opened
         return opened
 
-    def _known_scenes(self) -> KnownScenes | None:
-        """Return the known drawings of arms: the operator's own, and those fetched from earlier robots."""
-        if not isinstance(self._tasks.first, ArmTask):
+    def _own_scene(self) -> SceneDescription | None:
+        """Return the drawing of the operator's own arm, None without one."""
+        if self._cell is None:
             return None
         # Imported here: boards do not need the arm's physics.
-        from farhand.common.arm.dimensions import Dimensions
         from farhand.common.arm.simulation.description import describe
 
-        return KnownScenes(self._scenes, (describe(Dimensions()),))
+        return describe(self._cell)
 
 
 class _Opened:
@@ -160,16 +162,16 @@ class _Opened:
         log: EventLog,
         stop: threading.Event,
         page_port: int,
-        known: KnownScenes | None,
+        own: SceneDescription | None,
         data_dir: Path,
     ):
         self._config, self._library, self._stop, self._page_port = config, library, stop, page_port
-        self.log, self._data_dir = log, data_dir
+        self.log, self._data_dir, self._own = log, data_dir, own
         self._link = ZenohLink(structs.replace(config.link, site=name))
         wish = Wish.WATCH if config.watch else Wish.CONTROL
         self.console = Console(
             library, self._link, name, log, wish, rate_bps=config.link.rate_bps, place=place,
-            known=known,
+            known=KnownScenes(data_dir / "scenes", (own,)) if own is not None else None,
         )  # fmt: skip
         self.page: Page | None = None
 
@@ -228,7 +230,7 @@ class _Opened:
         door = Door(
             config.page_host, config.page_names, kept_token(self._data_dir), config.page_published_at
         )  # fmt: skip
-        page = Page(self.console, self._library.task, control, door, self._page_port)
+        page = Page(self.console, self._library.task, control, door, self._page_port, self._own)
         page.start()
         _log.info("the page is at %s", page.address)
         return page

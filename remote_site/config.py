@@ -16,6 +16,8 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     link: EndpointSettings = EndpointSettings(listen="tcp/127.0.0.1:7447")
     task: str = "planar"
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
+    robot: str = ""
+    """Name of a robot that comes with Farhand, or a robot file; empty: the first of them. Of an arm alone."""
     seed: Annotated[int, Meta(ge=0)] = 0
     """Seed of the simulated measurement noise and of the target's phase."""
     control_hz: Annotated[float, Meta(ge=10, le=1000)] | None = None

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from farhand.common.arm.cell import Cell
 from farhand.common.clock import BootClock
 from farhand.common.errors import InvalidMessage
 from farhand.common.link.budget import limit_flows, part_bytes
@@ -71,6 +72,7 @@ class Robot:
         embodiment: Embodiment; the simulated robot of the first task when not given.
         try_model: Hands a received model to a worker, which answers; never blocks. Without it the model is
             tried at once, as suits virtual time.
+        cell: Arm in front of its receptacle, for the tasks of an arm.
     """
 
     def __init__(
@@ -84,13 +86,14 @@ class Robot:
         remembered: PlantState | None,
         embodiment: Embodiment | None = None,
         try_model: TryModel = try_at_once,
+        cell: Cell | None = None,
     ):
         self._try_model = try_model
         self._config, self._n_dims, self._link = config, tasks.first.space.n_dims, link
         self._ticks = 0
         self.overruns = 0
         """Control periods that came too late, as counted by `RemoteSite`."""
-        self.embodiment = embodiment or embodiment_of(tasks.first, config, clock, remembered)
+        self.embodiment = embodiment or embodiment_of(tasks.first, config, clock, remembered, cell)
         """Embodiment, with its control rate."""
         self.supervisor = Supervisor(
             tasks, config, self.embodiment, clock, self._announce, request_plan, write

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from farhand.common.arm.cell import Cell
 from farhand.common.clock import BootClock, Rate, SuspendWatch
 from farhand.common.control_mode import ControlMode
 from farhand.common.link.link import ZenohLink
@@ -86,10 +87,11 @@ class RemoteSite:
         config: Endpoints, rates, limits.
         tasks: Tasks of the robot.
         data_dir: Folder of its events and of the simulated robot's state.
+        cell: Arm in front of its receptacle, for the tasks of an arm.
     """
 
-    def __init__(self, config: RemoteConfig, tasks: TaskSet, data_dir: Path):
-        self._config, self._tasks = config, tasks
+    def __init__(self, config: RemoteConfig, tasks: TaskSet, data_dir: Path, cell: Cell | None = None):
+        self._config, self._tasks, self._cell = config, tasks, cell
         self._data_dir = data_dir / "robot" / config.link.vehicle
         self._stop = threading.Event()
         self._robot: Robot | None = None
@@ -169,7 +171,7 @@ class RemoteSite:
         try:
             robot = Robot(
                 self._config, self._tasks, BootClock(), link, planner.request, event_log.append,
-                remembered, try_model=trials.submit_trial,
+                remembered, try_model=trials.submit_trial, cell=self._cell,
             )  # fmt: skip
             for reason in filter(None, (why, memory.unknown_place)):
                 robot.supervisor.machine.tell(EventKind.RESTARTED, reason, succeeded=False)

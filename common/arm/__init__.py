@@ -1,6 +1,6 @@
 """Simulated arm, tool, receptacle and water: the only importer of mujoco, dm_control and mink.
 
-    dimensions ── arm, receptacle ── scene ── Simulation      what a robot and its surroundings do
+    robot_file, cell ── arm, receptacle ── scene ── Simulation      what a robot and its surroundings do
                         kinematics ── Servo                   what makes an arm follow accelerations
                                       preflight, rendering
 

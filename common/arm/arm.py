@@ -1,4 +1,4 @@
-"""Kinova Jaco with its hand, which grips the plug: MJCF."""
+"""Arm with its tool: the model of a robot file, attached to a scene, and the plug that it holds."""
 
 from __future__ import annotations
 
@@ -6,71 +6,61 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.arm.dimensions import HIDDEN, LINK, PLUG, SHOWN, UNTOUCHABLE, Dimensions, Plug
-from farhand.common.arm.engine import kinova
+from farhand.common.arm.cell import HIDDEN, PLUG, UNTOUCHABLE, Cell, Plug
+from farhand.common.arm.engine import MjSpec, mjcf, mujoco
 from farhand.common.arm.lathe import add_lathe
+from farhand.common.arm.robot_file import RobotFile
+from farhand.common.arm.robot_model import arm_spec
 
-JOINTS = tuple(f"jaco_arm/joint_{i}" for i in range(1, 7))
-TIP = "jaco_arm/jaco_hand/tip"
-TOOL = "jaco_arm/jaco_hand/hand"
-"""Name of the body of the hand, which carries all links behind the wrist."""
-HELD = "jaco_arm/jaco_hand/plug"
-"""Name of the body with everything that the hand grips."""
-
-_FORWARDS = (0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0)
-"""Quaternion of the wrist's axes in the hand's axes."""
-_GRIP_RAD = {"b_finger": 0.95, "b_finger_tip": 0.55}
-"""Angle of the closed fingers [rad]."""
+ARM, _TOOL = "arm/", "tool/"
+"""Prefixes of all names of the arm and of its tool in a scene."""
+TIP, HELD = f"{_TOOL}tip", f"{_TOOL}plug"
+"""Site of the tip, and the body with everything that the arm holds."""
 
 
-def make_arm(dimensions: Dimensions) -> Any:
-    """Build the arm with its tool and return its MJCF root, to be attached at the base."""
-    arm = kinova.JacoArm()
-    arm.wrist_site.attach(_make_tool(dimensions))
-    root = arm.mjcf_model
-    for body in root.find_all("body"):
-        if not body.full_identifier.endswith("/"):  # attachment frames have no such attribute
-            body.gravcomp = dimensions.water.buoyancy
-    for geom in root.find_all("geom"):
-        geom.group = geom.group if geom.group is not None else SHOWN
-    _paint(root)
-    return root
+def joint_names(robot: RobotFile) -> list[str]:
+    """Return the names of the joints in a scene."""
+    return [ARM + name for name in robot.joints]
 
 
-def _make_tool(dimensions: Dimensions) -> Any:
-    """Build the hand with its fingers closed permanently around the plug."""
-    root = kinova.JacoHand().mjcf_model
-    hand = root.find("body", "hand")
-    for joint in root.find_all("joint"):
-        body = joint.parent
-        angle = _GRIP_RAD[body.name.rstrip("_123")]
-        body.quat = _product(body.quat if body.quat is not None else (1.0, 0.0, 0.0, 0.0), angle)
-        joint.remove(affect_attachments=False)
-    for actuator in root.find_all("actuator"):
-        actuator.remove()
-    for geom in root.find_all("geom"):
-        geom.contype, geom.conaffinity, geom.group = 0, 0, SHOWN
-    hand.add("site", name="wrist", quat=_FORWARDS)
-    hand.add(
-        "geom",
-        name="palm",
-        type="capsule",
-        fromto=(0, 0, -0.03, 0, 0, -0.13),
-        size=(0.045,),
-        contype=LINK,
-        conaffinity=LINK,
-        mass=0,
-        group=HIDDEN,
-    )
-    _add_plug(root, hand, dimensions)
+def tool_name(robot: RobotFile) -> str:
+    """Return the name in a scene of the body with everything behind the wrist."""
+    return ARM + robot.mount.body
+
+
+def add_arm(scene: MjSpec, cell: Cell) -> None:
+    """Attach the arm with its tool to a scene.
+
+    Raises:
+        InvalidConfiguration: When its file does not fit its model.
+    """
+    robot = cell.robot
+    base = scene.worldbody.add_body(name=ARM, pos=robot.base.pos_m, quat=robot.base.quat_wxyz)
+    scene.attach(arm_spec(robot), prefix=ARM, frame=base.add_frame())
+    mount = robot.mount
+    hand = scene.body(tool_name(robot))
+    tool = mujoco.MjSpec.from_string(_make_tool(cell).to_xml_string())
+    scene.attach(tool, prefix=_TOOL, frame=hand.add_frame(pos=mount.pos_m, quat=mount.quat_wxyz))
+    ahead_m = np.empty(3)
+    mujoco.mju_rotVecQuat(ahead_m, (0.0, 0.0, cell.plug.reach_m), mount.quat_wxyz)
+    # Rounded, so that a half turn of the mount is exact.
+    hand.add_site(name=TIP, pos=np.round(mount.pos_m + ahead_m, 12), quat=mount.quat_wxyz)
+
+
+def _make_tool(cell: Cell) -> Any:
+    """Build the tool in the mount's axes, with the scene's only sensors: force and torque of the wrist."""
+    root = mjcf.RootElement(model="tool")
+    root.compiler.angle = "radian"
+    root.worldbody.add("site", name="wrist")
+    _add_plug(root, cell)
     root.sensor.add("force", name="force", site="wrist")
     root.sensor.add("torque", name="torque", site="wrist")
     return root
 
 
-def _add_plug(root: Any, hand: Any, dimensions: Dimensions) -> None:
-    plug, contact = dimensions.plug, dimensions.contact
-    body = hand.add("body", name="plug", quat=_FORWARDS, gravcomp=dimensions.water.buoyancy)
+def _add_plug(root: Any, cell: Cell) -> None:
+    plug, contact = cell.plug, cell.contact
+    body = root.worldbody.add("body", name="plug", gravcomp=cell.robot.actuation.gravity_compensated)
     r, tip = plug.radius_m, plug.reach_m
     body.add(
         "geom",
@@ -87,7 +77,6 @@ def _add_plug(root: Any, hand: Any, dimensions: Dimensions) -> None:
         solimp=contact.solimp,
         group=HIDDEN,
     )
-    hand.add("site", name="tip", pos=(0.0, 0.0, -tip), quat=_FORWARDS)
     root.asset.add("material", name="steel", rgba=(0.78, 0.80, 0.82, 1.0), specular=0.9, shininess=0.8)
     root.asset.add("material", name="seal", rgba=(0.04, 0.04, 0.04, 1.0), specular=0.3, shininess=0.3)
     root.asset.add("material", name="handle", rgba=(0.95, 0.45, 0.05, 1.0), specular=0.3, shininess=0.4)
@@ -110,19 +99,3 @@ def _plug_profiles(plug: Plug) -> dict[str, list[tuple[float, float]]]:
         seals += [(radius, tip - z + along) for radius, along in ring]
     seals.append((0.0, tip - 0.026))
     return {"steel": steel, "handle": handle, "seal": seals}
-
-
-def _paint(root: Any) -> None:
-    """Add materials that react to light: dark composite links with pale rings."""
-    for material in root.find_all("material"):
-        if material.name == "dark_gray":
-            material.rgba, material.specular, material.shininess = (0.20, 0.21, 0.23, 1.0), 0.7, 0.5
-        elif material.name == "light_gray":
-            material.rgba, material.specular, material.shininess = (0.75, 0.77, 0.78, 1.0), 0.8, 0.7
-
-
-def _product(quat: Any, angle_rad: float) -> np.ndarray:
-    """Rotate a quaternion further about its own z axis."""
-    w, x, y, z = quat
-    c, s = np.cos(0.5 * angle_rad), np.sin(0.5 * angle_rad)
-    return np.array([w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s])

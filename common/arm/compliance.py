@@ -183,7 +183,7 @@ class Wrist:
     def __init__(self, kinematics: Kinematics):
         self._kinematics = kinematics
         self._mass_kg, self._centre = kinematics.tool_weight()
-        self._reach_m = kinematics.dimensions.plug.reach_m
+        self._reach_m = kinematics.cell.plug.reach_m
         self.bias, self._sum = np.zeros(6), np.zeros(6)
         """Reading without contact and without the tool's weight [N, Nm]. Shape (6,)."""
         self._to_tare = 0

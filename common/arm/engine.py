@@ -30,5 +30,6 @@ mjcf: Any = _mjcf
 kinova: Any = _kinova
 
 MjModel: TypeAlias = Any
+MjSpec: TypeAlias = Any
 MjData: TypeAlias = Any
 MjcfElement: TypeAlias = Any

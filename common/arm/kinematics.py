@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm import arm
-from farhand.common.arm.dimensions import LINK, Dimensions
-from farhand.common.arm.engine import MjModel, mink, mjcf, mujoco
+from farhand.common.arm.cell import LINK, Cell
+from farhand.common.arm.engine import MjModel, mink, mujoco
+from farhand.common.arm.robot_model import BOARD
 from farhand.common.model.manifold import exp_at, log_at
 
 Array = NDArray[np.float64]
@@ -66,9 +67,6 @@ def shortened(vector: Array, longest: float) -> Array:
     return vector if length <= longest else vector * (longest / length)
 
 
-BOARD = "board"
-"""Name of the panel's geom, for collisions."""
-
 _METRES_PER_RADIAN = 0.3
 _BOARD_HALF_M = 0.01
 _ELSEWHERE = np.array([0.0, 0.0, -10.0, 1.0, 0.0, 0.0, 0.0])
@@ -78,23 +76,23 @@ class Kinematics:
     """Kinematics of the arm at some joint angles.
 
     Args:
-        dimensions: Dimensions of the arm.
+        cell: The arm, with its tool and receptacle.
     """
 
-    def __init__(self, dimensions: Dimensions):
-        self.dimensions = dimensions
-        self.configuration = mink.Configuration(_model(dimensions).__copy__())
+    def __init__(self, cell: Cell):
+        self.cell = cell
+        self.configuration = mink.Configuration(_model(cell).__copy__())
         """Configuration for mink's tasks and limits."""
         self.model: MjModel = self.configuration.model
         self._tip = self.model.site(arm.TIP).id
-        self._tool = self.model.body(arm.TOOL).id
-        behind = dimensions.receptacle.panel_behind_m + _BOARD_HALF_M
+        self._tool = self.model.body(arm.tool_name(cell.robot)).id
+        behind = cell.receptacle.panel_behind_m + _BOARD_HALF_M
         self._board_in_receptacle = np.array([0.0, 0.0, behind, 1.0, 0.0, 0.0, 0.0])
         self.place_panel(None)
-        self.update(np.array(dimensions.home_rad))
+        self.update(np.array(cell.robot.home_rad))
 
     def update(self, joints_rad: Array) -> None:
-        """Set the joint angles. Shape (6,) [rad]."""
+        """Set the joint angles. Shape (N,) [rad]."""
         self.configuration.update(joints_rad)
 
     def place_panel(self, receptacle: Array | None) -> None:
@@ -105,7 +103,7 @@ class Kinematics:
 
     @property
     def joints_rad(self) -> Array:
-        """Joint angles. Shape (6,) [rad]."""
+        """Joint angles. Shape (N,) [rad]."""
         return self.configuration.q.copy()
 
     @property
@@ -117,15 +115,20 @@ class Kinematics:
         return out
 
     def jacobian(self) -> Array:
-        """Return the Jacobian from joint velocities to the tip's twist. Shape (6, 6)."""
-        data, J = self.configuration.data, np.zeros((6, 6))
+        """Return the Jacobian from joint velocities to the tip's twist. Shape (6, N)."""
+        data, J = self.configuration.data, np.zeros((6, self.model.nv))
         mujoco.mj_jacSite(self.model, data, J[:3], J[3:], self._tip)
         J[3:] = data.site_xmat[self._tip].reshape(3, 3).T @ J[3:]
         return J
 
     def least_singular_value(self) -> float:
-        """Return the Jacobian's least singular value, a radian weighted as 0.3 m; zero at a singularity."""
+        """Return the Jacobian's least singular value, a radian weighted as 0.3 m.
+
+        Zero at a singularity, and for an arm with fewer than six joints, which cannot turn its tool freely.
+        """
         J = self.jacobian()
+        if J.shape[1] < len(J):
+            return 0.0
         J[3:] *= _METRES_PER_RADIAN
         return float(np.linalg.svd(J, compute_uv=False)[-1])
 
@@ -133,16 +136,18 @@ class Kinematics:
         """Return the mass behind the wrist [kg], and its centre from the wrist in the tool's axes [m]."""
         data, model = self.configuration.data, self.model
         axes = data.site_xmat[self._tip].reshape(3, 3)
-        wrist = data.site_xpos[self._tip] - axes[:, 2] * self.dimensions.plug.reach_m
+        wrist = data.site_xpos[self._tip] - axes[:, 2] * self.cell.plug.reach_m
         return float(model.body_subtreemass[self._tool]), axes.T @ (data.subtree_com[self._tool] - wrist)
 
 
 @cache
-def _model(dimensions: Dimensions) -> MjModel:
-    root = mjcf.RootElement(model="kinematics")
-    root.attach(arm.make_arm(dimensions))
-    board = root.worldbody.add("body", name=BOARD, mocap=True)
-    width, height = (0.5 * edge for edge in dimensions.receptacle.panel_m)
+def _model(cell: Cell) -> MjModel:
+    spec = mujoco.MjSpec()
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_NATIVECCD
+    arm.add_arm(spec, cell)
+    board = spec.worldbody.add_body(name=BOARD, mocap=True)
+    width, height = (0.5 * edge for edge in cell.receptacle.panel_m)
     size = (width, height, _BOARD_HALF_M)
-    board.add("geom", name=BOARD, type="box", size=size, contype=LINK, conaffinity=LINK)
-    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    board.add_geom(name=BOARD, type=box, size=size, contype=LINK, conaffinity=LINK)
+    return spec.compile()

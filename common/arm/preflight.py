@@ -27,6 +27,8 @@ WAY_M = 0.20
 _STEP_M, _STEP_RAD = 0.005, 0.05
 _ITERATIONS = 4
 _DAMPING = 1e-6
+# Near a singularity the solver would leap; the elbow of a redundant arm stays near its rest posture.
+_STEP_JOINT_RAD, _TIP_DIMS, _POSTURE_COST = 0.3, 6, 1e-3
 
 
 class InsertionTrajectory:
@@ -39,21 +41,28 @@ class InsertionTrajectory:
     def __init__(self, kinematics: Kinematics):
         self.kinematics = kinematics
         """Kinematics at the point of the trajectory reached so far."""
-        self._limits = [mink.ConfigurationLimit(kinematics.model)]
+        robot, model = kinematics.cell.robot, kinematics.model
+        steps = dict.fromkeys(arm.joint_names(robot), np.array([_STEP_JOINT_RAD]))
+        self._limits = [mink.ConfigurationLimit(model), mink.VelocityLimit(model, steps)]
         self._task = mink.FrameTask(arm.TIP, "site", position_cost=1.0, orientation_cost=0.3)
+        self._tasks = [self._task]
+        if model.nv > _TIP_DIMS:
+            posture = mink.PostureTask(model, cost=_POSTURE_COST)
+            posture.set_target(np.array(robot.home_rad))
+            self._tasks.append(posture)
 
     def go(self, joints_rad: Array, receptacle: Array) -> Iterator[Array]:
         """Move from these angles straight to a point before the receptacle, then to its bottom.
 
         Args:
-            joints_rad: Present joint angles. Shape (6,) [rad].
+            joints_rad: Present joint angles. Shape (N,) [rad].
             receptacle: Pose of the receptacle. Shape (7,).
 
         Yields:
             Each pose where the tip should be. Shape (7,).
         """
         self.kinematics.update(joints_rad)
-        depth_m = self.kinematics.dimensions.receptacle.depth_m
+        depth_m = self.kinematics.cell.receptacle.depth_m
         for pose in _straight(self.kinematics.tip, in_bore(receptacle, depth_m - WAY_M)):
             self.reach(pose)
         for depth in np.linspace(depth_m - WAY_M, depth_m, round(WAY_M / _STEP_M) + 1):
@@ -67,7 +76,7 @@ class InsertionTrajectory:
         self._task.set_target(mink.SE3(np.concatenate([pose[3:], pose[:3]])))
         for _ in range(_ITERATIONS):
             velocity = mink.solve_ik(
-                configuration, [self._task], 1.0, "daqp", damping=_DAMPING, limits=self._limits
+                configuration, self._tasks, 1.0, "daqp", damping=_DAMPING, limits=self._limits
             )
             configuration.integrate_inplace(velocity, 1.0)
 
@@ -138,7 +147,7 @@ class Preflights:
         """Move from these angles straight to a point before the receptacle, then into it.
 
         Args:
-            joints_rad: Present joint angles. Shape (6,) [rad].
+            joints_rad: Present joint angles. Shape (N,) [rad].
             receptacle: Pose of the receptacle. Shape (7,).
         """
         kinematics = self._way_in.kinematics

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.compliance import ComplianceSettings, Governor, SeenReceptacle, Wrist, admittance
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics, difference, shortened
 from farhand.common.arm.setpoint import MotionLimits, Setpoint
 from farhand.common.arm.velocity_ik import Solution, VelocityIk, ramped
@@ -34,7 +34,7 @@ class ServoSettings:
         compliance: Compliance in contact.
     """
 
-    limits: MotionLimits = field(default_factory=MotionLimits)
+    limits: MotionLimits
     compliance: ComplianceSettings = field(default_factory=ComplianceSettings)
 
 
@@ -44,13 +44,13 @@ class Servo:
     Each control period call one of `accelerate`, `follow` and `brake`, then `measure`.
 
     Args:
-        dimensions: Dimensions of the arm.
+        cell: The arm, with its tool and receptacle.
         settings: Settings of the motion.
         joints_rad: Present joint angles. Shape (6,) [rad].
     """
 
-    def __init__(self, dimensions: Dimensions, settings: ServoSettings, joints_rad: Array):
-        self.kinematics = Kinematics(dimensions)
+    def __init__(self, cell: Cell, settings: ServoSettings, joints_rad: Array):
+        self.kinematics = Kinematics(cell)
         self.kinematics.update(joints_rad)
         self.wrist = Wrist(self.kinematics)
         self.wrist.tare()
@@ -60,9 +60,11 @@ class Servo:
         self._ik = VelocityIk(self.kinematics)
         self._seen: SeenReceptacle | None = None
         self._presses, self._held = True, False
-        self._velocities = np.zeros(6)
+        limits = cell.robot.limits
+        self._accelerations = np.array(limits.acceleration_rad_s2)
+        self._velocities = np.zeros(len(joints_rad))
         self.tip = self.kinematics.tip
-        self.solution = Solution(np.zeros(6), 0.0, 0.0)
+        self.solution = Solution(np.zeros(len(joints_rad)), 0.0, 0.0)
         """Newest solution, including what the limits took away from it."""
 
     def set_receptacle(self, receptacle: SeenReceptacle | None, presses: bool = True) -> None:
@@ -165,7 +167,7 @@ class Servo:
         setpoint.follow(self.tip)
         fastest_m_s = limits.speed_m_s + math.sqrt(carried[:3] @ carried[:3])
         self.solution = self._ik.solve(twist, fastest_m_s)
-        self._velocities = ramped(self._velocities, self.solution.joint_velocities, dt_s)
+        self._velocities = ramped(self._velocities, self.solution.joint_velocities, self._accelerations, dt_s)
         return self._velocities
 
     def _govern(self, twist: Array, lead_m: float, carried: Array, holds: bool) -> None:

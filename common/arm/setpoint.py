@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm.kinematics import difference, moved, shortened
+from farhand.common.arm.robot_file import RobotFile
 from farhand.common.errors import InvalidConfiguration
 
 Array = NDArray[np.float64]
@@ -24,23 +25,23 @@ class MotionLimits:
     """Limits that the arm never exceeds, whatever is commanded.
 
     Args:
+        low_m: Corner of the box that confines the tip, from the base. Length 3 [m].
+        high_m: The opposite corner. Length 3 [m].
         speed_m_s: Speed of the tip, relative to the receptacle if that is near [m/s].
         angular_speed_rad_s: Angular speed of the tool [rad/s].
         acceleration_m_s2: Acceleration of the tip [m/s^2].
         angular_acceleration_rad_s2: Angular acceleration of the tool [rad/s^2].
-        low_m: Corner of the box that confines the tip, from the base. Length 3 [m].
-        high_m: The opposite corner. Length 3 [m].
 
     Raises:
         InvalidConfiguration: When a limit is not positive or the box is empty.
     """
 
+    low_m: tuple[float, float, float]
+    high_m: tuple[float, float, float]
     speed_m_s: float = 0.15
     angular_speed_rad_s: float = 0.6
     acceleration_m_s2: float = 1.0
     angular_acceleration_rad_s2: float = 3.0
-    low_m: tuple[float, float, float] = (0.25, -0.45, 0.05)
-    high_m: tuple[float, float, float] = (1.00, 0.45, 0.80)
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -48,6 +49,11 @@ class MotionLimits:
                 raise InvalidConfiguration("motion limits", name, f"a positive number, got {value}")
         if not all(low < high for low, high in zip(self.low_m, self.high_m, strict=True)):
             raise InvalidConfiguration("motion limits", "low_m", f"below high_m, got {self.low_m}")
+
+    @classmethod
+    def of(cls, robot: RobotFile) -> MotionLimits:
+        """Return the limits of a robot."""
+        return cls(robot.limits.workspace_low_m, robot.limits.workspace_high_m)
 
 
 class Setpoint:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from farhand.common.arm import arm
 from farhand.common.arm.engine import daqp, mink
-from farhand.common.arm.kinematics import BOARD, Kinematics, moved
+from farhand.common.arm.kinematics import Kinematics, moved
+from farhand.common.arm.robot_model import geoms_of
 
 Array = NDArray[np.float64]
 
@@ -27,20 +28,15 @@ _DAMPING = 1e-4
 _CLEARANCE_M, _NEAR_M, _COLLISION_GAIN = 0.005, 0.08, 0.05
 _TOLERANCE = 1e-8
 
-_HAND = "jaco_arm/jaco_hand/palm"
-_FOREARM = ("jaco_arm/link_3", "jaco_arm/link_4", "jaco_arm/link_5")
-_TRUNK = ("jaco_arm/base", "jaco_arm/link_1", "jaco_arm/link_2")
-JOINT_SPEEDS = np.radians([36.0, 36.0, 36.0, 48.0, 48.0, 48.0])
-"""Joint speeds that Kinova's firmware allows [rad/s]. Shape (6,)."""
-JOINT_ACCELERATIONS = np.array([6.0, 6.0, 6.0, 2.5, 2.5, 2.5])
-"""Joint accelerations that the drives' torques achieve under some load [rad/s^2]. Shape (6,)."""
+# A redundant arm returns to its rest posture with this time constant, at most with this speed.
+_HOMING_S, _HOMING_RAD_S = 1.0, 0.3
 
 
 class Solution(NamedTuple):
     """Solution of the inverse kinematics.
 
     Args:
-        joint_velocities: Shape (6,) [rad/s].
+        joint_velocities: Shape (N,) [rad/s].
         missing_m_s: Velocity that the limits, or a singularity, took away from the twist [m/s].
         missing_rad_s: Angular velocity that they took away [rad/s].
     """
@@ -59,13 +55,20 @@ class VelocityIk:
 
     def __init__(self, kinematics: Kinematics):
         self._kinematics = kinematics
-        model = kinematics.model
+        model, robot = kinematics.model, kinematics.cell.robot
+        self._home_rad = np.array(robot.home_rad)
         self.task = mink.FrameTask(arm.TIP, "site", _POSITION_COST, _ORIENTATION_COST)
-        speeds = dict(zip(arm.JOINTS, JOINT_SPEEDS[:, None], strict=True))
+        speeds = {
+            name: np.array([speed])
+            for name, speed in zip(arm.joint_names(robot), robot.limits.velocity_rad_s, strict=True)
+        }
         self._ranges = mink.ConfigurationLimit(model)
         self._collisions = mink.CollisionAvoidanceLimit(
             model,
-            [((_HAND, *_FOREARM), (BOARD,)), ((_HAND, _FOREARM[-1]), _TRUNK)],
+            [
+                (geoms_of(robot, model, pair.these, arm.ARM), geoms_of(robot, model, pair.those, arm.ARM))
+                for pair in robot.avoid
+            ],
             gain=_COLLISION_GAIN,
             minimum_distance_from_collisions=_CLEARANCE_M,
             collision_detection_distance=_NEAR_M,
@@ -92,7 +95,7 @@ class VelocityIk:
         target = moved(kinematics.tip, _AHEAD_S * twist)
         self.task.set_target(mink.SE3(np.concatenate([target[3:], target[:3]])))
         displacement = self._displacement()
-        velocities = np.zeros(len(JOINT_SPEEDS)) if displacement is None else displacement / _AHEAD_S
+        velocities = np.zeros(self._home_rad.size) if displacement is None else displacement / _AHEAD_S
         achieved = kinematics.jacobian() @ velocities
         speed = _length(achieved[:3])
         if speed > fastest_m_s:
@@ -103,7 +106,7 @@ class VelocityIk:
     def _displacement(self) -> Array | None:
         """Solve for the joints' displacement within `_AHEAD_S`.
 
-        Shape (6,) [rad]; None when the limits leave no solution.
+        Shape (N,) [rad]; None when the limits leave no solution.
         """
         configuration, ranges = self._kinematics.configuration, self._ranges
         W, error, _ = self.task.compute_qp_residual(configuration)
@@ -115,22 +118,31 @@ class VelocityIk:
         )
         near = self._collisions.compute_qp_inequalities(configuration, _AHEAD_S)
         self._G[self._collision_rows], self._h[self._collision_rows] = near.G, near.h
+        c = -(error @ W)
+        if len(q) > len(W):
+            c -= _DAMPING * self._homing(q, W)
         displacement, _, status, _ = daqp.solve(
-            H, -(error @ W), self._G, self._h, self._no_lower, self._inequalities, primal_tol=_TOLERANCE
+            H, c, self._G, self._h, self._no_lower, self._inequalities, primal_tol=_TOLERANCE
         )
         return displacement if status > 0 else None
+
+    def _homing(self, q: Array, W: Array) -> Array:
+        """Return the displacement towards the rest posture that does not move the tip. Shape (N,) [rad]."""
+        most = _HOMING_RAD_S * _AHEAD_S
+        home = np.clip((self._home_rad - q) * (_AHEAD_S / _HOMING_S), -most, most)
+        return home - np.linalg.lstsq(W, W @ home, rcond=1e-3)[0]
 
 
 def _length(vector: Array) -> float:
     return math.sqrt(vector @ vector)
 
 
-def ramped(before: Array, wanted: Array, dt_s: float) -> Array:
-    """Limit the change from joint velocities to wanted ones to what the drives reach in a period. Shape (6,).
+def ramped(before: Array, wanted: Array, accelerations: Array, dt_s: float) -> Array:
+    """Limit the change from joint velocities to wanted ones to what the drives reach in a period. Shape (N,).
 
     All joints cover the same share of the change, so that the tool changes its velocity along a straight
     line.
     """
     change = wanted - before
-    share = float((np.abs(change) / (JOINT_ACCELERATIONS * dt_s)).max())
+    share = float((np.abs(change) / (accelerations * dt_s)).max())
     return wanted if share <= 1.0 else before + change / share

@@ -17,7 +17,7 @@ from farhand.common.wire.reasons import Reason
 
 SCHEMA = 2
 """Version of all messages together; a site refuses another one by name."""
-MAX_TELEMETRY_BYTES = 264
+MAX_TELEMETRY_BYTES = 272
 """Largest size of a report [B]."""
 MAX_MODEL_BYTES = 2_000_000
 """Largest size of a model [B]: twice that of the most components with every transition and four frames."""
@@ -85,7 +85,7 @@ class Telemetry(
 ):  # fmt: skip
     """Robot's report of itself, newest only.
 
-    A point's has at most 200 B, an arm's 264 B: short names, single precision.
+    A point's has at most 200 B, an arm's of 8 joints 272 B: short names, single precision.
     """
 
     schema: int = SCHEMA  # repeated, so that its short name applies

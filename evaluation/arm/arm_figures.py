@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 
-from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.cell import Receptacle
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.teaching.demonstration import Demonstration
 
@@ -45,7 +45,7 @@ def draw_motions(
         _plot(executed, points, linewidth=1.0, color="tab:blue" if success else "tab:red")
     titles = ("Demonstrations, in the receptacle's frame", "Components (2 standard deviations)", "Executions")
     for axes, title in zip((local, learned, executed), titles, strict=True):
-        bore = Dimensions().receptacle
+        bore = Receptacle()
         r, depth = bore.bore_radius_m, bore.depth_m
         axes.plot([0.0, depth, depth, 0.0], [-r, -r, r, r], color="0.4", linewidth=1.0)
         axes.set(title=title, xlabel="along the bore [m]", ylabel="beside it, x [m]", aspect="equal")

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from msgspec import structs
 
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.compliance import ComplianceSettings
 from farhand.common.arm.kinematics import compose, difference, inverse
 from farhand.common.arm.simulation.simulation import TICK_S
@@ -18,7 +19,7 @@ from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_link import VirtualLink
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import ArmTask, TaskSet
-from farhand.deploy.places import find_task
+from farhand.deploy.places import find_cell, find_task
 from farhand.evaluation.arm.arm_record import HELD_S, TrialRecord
 from farhand.evaluation.harness.commander import Commander, NotDone
 from farhand.evaluation.harness.virtual_sites import Hooks, VirtualRobot
@@ -61,6 +62,7 @@ class Trial:
         placement: First place of everything; random when not given.
         limit_s: Time after which it has failed [s].
         goal: Goal of the task; the seated plug when not given.
+        arm: Name or file of the robot; empty for the usual one.
     """
 
     def __init__(
@@ -71,6 +73,7 @@ class Trial:
         placement: Placement | None = None,
         limit_s: float = 18.0,
         goal: Goal | None = None,
+        arm: str = "",
     ):
         if conditions.jump_within_m is not None:  # no step before it is triggered
             never = replace(conditions.disturbances, step_at_s=_NEVER_S)
@@ -79,7 +82,7 @@ class Trial:
         self._model, self._goal, self._began_s = model, goal or Seated(), 0.0
         config, tasks = RemoteConfig(seed=seed), _tasks(self._goal.enters, conditions.obeying)
         assert isinstance(tasks.first, ArmTask)
-        self.arm = SimulatedArm(tasks.first, config, None, None, conditions, placement)
+        self.arm = SimulatedArm(tasks.first, config, arm_cell(arm), None, conditions, placement)
         """The robot's arm."""
         self._time = VirtualTime()
         link = VirtualLink(self._time, LinkSettings())
@@ -189,6 +192,13 @@ class Trial:
 
 
 _NAMES = {True: "hot-stab", False: "hot-stab-removal"}
+
+
+def arm_cell(arm: str) -> Cell:
+    """Return an arm in front of its receptacle, by the name or file of its robot; empty for the usual one."""
+    cell = find_cell(find_task(_NAMES[True]), arm)
+    assert cell is not None, "hot-stab is an arm's task"
+    return cell
 
 
 def _tasks(enters: bool, obeying: bool) -> TaskSet:

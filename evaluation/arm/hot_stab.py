@@ -20,14 +20,13 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.simulation.simulation import TICK_S
-from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE, Placement
+from farhand.common.arm.simulation.starts_and_goals import Box, Placement
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.deploy.places import sample_files
 from farhand.evaluation.arm.arm_figures import draw_motions
 from farhand.evaluation.arm.arm_record import HEADER, TrialRecord, row_of, summary_of
-from farhand.evaluation.arm.arm_trial import Conditions, Trial
+from farhand.evaluation.arm.arm_trial import Conditions, Trial, arm_cell
 from farhand.evaluation.metrics.motion_metrics import dtw_rms, time_rms
 from farhand.evaluation.metrics.sensor import TRACKER, Sensor
 from farhand.evaluation.metrics.tables import table
@@ -35,6 +34,7 @@ from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
+from farhand.local_site.workcell.operator_arm import hot_stab
 from farhand.remote_site.perception.simulated_sight import PRESETS
 
 LAMBDA_M = 0.10  # the paper's
@@ -44,22 +44,29 @@ REQUIRED = {"clean": 1.0, "typical": 0.98}
 _TRIALS, _CLEAN = 200, 4  # trials with typical noise, and the number of these per clean one
 
 
-@cache
-def shown() -> list[Demonstration]:
-    """Return the demonstrations that come with the task."""
-    return [Demonstration.load(file) for file in sample_files("hot-stab")]
+TAKES_ROBOT = True
 
 
 @cache
-def taught() -> TPHSMM:
+def shown(own_arm: str = "") -> list[Demonstration]:
+    """Return the demonstrations that come with the task, or those of the scripted operator on another arm."""
+    files = sample_files("hot-stab")
+    if own_arm:
+        return [hot_stab(seed, arm_cell(own_arm)) for seed in range(len(files))]
+    return [Demonstration.load(file) for file in files]
+
+
+@cache
+def taught(own_arm: str = "") -> TPHSMM:
     """Return the model learned from them as seen through a tracker."""
-    return learn(recorded(TRACKER), LearnerSettings(LAMBDA_M))
+    return learn(recorded(TRACKER, own_arm), LearnerSettings(LAMBDA_M))
 
 
-def recorded(sensor: Sensor) -> list[Demonstration]:
+def recorded(sensor: Sensor, own_arm: str = "") -> list[Demonstration]:
     """Return the demonstrations as a sensor records them."""
-    noises = np.random.default_rng(0).spawn(len(shown()))
-    return [sensor.record(hand, noise) for hand, noise in zip(shown(), noises, strict=True)]
+    hands = shown(own_arm)
+    noises = np.random.default_rng(0).spawn(len(hands))
+    return [sensor.record(hand, noise) for hand, noise in zip(hands, noises, strict=True)]
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
@@ -75,8 +82,8 @@ def trial(case: Case) -> Case:
     """Run one execution."""
     record = _run(case)
     row = {**case, **record.row()}
-    if case["scenario"] == "like" and record.success:
-        demonstration = shown()[case["like"]]
+    if case["scenario"] == "like" and record.success and _alike(case):
+        demonstration = shown(_taught_on(case))[case["like"]]
         local, time_s = np.stack(record.local)[:, :3], TICK_S * np.arange(len(record.local), dtype=np.float64)
         inside = time_s <= record.inserted_s + 0.5  # the demonstration ends there, too
         row["dtw_rms_m"] = dtw_rms(local[inside], demonstration.in_frame())
@@ -88,11 +95,21 @@ def trial(case: Case) -> Case:
 
 
 def _run(case: Case) -> TrialRecord:
+    arm, model = case.get("arm", ""), taught(_taught_on(case))
     if case["scenario"] != "like":
-        return Trial(taught(), CONDITIONS[case["scenario"]], case["seed"]).run()
-    random = np.random.default_rng(case["like"])  # the sample's own seed
-    placement = Placement.sample(random, ACCEPTANCE, Dimensions())
-    return Trial(taught(), CONDITIONS["clean"], case["seed"], placement).run()
+        return Trial(model, CONDITIONS[case["scenario"]], case["seed"], arm=arm).run()
+    random, cell = np.random.default_rng(case["like"]), arm_cell(arm)  # the sample's own seed
+    placement = Placement.sample(random, Box.of(cell.robot), cell)
+    return Trial(model, CONDITIONS["clean"], case["seed"], placement, arm=arm).run()
+
+
+def _taught_on(case: Case) -> str:
+    return case.get("own_arm", "")
+
+
+def _alike(case: Case) -> bool:
+    """Decide whether the robot begins where the operator's arm began: only the same arm does."""
+    return case.get("arm", "") == _taught_on(case)
 
 
 def _inserted_s(demonstration: Demonstration) -> float:
@@ -111,7 +128,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     like = [r for r in results if "dtw_rms_m" in r]
     for key in ("dtw_rms_m", "time_rms_m", "duration_ratio"):
         summary[key] = float(np.mean([r[key] for r in like])) if like else None
-    summary["n_components"] = int((~taught().terminal).sum())
+    summary["n_components"] = int((~taught(_taught_on(results[0])).terminal).sum())
     for key in ("success_rate", "success_interval"):
         summary[key] = summary["typical"][key]
     text = f"{_likeness(summary)} {_tracking(summary['clean'])}"
@@ -146,6 +163,7 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     """Draw Fig. 6 (demonstrations in the world and in the receptacle's frame, the model) and Fig. 7, left."""
     part = [r for r in results if r["scenario"] == "typical"][:12]
     runs = [(np.stack(_run(case).local), case["success"]) for case in part]
-    figure: Figure = draw_motions(shown(), taught(), runs)
+    own_arm = _taught_on(results[0])
+    figure: Figure = draw_motions(shown(own_arm), taught(own_arm), runs)
     figure.savefig(out_dir / "hot-stab.png", dpi=130)
     return ["hot-stab.png"]

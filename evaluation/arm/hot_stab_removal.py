@@ -29,13 +29,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.simulation.disturbances import DisturbanceSettings, Sway
 from farhand.common.arm.simulation.simulation import TICK_S
 from farhand.common.arm.simulation.starts_and_goals import (
-    ACCEPTANCE,
     MAX_DRAGGED_M,
     STANDOFF_M,
+    Box,
     Placement,
     Withdrawn,
 )
@@ -44,7 +43,7 @@ from farhand.deploy.places import sample_files
 from farhand.evaluation.arm import hot_stab
 from farhand.evaluation.arm.arm_figures import draw_motions
 from farhand.evaluation.arm.arm_record import TrialRecord, outcome_cells, outcome_of
-from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
+from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial, arm_cell
 from farhand.evaluation.arm.hot_stab import LAMBDA_M
 from farhand.evaluation.metrics.motion_metrics import dtw_rms, time_rms
 from farhand.evaluation.metrics.tables import table
@@ -52,6 +51,7 @@ from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
+from farhand.local_site.workcell.operator_arm import hot_stab_removal
 from farhand.remote_site.perception.simulated_sight import TYPICAL
 
 Array = NDArray[np.float64]
@@ -135,16 +135,22 @@ SCENARIOS = {
 _TRIALS = 100
 
 
-@cache
-def shown() -> list[Demonstration]:
-    """Return the demonstrations that come with the task."""
-    return [Demonstration.load(file) for file in sample_files("hot-stab-removal")]
+TAKES_ROBOT = True
 
 
 @cache
-def taught() -> TPHSMM:
+def shown(own_arm: str = "") -> list[Demonstration]:
+    """Return the demonstrations that come with the task, or those of the scripted operator on another arm."""
+    files = sample_files("hot-stab-removal")
+    if own_arm:
+        return [hot_stab_removal(seed, arm_cell(own_arm)) for seed in range(len(files))]
+    return [Demonstration.load(file) for file in files]
+
+
+@cache
+def taught(own_arm: str = "") -> TPHSMM:
     """Return the model learned from them."""
-    return learn(shown(), LearnerSettings(LAMBDA_M))
+    return learn(shown(own_arm), LearnerSettings(LAMBDA_M))
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
@@ -173,8 +179,9 @@ def trial(case: Case) -> Case:
         "out_s": goal.out_s - began_s,
         "reached_s": record.inserted_s,
     }
-    if case["scenario"] == "like" and row["success"]:
-        like = shown()[case["like"]]
+    own_arm = case.get("own_arm", "")
+    if case["scenario"] == "like" and row["success"] and case.get("arm", "") == own_arm:
+        like = shown(own_arm)[case["like"]]
         time_s = TICK_S * np.arange(len(local), dtype=np.float64)
         row["dtw_rms_m"] = dtw_rms(local, like.in_frame())
         row["time_rms_m"] = time_rms(time_s, local, like.time_s, like.in_frame())
@@ -185,18 +192,19 @@ def _run(case: Case) -> tuple[TrialRecord, Withdrawn, float]:
     """Return the record, the goal, and the time of the beginning [s]."""
     seed, like = case["seed"], case["scenario"] == "like"
     scenario = SCENARIOS["clean" if like else case["scenario"]]
-    goal = scenario.goal()
+    goal, arm, own_arm = scenario.goal(), case.get("arm", ""), case.get("own_arm", "")
     if scenario.inserts:
-        ready = Trial(hot_stab.taught(), scenario.conditions, seed)
+        ready = Trial(hot_stab.taught(own_arm), scenario.conditions, seed, arm=arm)
         inserted = ready.run()
         if inserted.cause:
             inserted.cause = f"not inserted: {inserted.kind_of_failure}"
             return inserted, goal, ready.began_s
-        ready.go_on(taught(), goal)
+        ready.go_on(taught(own_arm), goal)
         return ready.run(), goal, ready.began_s
     random = np.random.default_rng(case["like"] if like else [seed, 1])
-    placement = Placement.seated(random, ACCEPTANCE, Dimensions())
-    trial = Trial(taught(), scenario.conditions, seed, placement, goal=goal)
+    cell = arm_cell(arm)
+    placement = Placement.seated(random, Box.of(cell.robot), cell)
+    trial = Trial(taught(own_arm), scenario.conditions, seed, placement, goal=goal, arm=arm)
     return trial.run(), goal, trial.began_s
 
 
@@ -211,7 +219,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     like = [r for r in results if "dtw_rms_m" in r]
     for key in ("dtw_rms_m", "time_rms_m"):
         summary[key] = float(np.mean([r[key] for r in like])) if like else None
-    summary["n_components"] = int((~taught().terminal).sum())
+    summary["n_components"] = int((~taught(results[0].get("own_arm", "")).terminal).sum())
     for key in ("success_rate", "success_interval"):
         summary[key] = summary["typical"][key]
     causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in SCENARIOS]

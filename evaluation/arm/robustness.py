@@ -24,7 +24,6 @@ from pathlib import Path
 import numpy as np
 
 from farhand.common.arm.simulation.disturbances import PRESETS, DisturbanceSettings, Sway
-from farhand.common.arm.simulation.starts_and_goals import WIDE
 from farhand.evaluation.arm.arm_figures import SuccessRate, draw_rates
 from farhand.evaluation.arm.arm_record import HEADER, TrialRecord, row_of, summary_of
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
@@ -56,7 +55,7 @@ SCENARIOS: dict[str, tuple[Conditions, float]] = {
     "lost for 4 s": (Conditions(noise=TYPICAL, lost_s=4.0), 0.97),
     "typical disturbances": (Conditions(TYPICAL, PRESETS["typical"]), 0.0),
     "rough disturbances": (Conditions(TYPICAL, PRESETS["rough"]), 0.0),
-    "wide box": (Conditions(TYPICAL, box=WIDE), 0.0),
+    "wide box": (Conditions(TYPICAL, wide=True), 0.0),
 }
 BIASES: dict[str, tuple[Conditions, float]] = {
     f"bias {mm} mm, {degrees} deg": (_biased(mm, degrees), required)
@@ -71,6 +70,9 @@ ROBOTS = {
     "gives way, corrects, retries": {},
 }
 GRID_MM, GRID_DEG = (0, 5, 10, 15), (0, 2, 5)
+
+
+TAKES_ROBOT = True
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
@@ -91,16 +93,16 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 def trial(case: Case) -> Case:
     """Run one execution, and repeat it with an exact tracker if it failed."""
     conditions = conditions_of(case)
-    row = {**case, **_run(conditions, case["seed"]).row()}
+    row = {**case, **_run(conditions, case).row()}
     if case["scenario"] != "grid" and not row["success"]:
-        row["exact_success"] = _run(replace(conditions, noise=CLEAN), case["seed"]).success
+        row["exact_success"] = _run(replace(conditions, noise=CLEAN), case).success
     return row
 
 
-def _run(conditions: Conditions, seed: int) -> TrialRecord:
-    return Trial(
-        taught(), conditions, seed, limit_s=_LIMIT_S if conditions.jump_within_m is None else _JUMP_LIMIT_S
-    ).run()
+def _run(conditions: Conditions, case: Case) -> TrialRecord:
+    limit_s = _LIMIT_S if conditions.jump_within_m is None else _JUMP_LIMIT_S
+    model, arm = taught(case.get("own_arm", "")), case.get("arm", "")
+    return Trial(model, conditions, case["seed"], limit_s=limit_s, arm=arm).run()
 
 
 def conditions_of(case: Case) -> Conditions:

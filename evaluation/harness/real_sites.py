@@ -24,7 +24,7 @@ from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Telemetry, Wish
 from farhand.deploy.entry import own_command
 from farhand.deploy.pki.throw_away import Transport, make_throw_away
-from farhand.deploy.places import find_task
+from farhand.deploy.places import find_cell, find_task
 from farhand.evaluation.harness.farhand_process import HOST, ReadyProcess
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
@@ -166,7 +166,7 @@ class RealSites:
             folder: Folder of its library; that of `run_demo` when not given.
         """
         task = find_task(self._task)
-        place, library = make_workcell(task), Library(TaskSet([task]), folder or self.folder)
+        place, library = make_workcell(task, find_cell(task)), Library(TaskSet([task]), folder or self.folder)
         endpoint = f"{self._transport}/{HOST}:{self._link.ready['port']}"
         self.link = ZenohLink(
             EndpointSettings(

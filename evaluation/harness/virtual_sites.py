@@ -12,6 +12,7 @@ from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_link import VirtualLink
 from farhand.common.link.interface import Link
 from farhand.common.task import TaskSet
+from farhand.deploy.places import find_cell
 from farhand.local_site.console.console import PERIOD_S, Console
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.workcell import SampleFiles, make_workcell, no_files
@@ -76,7 +77,7 @@ class VirtualRobot:
         clock = BootClock(f"boot {life}", lambda: time.now_ns() + round(life * _CLOCK_APART_S * 1e9))
         self.robot = Robot(
             config, tasks, clock, end, self._plan, lambda **fields: self.written.append(fields), remembered,
-            embodiment,
+            embodiment, cell=None if embodiment else find_cell(tasks.first, config.robot),
         )  # fmt: skip
         self._period_s = 1.0 / self.robot.embodiment.hardware.control_hz
 
@@ -115,6 +116,7 @@ class VirtualSites:
         config: Configuration of the robot.
         hooks: Callbacks for an observer of the robot.
         sample_files: The demonstrations that come with each task.
+        own_arm: Name or file of the operator's arm.
     """
 
     def __init__(
@@ -124,7 +126,9 @@ class VirtualSites:
         config: RemoteConfig | None = None,
         hooks: Hooks | None = None,
         sample_files: SampleFiles = no_files,
+        own_arm: str = "",
     ):
+        self._own_arm = own_arm
         self.task, self.library, self._sample_files = library.task, library, sample_files
         self.config, self.hooks = config or RemoteConfig(), hooks or Hooks()
         self.time = VirtualTime(start_s=1.0)
@@ -190,7 +194,9 @@ class VirtualSites:
         self.console_end = self.link.local_end()
         self.console = Console(
             self.library, self.console_end, "operator", now_s=self.time.now_s,
-            rate_bps=self.config.link.rate_bps, place=make_workcell(self.task, self._sample_files, stepped=True),
+            rate_bps=self.config.link.rate_bps, place=make_workcell(
+                self.task, find_cell(self.task, self._own_arm), self._sample_files, stepped=True
+            ),
         )  # fmt: skip
         self.console.listen()
         self._console_tick(life)

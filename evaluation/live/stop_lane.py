@@ -29,6 +29,7 @@ import msgspec
 import numpy as np
 
 from farhand.common.address import free_port
+from farhand.common.arm.simulation.description import describe
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 from farhand.common.model.task_frame import TaskFrame
@@ -36,7 +37,7 @@ from farhand.common.task import ArmTask, TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Stop
-from farhand.deploy.places import find_task
+from farhand.deploy.places import find_cell, find_task
 from farhand.evaluation.harness.page_visitor import CAMERA, SUBPROTOCOL
 from farhand.evaluation.metrics.tables import table
 from farhand.evaluation.study import reporting_seeds
@@ -79,10 +80,12 @@ class _Site:
 
     def __init__(self, folder: Path, block: str):
         task = find_task("hot-stab")
-        assert isinstance(task, ArmTask)
+        cell = find_cell(task)
+        assert isinstance(task, ArmTask) and cell is not None
         warm_up(task.space, len(task.frame_names))
         self._block, self._slow_s = block, 0.0
-        self._library, self._place = Library(TaskSet([task]), folder / "data"), LiveArm(task)
+        self._library, self._place = Library(TaskSet([task]), folder / "data"), LiveArm(task, cell)
+        self._own = describe(cell)
         self._folder = folder
         long = block in ("learns", "does all of it")
         n, each_s = (_N_RECORDINGS, _RECORDING_S) if long else (2, 2.0)
@@ -103,7 +106,7 @@ class _Site:
         link = ZenohLink(EndpointSettings(connect=endpoint))
         console = Console(self._library, link, "operator", place=self._place)
         door = Door("127.0.0.1", (), kept_token(self._folder))
-        page = Page(console, self._library.task, None, door, 0)
+        page = Page(console, self._library.task, None, door, 0, self._own)
         fsync = os.fsync
         os.fsync = self._slow_fsync
         try:

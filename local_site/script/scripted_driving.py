@@ -97,11 +97,11 @@ def _hand_for(task: AnyTask, robot: Telemetry, seed: int) -> tuple[Hand, float]:
 
 def _way(task: ArmTask, start: Array, random: np.random.Generator) -> ScriptedPath:
     # Importing the physics takes a second, and a board does not need them.
-    from farhand.common.arm.dimensions import Dimensions
+    from farhand.common.arm.cell import Receptacle
     from farhand.local_site.workcell.scripted_hand import ScriptedExtraction, ScriptedInsertion
 
     return (
-        ScriptedInsertion(start, Dimensions().receptacle.depth_m, random)
+        ScriptedInsertion(start, Receptacle().depth_m, random)
         if task.skill == "insert"
         else ScriptedExtraction(start, random)
     )

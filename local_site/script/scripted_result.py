@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.cell import Receptacle
 from farhand.common.task import AnyTask, ArmTask, PointTask
 from farhand.common.wire.messages import ExecutionReport
 from farhand.local_site.console.console_state import ConsoleState
@@ -86,7 +86,7 @@ def _of_point(task: PointTask) -> dict[str, Any]:
 def _of_arm(task: ArmTask, report: ExecutionReport) -> dict[str, Any]:
     end_error_m = None
     if task.skill == "insert" and report.depth_m is not None and report.lateral_m is not None:
-        end_error_m = math.hypot(report.depth_m - Dimensions().receptacle.depth_m, report.lateral_m)
+        end_error_m = math.hypot(report.depth_m - Receptacle().depth_m, report.lateral_m)
     return {
         "end_error_m": end_error_m,
         "depth_m": report.depth_m,

@@ -109,10 +109,10 @@ class LeadingSkill:
 
     def __init__(self, task: ArmTask, actions: ScriptedActions, seed: int):
         # Importing the physics takes a second, and a board does not need them.
-        from farhand.common.arm.dimensions import Dimensions
+        from farhand.common.arm.cell import Receptacle
 
         self._actions, self._inserts, self._seed = actions, task.skill == "insert", seed
-        self._depth_m = Dimensions().receptacle.depth_m
+        self._depth_m = Receptacle().depth_m
         self.n_demonstrations = _ARM_DEMONSTRATIONS
 
     def demonstrate(self, number: int) -> None:

@@ -13,6 +13,7 @@ from farhand.common.clock import elapsed_s
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.log import loop_logger
 from farhand.common.task import AnyTask, ArmTask
+from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.door import Door
@@ -47,12 +48,21 @@ class Page:
         control: Control of the simulated link; None without one.
         door: Address of the page, and rules of access.
         port: Port; 0 takes a free one.
+        own: Description of the operator's arm, for the tasks of an arm.
 
     Raises:
         LinkError: When the address or the port is not available.
     """
 
-    def __init__(self, console: Console, task: AnyTask, control: RelayControl | None, door: Door, port: int):
+    def __init__(
+        self,
+        console: Console,
+        task: AnyTask,
+        control: RelayControl | None,
+        door: Door,
+        port: int,
+        own: SceneDescription | None = None,
+    ):
         self._console = console
         self._events: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._shown: ConsoleState = console.picture
@@ -60,7 +70,7 @@ class Page:
         self._server = PageServer(door, port, self._sessions, self._refused)
         self._worker = LinkWorker(control) if control is not None else None
         self._build_panels(self._server.gui, task)
-        self._scene = self._make_scene(task)
+        self._scene = self._make_scene(task, own)
         self._tabs = Tabs(self._server, self._sessions, self._scene.fit, self._events.put, self._scene.let_go)
         self._redraw = Redraw()
         self._beat_s, self._beats = float("-inf"), 0
@@ -97,13 +107,10 @@ class Page:
 
     # What is on the page ------------------------------------------------------------------------
 
-    def _make_scene(self, task: AnyTask) -> PlanarScene | ArmScene:
+    def _make_scene(self, task: AnyTask, own: SceneDescription | None) -> PlanarScene | ArmScene:
         if isinstance(task, ArmTask):
-            # Imported here: a page with boards does not need the arm's physics.
-            from farhand.common.arm.dimensions import Dimensions
-            from farhand.common.arm.simulation.description import describe
-
-            return ArmScene(self._server.scene, describe(Dimensions()), self._console.submit, self._act)
+            assert own is not None, "the task of an arm is shown with one"
+            return ArmScene(self._server.scene, own, self._console.submit, self._act)
         explain = self._happened.explain
         return PlanarScene(self._server.scene, task, self._console.submit, explain, self._act)
 

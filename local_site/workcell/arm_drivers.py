@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.simulation.simulation import TICK_S, PhysicsFailed
 from farhand.common.event_loop import Job
 from farhand.common.log import loop_logger
@@ -29,8 +30,8 @@ class LiveArm(ArmPlace):
     arm's own time.
     """
 
-    def __init__(self, task: ArmTask, sample_files: SampleFiles = no_files, seed: int = 0):
-        super().__init__(task, sample_files, seed)
+    def __init__(self, task: ArmTask, cell: Cell, sample_files: SampleFiles = no_files, seed: int = 0):
+        super().__init__(task, cell, sample_files, seed)
         self._jobs: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="operator's arm", daemon=True)
         self._n_untold = self._n_renewed = self._n_asked = self._n_done = 0
@@ -135,8 +136,8 @@ _TURN_S = 5.0
 class SteppedArm(ArmPlace):
     """Workcell for a scripted operator: between two events of the hand the arm follows the first one."""
 
-    def __init__(self, task: ArmTask, sample_files: SampleFiles = no_files, seed: int = 0):
-        super().__init__(task, sample_files, seed)
+    def __init__(self, task: ArmTask, cell: Cell, sample_files: SampleFiles = no_files, seed: int = 0):
+        super().__init__(task, cell, sample_files, seed)
         self._held_s: float | None = None
         self._n_ticks = 0
 

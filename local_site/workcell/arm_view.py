@@ -15,7 +15,7 @@ class ArmView:
     """Arm in front of its receptacle. All poses are relative to the arm's base.
 
     Args:
-        joints_rad: Angles of the arm. Shape (6,) [rad].
+        joints_rad: Angles of the arm. Shape (N,) [rad].
         tip: Pose of the plug's tip. Shape (7,).
         receptacle: Pose of its mouth, z into the bore. Shape (7,).
         depth_m: Depth of the tip behind the mouth, negative in front of it [m].

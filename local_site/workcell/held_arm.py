@@ -10,9 +10,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.simulation.simulation import TICK_S
-from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE, Placement
+from farhand.common.arm.simulation.starts_and_goals import Box, Placement
 from farhand.common.errors import InvalidDemonstration, InvalidInput
 from farhand.common.model.manifold import POSE
 from farhand.common.model.task_frame import TaskFrame
@@ -51,12 +51,13 @@ class HeldArm:
 
     Args:
         skill: `insert` for a plug to insert, `extract` for one that starts seated.
+        cell: The arm in front of its receptacle.
         seed: Seed of the first placement of arm and receptacle.
     """
 
-    def __init__(self, skill: SkillName, seed: int):
-        self._dimensions = Dimensions()
-        self._arm = OperatorArm(self._placement(skill, seed), self._dimensions, presses=skill == "insert")
+    def __init__(self, skill: SkillName, cell: Cell, seed: int):
+        self._cell = cell
+        self._arm = OperatorArm(cell, self._placement(skill, seed), presses=skill == "insert")
         self._target: Array | None = None
         self._aligns = False
         self._n_ticks = self._n_still = self._n_stuck = 0
@@ -135,7 +136,7 @@ class HeldArm:
 
     def _placement(self, skill: SkillName, seed: int) -> Placement:
         place = Placement.sample if skill == "insert" else Placement.seated
-        return place(np.random.default_rng(seed), ACCEPTANCE, self._dimensions)
+        return place(np.random.default_rng(seed), Box.of(self._cell.robot), self._cell)
 
     def _notice(self) -> None:
         """Detect whether the arm stands still, and whether it no longer approaches the hand."""
@@ -172,13 +173,14 @@ class ArmPlace:
 
     Args:
         task: First task.
+        cell: The operator's arm in front of its receptacle.
         sample_files: Returns the files of demonstrations that come with a task.
         seed: Seed of the first placement of arm and receptacle.
     """
 
-    def __init__(self, task: ArmTask, sample_files: SampleFiles = no_files, seed: int = 0):
+    def __init__(self, task: ArmTask, cell: Cell, sample_files: SampleFiles = no_files, seed: int = 0):
         self._task, self._sample_files = task, sample_files
-        self._arm = HeldArm(task.skill, seed)
+        self._arm = HeldArm(task.skill, cell, seed)
         self.view: ArmView = self._arm.view()
         """Newest snapshot of the arm."""
 

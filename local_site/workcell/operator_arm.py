@@ -7,12 +7,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.compliance import SeenReceptacle
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.servo import Servo, ServoSettings
+from farhand.common.arm.setpoint import MotionLimits
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, Insertion, Simulation
-from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE, Placement
+from farhand.common.arm.simulation.starts_and_goals import Box, Placement
 from farhand.common.errors import FarhandError
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.teaching.demonstration import Demonstration
@@ -36,21 +37,22 @@ class OperatorArm:
     """Arm in calm water in front of a receptacle that stands still and is known exactly.
 
     Args:
+        cell: Arm and receptacle.
         placement: First placement of arm and receptacle.
-        dimensions: Dimensions of arm and receptacle.
         presses: True if a plug in the bore is to be pressed in, False if it is to be extracted.
     """
 
-    def __init__(self, placement: Placement, dimensions: Dimensions | None = None, presses: bool = True):
-        self._simulation = Simulation(dimensions)
+    def __init__(self, cell: Cell, placement: Placement, presses: bool = True):
+        self._cell, self._simulation = cell, Simulation(cell)
         self.put(placement, presses)
 
     def put(self, placement: Placement, presses: bool = True) -> None:
         """Place arm and receptacle, at rest."""
         receptacle, joints_rad = placement
-        self._around = Surroundings.still(self._simulation.dimensions).with_receptacle(receptacle)
+        self._around = Surroundings.still(self._cell).with_receptacle(receptacle)
         self._simulation.reset(joints_rad, self._around)
-        self._servo = Servo(self._simulation.dimensions, ServoSettings(), self._simulation.joints_rad)
+        settings = ServoSettings(MotionLimits.of(self._cell.robot))
+        self._servo = Servo(self._cell, settings, self._simulation.joints_rad)
         self._servo.set_receptacle(SeenReceptacle(receptacle, np.zeros(6)), presses)
         self.receptacle, self.frame = receptacle, TaskFrame.at(receptacle)
 
@@ -68,7 +70,7 @@ class OperatorArm:
 
     @property
     def joints_rad(self) -> Array:
-        """Joint angles. Shape (6,) [rad]."""
+        """Joint angles. Shape (N,) [rad]."""
         return self._simulation.joints_rad
 
     @property
@@ -86,19 +88,19 @@ class NotDemonstrated(FarhandError):
     """Failure of the scripted operator to demonstrate the task."""
 
 
-def hot_stab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
+def hot_stab(seed: int, cell: Cell) -> Demonstration:
     """Return one insertion by the scripted operator, recorded at 100 Hz.
 
     Args:
         seed: Seed of the start and of the hand.
-        dimensions: Dimensions of arm and receptacle.
+        cell: Arm and receptacle.
 
     Raises:
         NotDemonstrated: When the plug is not seated at the end.
     """
-    random, dimensions = np.random.default_rng(seed), dimensions or Dimensions()
-    arm = OperatorArm(Placement.sample(random, ACCEPTANCE, dimensions), dimensions)
-    way = ScriptedInsertion(arm.frame.to_local(arm.tip), dimensions.receptacle.depth_m, random)
+    random, box = np.random.default_rng(seed), Box.of(cell.robot)
+    arm = OperatorArm(cell, Placement.sample(random, box, cell))
+    way = ScriptedInsertion(arm.frame.to_local(arm.tip), cell.receptacle.depth_m, random)
     shown = _demonstrate(arm, way, random, seed)
     end = arm.insertion
     if end.depth_m < _SEATED_M or end.lateral_m > _LATERAL_M:
@@ -106,18 +108,18 @@ def hot_stab(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
     return shown
 
 
-def hot_stab_removal(seed: int, dimensions: Dimensions | None = None) -> Demonstration:
+def hot_stab_removal(seed: int, cell: Cell) -> Demonstration:
     """Return one extraction by the scripted operator, held before the mouth, recorded at 100 Hz.
 
     Args:
         seed: Seed of the start and of the hand.
-        dimensions: Dimensions of arm and receptacle.
+        cell: Arm and receptacle.
 
     Raises:
         NotDemonstrated: When the plug is not held before the mouth at the end.
     """
-    random, dimensions = np.random.default_rng(seed), dimensions or Dimensions()
-    arm = OperatorArm(Placement.seated(random, ACCEPTANCE, dimensions), dimensions, presses=False)
+    random, box = np.random.default_rng(seed), Box.of(cell.robot)
+    arm = OperatorArm(cell, Placement.seated(random, box, cell), presses=False)
     shown = _demonstrate(arm, ScriptedExtraction(arm.frame.to_local(arm.tip), random), random, seed)
     away_m = float(np.linalg.norm(shown.in_frame()[-1] + np.array([0.0, 0.0, STANDOFF_M])))
     if away_m > _STANDOFF_M:
@@ -125,11 +127,11 @@ def hot_stab_removal(seed: int, dimensions: Dimensions | None = None) -> Demonst
     return shown
 
 
-DEMONSTRATIONS: dict[str, Callable[[int], Demonstration]] = {
+DEMONSTRATIONS: dict[str, Callable[[int, Cell], Demonstration]] = {
     "hot-stab": hot_stab,
     "hot-stab-removal": hot_stab_removal,
 }
-"""Scripted demonstration of each task, as a function of its seed."""
+"""Scripted demonstration of each task, as a function of its seed and the arm."""
 
 
 def _demonstrate(

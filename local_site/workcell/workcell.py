@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.common.arm.cell import Cell
 from farhand.common.event_loop import Job
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask, PointTask
@@ -134,12 +135,17 @@ class BoardWorkcell:
 
 
 def make_workcell(
-    task: AnyTask, sample_files: SampleFiles = no_files, seed: int = 0, stepped: bool = False
+    task: AnyTask,
+    cell: Cell | None = None,
+    sample_files: SampleFiles = no_files,
+    seed: int = 0,
+    stepped: bool = False,
 ) -> Workcell:
     """Make the workcell that the tasks of one robot need.
 
     Args:
         task: First task.
+        cell: The operator's arm in front of its receptacle, for the tasks of an arm.
         sample_files: Returns the demonstrations that come with each task, if the task file has none.
         seed: Seed of the first placement of an arm and its receptacle.
         stepped: True if an arm's time advances with the hand's events, as fast as possible, and not in
@@ -147,7 +153,8 @@ def make_workcell(
     """
     if isinstance(task, PointTask):
         return BoardWorkcell(task)
+    assert cell is not None, "the task of an arm is taught with one"
     # Importing the physics takes a second, and a board does not need them.
     from farhand.local_site.workcell.arm_drivers import LiveArm, SteppedArm
 
-    return (SteppedArm if stepped else LiveArm)(task, sample_files, seed)
+    return (SteppedArm if stepped else LiveArm)(task, cell, sample_files, seed)

@@ -19,6 +19,7 @@ from msgspec import Meta, Struct, UnsetType
 from numpy.typing import NDArray
 
 from farhand.common.arm.compliance import SeenReceptacle
+from farhand.common.arm.robot_file import MAX_JOINTS, MIN_JOINTS
 from farhand.common.control_mode import Action, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask
@@ -29,7 +30,8 @@ from farhand.remote_site.interface.plant import EffectorState, Plant
 from farhand.remote_site.interface.sensing import Perception, Sensing
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 
-Joints = Annotated[tuple[float, ...], Meta(min_length=6, max_length=6)]
+Joints = Annotated[tuple[float, ...], Meta(min_length=MIN_JOINTS, max_length=MAX_JOINTS)]
+Wrench = Annotated[tuple[float, ...], Meta(min_length=6, max_length=6)]
 Pose = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
 
 
@@ -46,7 +48,7 @@ class ArmMemory(Struct, frozen=True, forbid_unknown_fields=True):
     joints_rad: Joints
     receptacle: Pose
     time_s: float
-    tare: Joints
+    tare: Wrench
 
 
 Array = NDArray[np.float64]

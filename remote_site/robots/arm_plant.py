@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.servo import Servo, ServoSettings
+from farhand.common.arm.setpoint import MotionLimits
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
 from farhand.common.errors import InvalidInput
@@ -24,7 +25,7 @@ class ArmPlant:
         simulation: Physics; it is reset.
         surroundings: Returns the disturbances of the arm at a time of the simulation [s].
         settings: Settings of the arm's motion.
-        joints_rad: First joint angles. Shape (6,) [rad]; home when not given.
+        joints_rad: First joint angles. Shape (N,) [rad]; home when not given.
 
     Raises:
         InvalidInput: When the angles are impossible.
@@ -37,11 +38,15 @@ class ArmPlant:
         settings: ServoSettings | None = None,
         joints_rad: Array | None = None,
     ):
-        joints = np.array(simulation.dimensions.home_rad) if joints_rad is None else joints_rad
+        joints = np.array(simulation.cell.robot.home_rad) if joints_rad is None else joints_rad
         simulation.reset(joints, surroundings(0.0))
         self.simulation = simulation
         """Source of the true state."""
-        self.servo = Servo(simulation.dimensions, settings or ServoSettings(), joints)
+        self.servo = Servo(
+            simulation.cell,
+            settings or ServoSettings(MotionLimits.of(simulation.cell.robot)),
+            joints,
+        )
         """Servo; it reports `servo.solution` and `servo.governor`."""
         self._surroundings = surroundings
         self._ticks = 0

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.compliance import ComplianceSettings
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import AT_ORIGIN, Kinematics, difference
 from farhand.common.arm.preflight import Preflights
+from farhand.common.arm.robot_file import RobotFile
 from farhand.common.arm.servo import ServoSettings
 from farhand.common.arm.setpoint import MotionLimits
 from farhand.common.arm.simulation.description import describe
 from farhand.common.arm.simulation.disturbances import CALM, Disturbances, DisturbanceSettings
 from farhand.common.arm.simulation.disturbances import PRESETS as DISTURBANCES
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
-from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE, Box, Placement, Seated, Withdrawn
+from farhand.common.arm.simulation.starts_and_goals import Box, Placement, Seated, Withdrawn
 from farhand.common.errors import InvalidConfiguration, InvalidInput
 from farhand.common.log import loop_logger
 from farhand.common.model.manifold import POSE
@@ -58,7 +59,7 @@ class ArmConditions:
     Args:
         noise: Errors of the tracker.
         disturbances: Motions of the receptacle, the vehicle and the water.
-        box: Region in which the receptacle may be.
+        wide: Whether the receptacle may be anywhere in a larger region than the robot's workplace.
         compliance: Compliance of the arm.
         correcting: True if contact corrects the frame.
         attempts: Number of retreats from jams.
@@ -66,7 +67,7 @@ class ArmConditions:
 
     noise: TrackerNoise = CLEAN
     disturbances: DisturbanceSettings = CALM
-    box: Box = ACCEPTANCE
+    wide: bool = False
     compliance: ComplianceSettings = _COMPLIANCE
     correcting: bool = True
     attempts: int = MAX_ATTEMPTS
@@ -75,6 +76,11 @@ class ArmConditions:
     def of(cls, task: ArmTask) -> ArmConditions:
         """Return the conditions of a task."""
         return cls(TRACKERS[task.tracker], DISTURBANCES[task.disturbances])
+
+    def box(self, robot: RobotFile) -> Box:
+        """Return the region in which the receptacle may be."""
+        box = Box.of(robot)
+        return box.widened() if self.wide else box
 
     def new_recovery(self, enters: bool) -> Recovery:
         """Return the recovery of an execution; `enters` is True for an insertion."""
@@ -87,8 +93,8 @@ class SimulatedArm:
     Args:
         task: The first task.
         config: Seed.
+        cell: Arm in front of its receptacle.
         remembered: State in its last boot.
-        dimensions: Dimensions of the arm and its surroundings.
         conditions: Disturbances, noise and means against them; those that the task names when not given.
         placement: First place of everything; drawn from the seed when not given.
 
@@ -102,15 +108,15 @@ class SimulatedArm:
         self,
         task: ArmTask,
         config: RemoteConfig,
+        cell: Cell,
         remembered: PlantState | None = None,
-        dimensions: Dimensions | None = None,
         conditions: ArmConditions | None = None,
         placement: Placement | None = None,
     ):
         if config.control_hz not in (None, CONTROL_HZ):
             expected = f"{CONTROL_HZ:g} for an arm, got {config.control_hz:g}"
             raise InvalidConfiguration("remote configuration", "control_hz", expected)
-        limits = MotionLimits()
+        limits = MotionLimits.of(cell.robot)
         self._conditions = conditions = conditions or ArmConditions.of(task)
         self.max_speed_m_s = min(task.limits.speed_m_s, limits.speed_m_s)
         self._acceleration = min(task.limits.acceleration_m_s2, limits.acceleration_m_s2)
@@ -120,7 +126,7 @@ class SimulatedArm:
             max_speed_m_s=self.max_speed_m_s,
             max_angular_speed_rad_s=limits.angular_speed_rad_s,
         )
-        self.simulation = Simulation(dimensions)
+        self.simulation = Simulation(cell)
         self._happening = Disturbances(conditions.disturbances, (config.seed, 2))
         self.plant, self.environment = self._start(
             task, remembered.arm if remembered else None, config.seed, placement
@@ -131,7 +137,7 @@ class SimulatedArm:
             MarkerTracker(POSE, noise, config.seed),
             AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
         )
-        kinematics = Kinematics(self.simulation.dimensions)
+        kinematics = Kinematics(self.simulation.cell)
         self._preflights = Preflights(kinematics)
         self.skill = InsertionSkill(
             task, self.plant, self.perception, kinematics.tip, self.max_speed_m_s, conditions.new_recovery,
@@ -143,8 +149,11 @@ class SimulatedArm:
         self, task: ArmTask, remembered: ArmMemory | None, seed: int, placement: Placement | None
     ) -> tuple[ArmPlant, SimulatedEnvironment]:
         """Place the arm as in its last boot, else by `placement`, else by its seed."""
-        limits = MotionLimits(speed_m_s=self.max_speed_m_s, acceleration_m_s2=self._acceleration)
-        settings, box = ServoSettings(limits, self._conditions.compliance), self._conditions.box
+        robot = self.simulation.cell.robot
+        limits = replace(
+            MotionLimits.of(robot), speed_m_s=self.max_speed_m_s, acceleration_m_s2=self._acceleration
+        )
+        settings, box = ServoSettings(limits, self._conditions.compliance), self._conditions.box(robot)
         if remembered is not None:
             rest = np.array(remembered.receptacle)
             around = SimulatedEnvironment(rest, self._happening, box, remembered.time_s)
@@ -157,7 +166,7 @@ class SimulatedArm:
                 return plant, around
         if placement is None:
             place = Placement.sample if task.skill == "insert" else Placement.seated
-            placement = place(np.random.default_rng([seed, 1]), box, self.simulation.dimensions)
+            placement = place(np.random.default_rng([seed, 1]), box, self.simulation.cell)
         around = SimulatedEnvironment(placement.receptacle, self._happening, box)
         return ArmPlant(self.simulation, around, settings, placement.joints_rad), around
 
@@ -177,7 +186,7 @@ class SimulatedArm:
 
     def scene(self) -> bytes:
         """See `Hardware`."""
-        return describe(self.simulation.dimensions).content
+        return describe(self.simulation.cell).content
 
     # World ---------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.board_picture import blueness, picture_of
 from tests.browser.operator_page import WAIT_MS, OperatorPage, Point
+from tests.cells import JACO
 
 Array = NDArray[np.float64]
 
@@ -77,7 +78,7 @@ class ArmPage(OperatorPage):
         done = self.tp("message").filter(has_text="your arm is back at ready")
         expect(done).to_have_count(self.seed, timeout=WAIT_MS)
         self.next_frame()
-        return HeldArm("insert", self.seed).view()
+        return HeldArm("insert", JACO, self.seed).view()
 
     def execute_until_seated(self, *first: str) -> None:
         """Press what the page advises, until the plug is seated."""

@@ -12,6 +12,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import WAIT_MS
+from tests.cells import JACO
 
 SLOWLY_PERCENT = 20.0
 """So that the robot is still on its way when the picture is taken, however slow the browser draws."""
@@ -53,7 +54,7 @@ def play(tab: ArmPage, shoot: Callable[[str], None]) -> None:
 
 def teach(tab: ArmPage) -> None:
     """Begin a demonstration by the arrows, up to the mouth of the receptacle."""
-    arm = HeldArm("insert", tab.seed).view()
+    arm = HeldArm("insert", JACO, tab.seed).view()
     tab.press("Record")
     tab.says("recording", "RECORDING")
     tab.press("Align")

@@ -19,6 +19,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.exchange.reports import listen
 from tests.browser.stack import Stack
+from tests.cells import JACO
 
 _PATIENCE_S = 60.0
 _SPEED_ROWS = 4
@@ -46,7 +47,7 @@ class ModeChange:
     @property
     def allowed_m(self) -> float:
         """What a robot at rest may move, and the way that it brakes in from the speed that it had [m]."""
-        v, a = self.speed_m_s, MotionLimits().acceleration_m_s2
+        v, a = self.speed_m_s, MotionLimits.of(JACO.robot).acceleration_m_s2
         return JUMP_M + v * (_BRAKE_S + _REPORT_S) + v**2 / (2.0 * a)
 
 

@@ -17,6 +17,7 @@ from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.raw_client import RawClient, raw_connection
 from tests.browser.robot_record import RobotRecord, recorded
 from tests.browser.stack import Stack, farhand_up, swaying_task
+from tests.cells import JACO
 
 pytestmark = [pytest.mark.soak, pytest.mark.timeout(400)]
 
@@ -90,7 +91,7 @@ class Operator:
 
     def drag(self) -> Iterator[None]:
         """A drag of the gizmo, away from the receptacle, in steps of a twentieth of a second; let go on the way."""
-        poses = np.repeat(HeldArm("insert", seed=0).view().tip[None], N_STEPS, axis=0)
+        poses = np.repeat(HeldArm("insert", JACO, seed=0).view().tip[None], N_STEPS, axis=0)
         poses[:, 0] -= np.linspace(0.0, WAY_M, N_STEPS)
         for _ in self.tab.drag(GIZMO, poses):
             self.robot.let_pass(STEP_S)

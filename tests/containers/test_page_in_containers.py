@@ -14,6 +14,7 @@ from farhand.deploy.status import HEALTHY
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.arm_page import DEEP, ArmPage
 from tests.browser.operator_page import WAIT_MS
+from tests.cells import JACO
 from tests.containers.engine import BUILD_S, RUN_S
 from tests.containers.place import SERVICES, Place
 
@@ -39,7 +40,7 @@ def test_the_link_loads_no_compiler(place: Place) -> None:
 
 def test_an_operator_couples_drives_and_clutches(tab: ArmPage) -> None:
     tab.command("Arm", "HOLD")
-    arm, before_mm = HeldArm("insert", tab.seed).view(), tab.number("depth")
+    arm, before_mm = HeldArm("insert", JACO, tab.seed).view(), tab.number("depth")
     for _ in range(4):  # a browser that is busy drawing may take longer than the robot waits for a hand
         tab.insist("Reset view", "mode", "HOLD")
         tab.insist("Couple", "mode", "DIRECT")

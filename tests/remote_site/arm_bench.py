@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from msgspec import structs
 
-from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.simulation.simulation import Simulation
 from farhand.common.control_mode import Action, Phase
 from farhand.common.model.model_file import content_hash, encode
@@ -25,6 +25,7 @@ from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS
 from farhand.remote_site.robots.plant_memory import PlantState
 from farhand.remote_site.robots.simulated_arm import ArmConditions, SimulatedArm
+from tests.cells import JACO
 from tests.remote_site.bench import Bench
 
 _DEPLOY = Path(__file__).parents[2] / "deploy"
@@ -59,14 +60,14 @@ class ArmBench(Bench):
         self,
         seed: int = 0,
         remembered: PlantState | None = None,
-        dimensions: Dimensions | None = None,
+        cell: Cell = JACO,
         also: Sequence[ArmTask] = (),
         attempts: int = MAX_ATTEMPTS,
         **changes: Any,
     ):
         task = structs.replace(HOT_STAB, **changes)
         conditions = replace(ArmConditions.of(task), attempts=attempts)
-        self.arm = SimulatedArm(task, RemoteConfig(seed=seed), remembered, dimensions, conditions)
+        self.arm = SimulatedArm(task, RemoteConfig(seed=seed), cell, remembered, conditions)
         super().__init__(task, embodiment=self.arm.embodiment, also=also)
         self.taught = hot_stab_model()
 

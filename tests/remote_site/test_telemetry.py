@@ -138,7 +138,7 @@ def test_an_arm_reports_its_tool_its_joints_and_its_force_within_264_bytes():
     tip = bench.robot.sensing.effector.point
     turn = Rotation.from_rotvec(arm.rotation_rad).as_matrix()
     np.testing.assert_allclose(turn, TaskFrame.at(tip).A, atol=1e-5)
-    kinematics = Kinematics(bench.simulation.dimensions)
+    kinematics = Kinematics(bench.simulation.cell)
     kinematics.update(np.array(arm.joints_rad))
     np.testing.assert_allclose(kinematics.tip[:3], tip[:3], atol=1e-5)
     np.testing.assert_allclose(report.position_m, tip[:3], atol=1e-5)

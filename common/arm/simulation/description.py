@@ -2,55 +2,77 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm import arm
-from farhand.common.arm.dimensions import HIDDEN, Dimensions
+from farhand.common.arm.cell import HIDDEN, Cell
 from farhand.common.arm.engine import MjData, MjModel, mujoco
 from farhand.common.arm.kinematics import compose, inverse, rotation
-from farhand.common.arm.lathe import turned
 from farhand.common.arm.simulation import receptacle
 from farhand.common.arm.simulation.scene import DECK, compile_scene
+from farhand.common.arm.simulation.shapes import Shape, shape_of
 from farhand.common.wire.scene_description import ArmLink, Colour, Mesh, SceneDescription
 
 Array = NDArray[np.float64]
-Shape = tuple[Array, NDArray[np.int64]]
-"""Vertices (V, 3) [m] and triangles of them (F, 3)."""
 
-_ARM = arm.JOINTS[0].partition("/")[0]
-_ROUND = 20
-"""Number of flat faces around a cylinder."""
+MOST_BYTES = 300_000
+"""Budget of a description: an acoustic modem takes minutes for more [B]."""
+_HULLS = (400, 200, 100, 50, 25, 12)
+"""Numbers of corners to which meshes are reduced, one after the other, until the budget holds."""
 
 
 @cache
-def describe(dimensions: Dimensions) -> SceneDescription:
-    """Describe the looks of a scene with these dimensions."""
-    return _SceneReader(compile_scene(dimensions)).read(dimensions)
+def describe(cell: Cell) -> SceneDescription:
+    """Describe the looks of a scene within the budget: where a mesh has too much detail, its convex hull is drawn.
+
+    Raises:
+        InvalidConfiguration: When even coarse hulls are too much.
+    """
+    model = compile_scene(cell)
+    size = 0
+    for most_corners in (None, *_HULLS):
+        described = _SceneReader(model, most_corners).read(cell)
+        if (size := len(described.content)) <= MOST_BYTES:
+            return described
+    expected = (
+        f"at most {MOST_BYTES // 1000} kB, by fewer groups or geoms; got {size // 1000} kB with coarse hulls"
+    )
+    raise cell.robot.invalid("looks", expected)
 
 
 class _SceneReader:
-    """Reader of a compiled model at rest, its joints at zero."""
+    """Reader of a compiled model at rest, its joints at zero.
 
-    def __init__(self, model: MjModel):
+    Args:
+        model: Model of the scene.
+        most_corners: Largest number of corners of a mesh of the arm; None for all.
+    """
+
+    def __init__(self, model: MjModel, most_corners: int | None):
+        self._most_corners = most_corners
         self._model, self._data = model, mujoco.MjData(model)
         mujoco.mj_kinematics(model, self._data)
 
-    def read(self, dimensions: Dimensions) -> SceneDescription:
+    def read(self, cell: Cell) -> SceneDescription:
         model, data = self._model, self._data
-        bodies = [0, *(int(model.jnt_bodyid[model.joint(name).id]) for name in arm.JOINTS)]
+        bodies = [
+            0,
+            *(int(model.jnt_bodyid[model.joint(name).id]) for name in arm.joint_names(cell.robot)),
+        ]
         poses = [_pose(data.xpos[body], data.xquat[body]) for body in bodies]
         plug = model.body(arm.HELD).id
-        of_arm = [b for b in range(model.nbody) if model.body(b).name.startswith(f"{_ARM}/") and b != plug]
+        of_arm = [b for b in range(model.nbody) if model.body(b).name.startswith(arm.ARM)]
         links = []
         for index, body in enumerate(bodies):
             parent = poses[max(index - 1, 0)]
             joint = model.body_jntadr[body]
             links.append(
                 ArmLink(
-                    model.body(body).name.rpartition("/")[2],
+                    _name(model.body(body).name),
                     index - 1,
                     _tuple(compose(inverse(parent), poses[index])),
                     tuple(model.jnt_axis[joint].tolist()) if index else (0.0, 0.0, 0.0),
@@ -64,7 +86,7 @@ class _SceneReader:
             links=tuple(links),
             tip=_tuple(compose(inverse(poses[-1]), tip)),
             held=self._meshes(poses[-1], [plug]),
-            home_rad=tuple(dimensions.home_rad),
+            home_rad=tuple(cell.robot.home_rad),
             receptacle=self._meshes(mouth, [holder]),
             platform=self._drawn(poses[0], deck),
         )
@@ -80,48 +102,16 @@ class _SceneReader:
         model, data = self._model, self._data
         parts: dict[Colour, list[Shape]] = {}
         for geom in geoms:
-            vertices, faces = _shape(model, geom)
+            vertices, faces = shape_of(model, geom, self._most_corners)
             turn = data.geom_xmat[geom].reshape(3, 3)
             seen = (data.geom_xpos[geom] + vertices @ turn.T - origin[:3]) @ rotation(origin)
             parts.setdefault(_colour(model, geom), []).append((seen, faces))
         return tuple(Mesh.of(colour, *_joined(shapes)) for colour, shapes in parts.items())
 
 
-def _shape(model: MjModel, geom: int) -> Shape:
-    """Return the shape of a geom in the geom's own axes."""
-    r, half, _ = size = model.geom_size[geom]
-    kind = mujoco.mjtGeom(int(model.geom_type[geom]))
-    match kind.name:
-        case "mjGEOM_MESH":
-            return _asset(model, int(model.geom_dataid[geom]))
-        case "mjGEOM_BOX":
-            return _box(size)
-        case "mjGEOM_CYLINDER":
-            vertices, _, faces = turned([(0.0, -half), (r, -half), (r, half), (0.0, half)], _ROUND)
-            return vertices, faces
-        case _:
-            raise NotImplementedError(f"{kind.name} is not drawn")
-
-
-def _asset(model: MjModel, mesh: int) -> Shape:
-    """Return a mesh asset with one vertex per normal, so that edges between faces stay sharp."""
-    first, n = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-    corners = np.stack([model.mesh_face[first : first + n], model.mesh_facenormal[first : first + n]], axis=2)
-    pairs, faces = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
-    return model.mesh_vert[model.mesh_vertadr[mesh] + pairs[:, 0]], faces.reshape(-1, 3)
-
-
-def _box(half: Array) -> Shape:
-    """Return a box whose faces have vertices of their own."""
-    vertices = []
-    for axis in range(3):
-        for sign in (-1.0, 1.0):
-            out, across = sign * np.eye(3)[axis], np.eye(3)[axis - 1]
-            up = np.cross(out, across)
-            corners = [out - across - up, out + across - up, out + across + up, out - across + up]
-            vertices.append(np.array(corners) * half)
-    faces = np.add.outer(4 * np.arange(6), np.array([[0, 1, 2], [0, 2, 3]]))
-    return np.concatenate(vertices), faces.reshape(-1, 3)
+def _name(body: str) -> str:
+    """Return the name of a link as a description may have it."""
+    return re.sub(r"[^A-Za-z0-9._-]", "-", body.rpartition("/")[2])[:32].lstrip("._-") or "link"
 
 
 def _joined(shapes: list[Shape]) -> Shape:

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.kinematics import AT_ORIGIN, compose, inverse, rotation
 from farhand.common.arm.simulation.receptacle import FACING_QUAT
 from farhand.common.errors import InvalidConfiguration
@@ -188,9 +188,9 @@ class Surroundings:
             object.__setattr__(self, name, POSE.checked(getattr(self, name), "surroundings", name))
 
     @classmethod
-    def still(cls, dimensions: Dimensions) -> Surroundings:
+    def still(cls, cell: Cell) -> Surroundings:
         """Return surroundings at rest, the receptacle facing the arm at its first place."""
-        return cls(np.concatenate([dimensions.receptacle_m, FACING_QUAT]))
+        return cls(np.concatenate([cell.robot.workplace.middle_m, FACING_QUAT]))
 
     def with_receptacle(self, pose: Array) -> Surroundings:
         """Return a copy with the receptacle at another place."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.arm.dimensions import HIDDEN, LINK, PLUG, UNTOUCHABLE, Dimensions, Receptacle
+from farhand.common.arm.cell import HIDDEN, LINK, PLUG, UNTOUCHABLE, Cell, Receptacle
 from farhand.common.arm.engine import mjcf
 from farhand.common.arm.kinematics import rotation
 from farhand.common.arm.lathe import add_lathe
@@ -30,11 +30,12 @@ FACING_QUAT = np.array([0.5, -0.5, 0.5, -0.5])
 _SIDES = 16
 
 
-def make_receptacle(dimensions: Dimensions) -> Any:
+def make_receptacle(cell: Cell) -> Any:
     """Build the receptacle on its spring and return its MJCF root, to be attached at the arm's base."""
     root = mjcf.RootElement(model="receptacle")
+    root.compiler.angle = "radian"
     body = root.worldbody.add("body", name="receptacle", quat=FACING_QUAT, gravcomp=1)
-    _add_spring(root, body, dimensions.receptacle)
+    _add_spring(root, body, cell.receptacle)
     touching = {
         "type": "box",
         "contype": PLUG,
@@ -42,13 +43,13 @@ def make_receptacle(dimensions: Dimensions) -> Any:
         "condim": 3,
         "mass": 0,
         "group": HIDDEN,
-        "friction": (dimensions.contact.friction, 0.005, 0.0001),
-        "solref": dimensions.contact.solref,
-        "solimp": dimensions.contact.solimp,
+        "friction": (cell.contact.friction, 0.005, 0.0001),
+        "solref": cell.contact.solref,
+        "solimp": cell.contact.solimp,
     }
-    _add_bore(body, dimensions.receptacle, touching)
-    _add_panel(body, dimensions.receptacle, {**touching, "conaffinity": PLUG | LINK})
-    _add_looks(root, body, dimensions.receptacle)
+    _add_bore(body, cell.receptacle, touching)
+    _add_panel(body, cell.receptacle, {**touching, "conaffinity": PLUG | LINK})
+    _add_looks(root, body, cell.receptacle)
     body.add("site", name="mouth", size=(0.001,), group=4)
     return root
 

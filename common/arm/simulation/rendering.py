@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.arm.dimensions import HIDDEN
+from farhand.common.arm.cell import HIDDEN
 from farhand.common.arm.engine import WANTED_GL, mujoco
 from farhand.common.arm.simulation.simulation import Simulation
 from farhand.common.errors import FarhandError

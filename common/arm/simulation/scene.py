@@ -7,21 +7,35 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.arm.arm import make_arm
-from farhand.common.arm.dimensions import UNTOUCHABLE, Dimensions
-from farhand.common.arm.engine import MjcfElement, MjModel, mjcf, mujoco
+from farhand.common.arm.arm import add_arm
+from farhand.common.arm.cell import UNTOUCHABLE, Cell
+from farhand.common.arm.engine import MjcfElement, MjModel, MjSpec, mjcf, mujoco
 from farhand.common.arm.lathe import add_lathe
 from farhand.common.arm.simulation.receptacle import make_receptacle
 
 STEP_S = 0.002
 
 
-def make_scene(dimensions: Dimensions) -> Any:
-    """Build the scene and return its MJCF root."""
+def make_scene(cell: Cell) -> MjSpec:
+    """Build the scene, to be compiled: scenery, arm, receptacle.
+
+    Raises:
+        InvalidConfiguration: When the robot's file does not fit its model.
+    """
+    scene = mujoco.MjSpec.from_string(_make_scenery(cell).to_xml_string())
+    add_arm(scene, cell)
+    receptacle = make_receptacle(cell)
+    _add_panel(receptacle, receptacle.find("body", "receptacle"), cell)
+    spec = mujoco.MjSpec.from_string(receptacle.to_xml_string())
+    holder = scene.worldbody.add_body(name="receptacle/")
+    scene.attach(spec, prefix="receptacle/", frame=holder.add_frame())
+    return scene
+
+
+def _make_scenery(cell: Cell) -> Any:
+    """Build the scene without arm and receptacle, with the options of the physics."""
     root = mjcf.RootElement(model="scene")
-    root.attach(make_arm(dimensions))
-    root.attach(make_receptacle(dimensions))
-    water = dimensions.water
+    root.compiler.angle = "radian"
     option = root.option
     option.timestep = STEP_S
     # Implicit in the joints' damping alone: the derivatives of the water's drag, which is weak here, would
@@ -29,20 +43,21 @@ def make_scene(dimensions: Dimensions) -> Any:
     option.integrator = "Euler"
     option.cone = "elliptic"
     option.impratio = 10
-    option.density, option.viscosity = water.density_kg_m3, water.viscosity_pa_s
-    add_scenery(root, dimensions)
+    option.flag.nativeccd = "disable"
+    if cell.robot.medium == "water":
+        option.density, option.viscosity = cell.water.density_kg_m3, cell.water.viscosity_pa_s
+    _add_scenery(root, cell)
     return root
 
 
 @cache
-def _compiled(dimensions: Dimensions) -> MjModel:
-    root = make_scene(dimensions)
-    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+def _compiled(cell: Cell) -> MjModel:
+    return make_scene(cell).compile()
 
 
-def compile_scene(dimensions: Dimensions) -> MjModel:
+def compile_scene(cell: Cell) -> MjModel:
     """Compile the scene into a model that the caller owns and may change."""
-    return _compiled(dimensions).__copy__()
+    return _compiled(cell).__copy__()
 
 
 Point = tuple[float, ...]
@@ -67,17 +82,20 @@ _MATERIALS: dict[str, tuple[tuple[float, float, float], float, float]] = {
 }
 
 
-def add_scenery(root: MjcfElement, dimensions: Dimensions) -> None:
-    """Add the scenery to a scene with its receptacle."""
-    for name, (colour, specular, shininess) in _MATERIALS.items():
-        root.asset.add("material", name=name, rgba=(*colour, 1), specular=specular, shininess=shininess)
+def _add_scenery(root: MjcfElement, cell: Cell) -> None:
+    """Add water, vehicle, lights and cameras."""
+    _add_materials(root)
     _add_water(root)
     _add_vehicle(root.worldbody)
-    _add_panel(root, root.find("body", "receptacle/receptacle"), dimensions)
     _add_lights(root)
-    x, y, z = dimensions.receptacle_m
+    x, y, z = cell.robot.workplace.middle_m
     _add_camera(root, OPERATOR, (-0.52, -0.92, 0.98), (x - 0.26, y + 0.02, z - 0.14), fovy_deg=42)
     _add_camera(root, CLOSE_UP, (x - 0.32, y - 0.42, z + 0.21), (x - 0.055, y, z - 0.005), fovy_deg=36)
+
+
+def _add_materials(root: MjcfElement) -> None:
+    for name, (colour, specular, shininess) in _MATERIALS.items():
+        root.asset.add("material", name=name, rgba=(*colour, 1), specular=specular, shininess=shininess)
 
 
 def _add_water(root: MjcfElement) -> None:
@@ -139,9 +157,10 @@ def _add_vehicle(world: MjcfElement) -> None:
     tube(0.24, -0.36, -0.06, 0.24, 0.36, -0.06)
 
 
-def _add_panel(root: MjcfElement, body: MjcfElement, dimensions: Dimensions) -> None:
+def _add_panel(root: MjcfElement, body: MjcfElement, cell: Cell) -> None:
     """Add the panel's face, the ring around the mouth, bolts, two markers, a valve and a capped port."""
-    receptacle = dimensions.receptacle
+    _add_materials(root)
+    receptacle = cell.receptacle
     face, outer = receptacle.panel_behind_m, receptacle.outer_radius_m
     width, height = (0.5 * edge for edge in receptacle.panel_m)
     root.asset.add("material", name="paint", rgba=(0.93, 0.70, 0.07, 1), specular=0.35, shininess=0.4)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm import arm
-from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.engine import MjData, MjModel, mujoco
 from farhand.common.arm.kinematics import compose, inverse
 from farhand.common.arm.simulation import receptacle
@@ -26,7 +26,6 @@ TICK_S = 0.01
 """Control period [s]."""
 _STEPS = round(TICK_S / STEP_S)
 _FRACTIONS = np.arange(1, _STEPS + 1)[:, None] / _STEPS
-_N = len(arm.JOINTS)
 
 
 class PhysicsFailed(FarhandError):
@@ -52,51 +51,52 @@ class Simulation:
     """Deterministic physics: the same calls give the same bits.
 
     Args:
-        dimensions: Dimensions of everything.
+        cell: Cell of everything.
     """
 
-    def __init__(self, dimensions: Dimensions | None = None):
-        self.dimensions = dimensions or Dimensions()
-        self._model = compile_scene(self.dimensions)
+    def __init__(self, cell: Cell):
+        self.cell = cell
+        self._model = compile_scene(self.cell)
         self._data = mujoco.MjData(self._model)
         self._tip = self._data.site(arm.TIP)
         self._mouth = self._data.site(receptacle.MOUTH)
-        self._hand = self._model.body(arm.TOOL).id
+        self._hand = self._model.body(arm.tool_name(cell.robot)).id
+        self._n = len(cell.robot.joints)
         self._gravity = self._model.opt.gravity.copy()
-        self._spring = _Spring(self._model)
+        self._spring = _Spring(self._model, self._n)
         self._wrench = np.zeros(6)
-        self._around = Surroundings.still(self.dimensions)
-        self.reset(np.array(self.dimensions.home_rad), self._around)
+        self._around = Surroundings.still(self.cell)
+        self.reset(np.array(cell.robot.home_rad), self._around)
 
     def reset(self, joints_rad: Array, surroundings: Surroundings) -> None:
         """Reset everything to rest.
 
         Args:
-            joints_rad: Joint angles of the arm. Shape (6,) [rad].
+            joints_rad: Joint angles of the arm. Shape (N,) [rad].
             surroundings: Surroundings; the receptacle is at its place at once.
 
         Raises:
             InvalidInput: When an angle is missing, not finite or beyond its joint's range.
         """
         joints = np.asarray(joints_rad, dtype=float)
-        limited, span = self._model.jnt_limited[:_N] == 1, self._model.jnt_range[:_N]
-        if joints.shape != (_N,) or not np.isfinite(joints).all():
-            raise InvalidInput("simulation", "joints_rad", f"{_N} finite angles, got {joints_rad}")
+        limited, span = self._model.jnt_limited[: self._n] == 1, self._model.jnt_range[: self._n]
+        if joints.shape != (self._n,) or not np.isfinite(joints).all():
+            raise InvalidInput("simulation", "joints_rad", f"{self._n} finite angles, got {joints_rad}")
         if (limited & ((joints < span[:, 0]) | (joints > span[:, 1]))).any():
             raise InvalidInput("simulation", "joints_rad", f"angles within {span.tolist()}, got {joints}")
         mujoco.mj_resetData(self._model, self._data)
-        self._data.qpos[:_N] = joints
+        self._data.qpos[: self._n] = joints
         self._spring.rest_at(self._data, surroundings.receptacle_from_vehicle())
         self._surround(surroundings, np.zeros(3))
         mujoco.mj_forward(self._model, self._data)
-        self._wrench = -self._data.sensordata[-6:]
+        self._wrench = -self._data.sensordata
         self._check()
 
     def step(self, joint_velocities: Array, surroundings: Surroundings) -> None:
         """Simulate one control period.
 
         Args:
-            joint_velocities: Commands of the arm's velocity servos. Shape (6,) [rad/s].
+            joint_velocities: Commands of the arm's velocity servos. Shape (N,) [rad/s].
             surroundings: Surroundings at the period's end; the receptacle moves there steadily.
 
         Raises:
@@ -105,12 +105,12 @@ class Simulation:
         data = self._data
         self._surround(surroundings, (surroundings.vehicle[:3] - self._around.vehicle[:3]) / TICK_S)
         path = self._spring.path(surroundings.receptacle_from_vehicle())
-        data.ctrl[:_N] = joint_velocities
+        data.ctrl[: self._n] = joint_velocities
         wrench = np.zeros(6)
         for target in path:
-            data.ctrl[_N:] = target
+            data.ctrl[self._n :] = target
             mujoco.mj_step(self._model, data)
-            wrench -= data.sensordata[-6:]  # the sensor measures the arm's action on the tool
+            wrench -= data.sensordata  # the sensor measures the arm's action on the tool
         self._wrench = wrench / _STEPS
         # After a step, MuJoCo's positions are those of the previous step.
         mujoco.mj_kinematics(self._model, data)
@@ -123,13 +123,13 @@ class Simulation:
 
     @property
     def joints_rad(self) -> Array:
-        """Joint angles of the arm. Shape (6,) [rad]."""
-        return self._data.qpos[:_N].copy()
+        """Joint angles of the arm. Shape (N,) [rad]."""
+        return self._data.qpos[: self._n].copy()
 
     @property
     def joint_velocities(self) -> Array:
-        """Joint velocities of the arm. Shape (6,) [rad/s]."""
-        return self._data.qvel[:_N].copy()
+        """Joint velocities of the arm. Shape (N,) [rad/s]."""
+        return self._data.qvel[: self._n].copy()
 
     @property
     def wrench(self) -> Array:
@@ -185,22 +185,24 @@ class _Spring:
 
     Args:
         model: Model of the scene.
+        n_joints: Number of the arm's joints, which come first.
     """
 
-    def __init__(self, model: MjModel):
-        gain = model.actuator_gainprm[_N:, 0]
+    def __init__(self, model: MjModel, n_joints: int):
+        self._n = n_joints
+        gain = model.actuator_gainprm[n_joints:, 0]
         # With damping against the water alone, the receptacle would lag behind.
-        self._lag_s = -model.actuator_biasprm[_N:, 2] / gain
+        self._lag_s = -model.actuator_biasprm[n_joints:, 2] / gain
         self._target = np.zeros(6)
 
     def rest_at(self, data: MjData, pose: Array) -> None:
         """Put the receptacle at rest at a pose."""
         self._target = receptacle.joints_at(pose)
-        data.qpos[_N:] = data.ctrl[_N:] = self._target
+        data.qpos[self._n :] = data.ctrl[self._n :] = self._target
 
     def deflection_m(self, data: MjData) -> float:
         """Distance of the receptacle from the rest of its spring [m]."""
-        away = data.qpos[_N : _N + 3] - self._target[:3]
+        away = data.qpos[self._n : self._n + 3] - self._target[:3]
         return float(np.sqrt(away @ away))
 
     def path(self, pose: Array) -> Array:

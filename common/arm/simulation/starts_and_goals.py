@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.arm.dimensions import Dimensions
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.kinematics import Kinematics, compose
 from farhand.common.arm.preflight import InsertionTrajectory
+from farhand.common.arm.robot_file import RobotFile
 from farhand.common.arm.simulation.receptacle import FACING_QUAT
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
 from farhand.common.model.manifold import POSE
@@ -102,6 +103,18 @@ class Box:
     high_m: tuple[float, float, float]
     tilt_rad: float = math.radians(15.0)
 
+    @classmethod
+    def of(cls, robot: RobotFile) -> Box:
+        """Return the workplace of a robot."""
+        place = robot.workplace
+        return cls(place.low_m, place.high_m, math.radians(place.tilt_deg))
+
+    def widened(self) -> Box:
+        """Return a box that extends 4 cm further away, and 5 cm to each side, up and down."""
+        low = np.subtract(self.low_m, (0.0, 0.05, 0.05))
+        high = np.add(self.high_m, (0.04, 0.05, 0.05))
+        return replace(self, low_m=tuple(low.round(9).tolist()), high_m=tuple(high.round(9).tolist()))
+
     def sample(self, random: np.random.Generator) -> Array:
         """Draw a receptacle anywhere in a box, with the arm near its rest."""
         mouth = random.uniform(self.low_m, self.high_m)
@@ -110,12 +123,8 @@ class Box:
         return POSE.exp(np.concatenate([mouth, FACING_QUAT]), np.concatenate([np.zeros(3), turn]))
 
 
-ACCEPTANCE = Box((0.74, -0.10, 0.30), (0.82, 0.10, 0.45))
-WIDE = Box((0.74, -0.15, 0.25), (0.86, 0.15, 0.50))
-
-# First pose of a seated plug: slightly before the bottom, within the clearance, without contact.
+# First place of a seated plug: a little before the bottom, within the clearance, without contact.
 _OFF_BOTTOM_M, _ASIDE_M, _TILT_RAD = (0.0005, 0.002), 0.0003, math.radians(0.15)
-_JOINT_STD_RAD = np.array([0.12, 0.12, 0.12, 0.07, 0.07, 0.07])
 
 
 class Placement(NamedTuple):
@@ -123,27 +132,29 @@ class Placement(NamedTuple):
 
     Args:
         receptacle: Pose of the receptacle from the arm's base. Shape (7,).
-        joints_rad: Joint angles of the arm. Shape (6,) [rad].
+        joints_rad: Joint angles of the arm. Shape (N,) [rad].
     """
 
     receptacle: Array
     joints_rad: Array
 
     @classmethod
-    def sample(cls, random: np.random.Generator, box: Box, dimensions: Dimensions) -> Placement:
+    def sample(cls, random: np.random.Generator, box: Box, cell: Cell) -> Placement:
         """Draw a receptacle anywhere in a box, with the arm near its rest."""
         receptacle = box.sample(random)
-        return cls(receptacle, np.array(dimensions.home_rad) + random.normal(size=6) * _JOINT_STD_RAD)
+        robot = cell.robot
+        home, std = np.array(robot.home_rad), np.array(robot.home_std_rad)
+        return cls(receptacle, home + random.normal(size=home.size) * std)
 
     @classmethod
-    def seated(cls, random: np.random.Generator, box: Box, dimensions: Dimensions) -> Placement:
+    def seated(cls, random: np.random.Generator, box: Box, cell: Cell) -> Placement:
         """Draw a receptacle anywhere in a box, with the plug seated in it."""
-        receptacle, joints_rad = cls.sample(random, box, dimensions)
-        way_in = InsertionTrajectory(Kinematics(dimensions))
+        receptacle, joints_rad = cls.sample(random, box, cell)
+        way_in = InsertionTrajectory(Kinematics(cell))
         for _ in way_in.go(joints_rad, receptacle):
             pass
         aside, tilt = random.uniform(-_ASIDE_M, _ASIDE_M, 2), random.uniform(-_TILT_RAD, _TILT_RAD, 2)
-        depth_m = dimensions.receptacle.depth_m - random.uniform(*_OFF_BOTTOM_M)
+        depth_m = cell.receptacle.depth_m - random.uniform(*_OFF_BOTTOM_M)
         seat = POSE.exp(
             np.array([*aside, depth_m, 1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, *tilt, 0.0])
         )

@@ -9,13 +9,14 @@ import numpy as np
 from PIL import Image
 
 from farhand.common.arm.compliance import SeenReceptacle
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import compose, moved
 from farhand.common.arm.servo import Servo, ServoSettings
+from farhand.common.arm.setpoint import MotionLimits
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.rendering import Renderer, RenderingUnavailable
 from farhand.common.arm.simulation.scene import CLOSE_UP, OPERATOR
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
+from tests.cells import JACO
 
 FOLDER = Path(__file__).parents[3] / "docs" / "pictures"
 SIZE = 1280, 720
@@ -29,10 +30,10 @@ def main() -> int:
     Returns:
         The exit status.
     """
-    dimensions, simulation = Dimensions(), Simulation()
-    still = Surroundings.still(dimensions)
+    simulation = Simulation(JACO)
+    still = Surroundings.still(JACO)
     around = still.with_receptacle(moved(still.receptacle, _TURNED))
-    simulation.reset(np.array(dimensions.home_rad), around)
+    simulation.reset(np.array(JACO.robot.home_rad), around)
     try:
         with Renderer(simulation, *SIZE) as renderer:
             save(renderer.render(OPERATOR), "hot-stab-scene")
@@ -46,7 +47,9 @@ def main() -> int:
 
 def insert(simulation: Simulation, around: Surroundings) -> None:
     """Go in along the axis until the plug is seated."""
-    servo = Servo(simulation.dimensions, ServoSettings(), simulation.joints_rad)
+    servo = Servo(
+        simulation.cell, ServoSettings(MotionLimits.of(simulation.cell.robot)), simulation.joints_rad
+    )
     while simulation.time_s < 9.5:
         servo.set_receptacle(SeenReceptacle(simulation.mouth, np.zeros(6)))
         depth_m = float(np.interp(simulation.time_s, [3.0, 8.0], [-0.12, 0.083]))

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics, moved
 from farhand.common.arm.preflight import REFUSED_BELOW, WARNED_BELOW, Preflight, Preflights
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.wire.words import sentence
+from tests.cells import JACO
 
-DIMENSIONS = Dimensions()
-HOME = np.array(DIMENSIONS.home_rad)
-FACING = Surroundings.still(DIMENSIONS).receptacle
-PREFLIGHTS = Preflights(Kinematics(DIMENSIONS))
+HOME = np.array(JACO.robot.home_rad)
+FACING = Surroundings.still(JACO).receptacle
+PREFLIGHTS = Preflights(Kinematics(JACO))
 
 
 def receptacle(

@@ -5,18 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.engine import mink
 from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.velocity_ik import JOINT_ACCELERATIONS, JOINT_SPEEDS, VelocityIk, ramped
+from farhand.common.arm.velocity_ik import VelocityIk, ramped
+from tests.cells import JACO
 
-DIMENSIONS = Dimensions()
-HOME = np.array(DIMENSIONS.home_rad)
+HOME = np.array(JACO.robot.home_rad)
 
 
 @pytest.fixture
 def kinematics() -> Kinematics:
-    return Kinematics(DIMENSIONS)
+    return Kinematics(JACO)
 
 
 def test_it_is_minks_solution_to_the_last_bit_whether_limits_are_near_or_not(kinematics: Kinematics):
@@ -58,7 +57,7 @@ def test_a_slow_twist_is_achieved(kinematics: Kinematics, seed: int):
 
 def test_a_fast_twist_is_cut_at_the_joint_speeds_and_the_loss_is_told(kinematics: Kinematics):
     solution = VelocityIk(kinematics).solve(np.array([0.0, 2.0, 0.0, 0.0, 0.0, 0.0]))
-    assert (np.abs(solution.joint_velocities) <= JOINT_SPEEDS + 1e-6).all()
+    assert (np.abs(solution.joint_velocities) <= np.array(JACO.robot.limits.velocity_rad_s) + 1e-6).all()
     assert solution.missing_m_s > 0.5
 
 
@@ -91,8 +90,9 @@ def test_the_hand_does_not_enter_the_panel(kinematics: Kinematics):
 
 def test_no_joint_is_told_to_accelerate_more_than_its_drive_can():
     before, wanted = np.zeros(6), np.array([0.1, 0.0, 0.0, 0.0, -0.4, 0.2])
-    told = ramped(before, wanted, 0.01)
+    most = np.array(JACO.robot.limits.acceleration_rad_s2)
+    told = ramped(before, wanted, most, 0.01)
     assert told[4] == pytest.approx(-0.025)
     assert told == pytest.approx(wanted * told[4] / wanted[4])
-    assert (np.abs(told) <= 0.01 * JOINT_ACCELERATIONS).all()
-    assert (ramped(before, 0.02 * wanted, 0.01) == 0.02 * wanted).all()
+    assert (np.abs(told) <= 0.01 * most).all()
+    assert (ramped(before, 0.02 * wanted, most, 0.01) == 0.02 * wanted).all()

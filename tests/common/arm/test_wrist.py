@@ -7,12 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from farhand.common.arm.compliance import Wrist
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import Kinematics
+from tests.cells import JACO
 
-KINEMATICS = Kinematics(Dimensions())
+KINEMATICS = Kinematics(JACO)
 MASS_KG, CENTRE_M = KINEMATICS.tool_weight()
-REACH_M = np.array([0.0, 0.0, KINEMATICS.dimensions.plug.reach_m])
+REACH_M = np.array([0.0, 0.0, KINEMATICS.cell.plug.reach_m])
 
 
 def turned(seed: int) -> tuple[np.ndarray, np.ndarray]:

@@ -23,7 +23,7 @@ def test_telemetry_in_space_fits_into_its_bytes_at_its_largest():
     point = largest((0.1, -0.2, 0.3))
     assert len(encode(point)) <= 200
     turn = (0.1, -0.2, 0.3)
-    arm = msgspec.structs.replace(point, arm=ArmState(turn, turn + turn, 123.4, 65_535))
+    arm = msgspec.structs.replace(point, arm=ArmState(turn, (*turn, *turn, 0.4, -0.5), 123.4, 65_535))
     assert len(encode(arm)) <= MAX_TELEMETRY_BYTES
 
 

@@ -14,6 +14,7 @@ from farhand.common.wire.messages import Command, ModelTransfer
 from farhand.deploy.places import find_task, sample_files
 from farhand.local_site.console import intents
 from farhand.local_site.workcell.arm_drivers import SteppedArm
+from tests.cells import JACO
 from tests.local_site.console.test_console import a_path, teach
 from tests.local_site.robot_end import HOT_STAB, TASK, Desk, desk
 
@@ -91,7 +92,7 @@ def test_another_task_is_not_chosen_while_something_is_recorded_here_or_a_previe
 
 
 def test_the_operators_arm_starts_where_the_chosen_task_does_and_its_samples_follow(tmp_path: Path):
-    place = SteppedArm(HOT_STAB, lambda task: sample_files(task)[:1], seed=3)
+    place = SteppedArm(HOT_STAB, JACO, lambda task: sample_files(task)[:1], seed=3)
     with desk(tmp_path, HOT_STAB, HOT_STAB_REMOVAL, place=place) as it:
         before = place.view
         assert before.depth_m < 0.0

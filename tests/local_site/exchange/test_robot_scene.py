@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from farhand.common.arm.dimensions import Dimensions, Plug
+from farhand.common.arm.cell import Cell, Plug
 from farhand.common.arm.simulation.description import describe
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import ControlMode
@@ -25,12 +25,13 @@ from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.teaching.library import Library
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.robot import Robot
+from tests.cells import JACO
 from tests.local_site.robot_end import HOT_STAB
 from tests.loopback import Question
 from tests.meeting import RobotsEnd
 
-OWN = describe(Dimensions())
-OTHER = describe(Dimensions(plug=Plug(radius_m=0.015)))
+OWN = describe(JACO)
+OTHER = describe(Cell(robot=JACO.robot, plug=Plug(radius_m=0.015)))
 
 
 class Arm:
@@ -46,6 +47,7 @@ class Arm:
             lambda _: None,
             lambda **_: None,
             None,
+            cell=JACO,
         )
         self.n_parts, self.now_s = 0, 0.0
         self.inquiries = Requests(self, lambda job: job(), lambda: self.now_s)  # type: ignore[arg-type]

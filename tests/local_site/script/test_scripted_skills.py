@@ -13,12 +13,13 @@ from farhand.local_site.script.scripted_actions import RealTime, ScriptedActions
 from farhand.local_site.script.scripted_skills import skill_for
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.workcell.arm_drivers import SteppedArm
+from tests.cells import JACO
 from tests.local_site.robot_end import HOT_STAB, desk
 
 
 def demonstrate(folder: Path, n: int, seed: int = 0) -> tuple[str, list[Demonstration]]:
     """Hash of the first model, and what was demonstrated."""
-    with desk(folder, HOT_STAB, place=SteppedArm(HOT_STAB)) as it:
+    with desk(folder, HOT_STAB, place=SteppedArm(HOT_STAB, JACO)) as it:
         skill = skill_for(HOT_STAB, ScriptedActions(it.console, RealTime()), seed)
         for number in range(1, n + 1):
             skill.demonstrate(number)
@@ -41,7 +42,7 @@ def test_the_arm_is_led_into_its_receptacle_from_another_place_each_time_and_a_s
 
 def test_the_plug_is_led_out_of_it_too(tmp_path: Path):
     task = structs.replace(HOT_STAB, name="out", skill="extract")
-    with desk(tmp_path, task, place=SteppedArm(task)) as it:
+    with desk(tmp_path, task, place=SteppedArm(task, JACO)) as it:
         skill_for(task, ScriptedActions(it.console, RealTime()), 3).demonstrate(1)
         it.until(lambda p: p.n_demonstrations == 1)
         (shown,) = it.library.chosen.demonstrations
@@ -49,7 +50,9 @@ def test_the_plug_is_led_out_of_it_too(tmp_path: Path):
 
 
 def test_the_samples_are_learned_as_poses_and_undone_bit_for_bit(tmp_path: Path):
-    with desk(tmp_path, HOT_STAB, place=SteppedArm(HOT_STAB, lambda task: sample_files(task)[:2])) as it:
+    with desk(
+        tmp_path, HOT_STAB, place=SteppedArm(HOT_STAB, JACO, lambda task: sample_files(task)[:2])
+    ) as it:
         it.console.submit(intents.LoadSamples())
         two = it.until(lambda p: p.n_demonstrations == 2)
         it.console.submit(intents.Undo())
@@ -61,7 +64,7 @@ def test_the_samples_are_learned_as_poses_and_undone_bit_for_bit(tmp_path: Path)
 
 
 def test_what_is_being_recorded_of_the_arm_can_be_recovered_in_its_frame(tmp_path: Path):
-    with desk(tmp_path, HOT_STAB, place=SteppedArm(HOT_STAB, seed=2)) as it:
+    with desk(tmp_path, HOT_STAB, place=SteppedArm(HOT_STAB, JACO, seed=2)) as it:
         arm = it.picture.own_arm
         assert arm is not None
         goal = arm.tip + np.array([0.0, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -71,7 +74,7 @@ def test_what_is_being_recorded_of_the_arm_can_be_recovered_in_its_frame(tmp_pat
         it.console.submit(intents.ResetArm())
         it.told("end or undo it first")
         it.until(lambda p: len(p.strokes) == 1 and len(p.strokes[0]) > 130)
-    with desk(tmp_path, HOT_STAB, place=SteppedArm(HOT_STAB, seed=7)) as it:
+    with desk(tmp_path, HOT_STAB, place=SteppedArm(HOT_STAB, JACO, seed=7)) as it:
         it.console.submit(intents.Recover())
         it.until(lambda p: p.n_demonstrations == 1)
         (shown,) = it.library.chosen.demonstrations

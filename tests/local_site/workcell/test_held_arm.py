@@ -7,6 +7,7 @@ import pytest
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.workcell.held_arm import HeldArm
+from tests.cells import JACO
 
 ASKEW = (3, 9)
 """With these seeds the plug is 24 and 12 degrees askew at first: it would jam at the mouth."""
@@ -40,7 +41,7 @@ def drag(arm: HeldArm, axis: int, length_m: float, wait_s: float = 1.0, n_events
 
 @pytest.mark.parametrize("seed", ASKEW)
 def test_an_aligned_plug_points_along_the_bore_and_three_arrows_aimed_badly_lead_it_to_its_seat(seed: int):
-    arm = HeldArm("insert", seed)
+    arm = HeldArm("insert", JACO, seed)
     before = arm.view()
     assert before.tilt_rad > np.radians(10.0)
     align(arm)
@@ -57,7 +58,7 @@ def test_an_aligned_plug_points_along_the_bore_and_three_arrows_aimed_badly_lead
 
 
 def test_an_askew_plug_jams_and_says_so_and_aligned_there_it_goes_in():
-    arm = HeldArm("insert", 9)
+    arm = HeldArm("insert", JACO, 9)
     target = arm.view().tip
     target[:3] = TaskFrame.at(arm.view().receptacle).to_world(np.array([0.0, 0.0, 0.12]))
     arm.hold(target)
@@ -70,7 +71,7 @@ def test_an_askew_plug_jams_and_says_so_and_aligned_there_it_goes_in():
 
 
 def test_a_hand_takes_over_from_a_plug_that_turns():
-    arm = HeldArm("insert", 3)
+    arm = HeldArm("insert", JACO, 3)
     arm.align()
     wait(arm, 0.2)
     there = arm.view().tip

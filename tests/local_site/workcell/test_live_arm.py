@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from farhand.local_site.workcell.arm_drivers import LiveArm
+from tests.cells import JACO
 from tests.local_site.robot_end import HOT_STAB
 
 PATIENCE_S = 60.0
@@ -21,7 +22,7 @@ class Desk:
         self.jobs: queue.Queue[Callable[[], None]] = queue.Queue()
         self.points: list[np.ndarray] = []
         self.times_s: list[float] = []
-        self.arm = LiveArm(HOT_STAB, seed=1)
+        self.arm = LiveArm(HOT_STAB, JACO, seed=1)
         self.arm.start(self.jobs.put, self.moved)
 
     def moved(self, points: np.ndarray, times_s: np.ndarray) -> None:

@@ -7,11 +7,12 @@ from farhand.deploy.places import sample_files
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.workcell.operator_arm import DEMONSTRATIONS
 from farhand.local_site.workcell.scripted_hand import STANDOFF_M
+from tests.cells import JACO
 
 
 @pytest.fixture(scope="module")
 def shown() -> dict[str, Demonstration]:
-    return {task: demonstrate(0) for task, demonstrate in DEMONSTRATIONS.items()}
+    return {task: demonstrate(0, JACO) for task, demonstrate in DEMONSTRATIONS.items()}
 
 
 def in_receptacle(demonstration: Demonstration) -> np.ndarray:

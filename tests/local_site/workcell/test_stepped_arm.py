@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.common.arm.velocity_ik import JOINT_SPEEDS
 from farhand.common.errors import InvalidDemonstration
 from farhand.deploy.places import sample_files
 from farhand.local_site.workcell.arm_drivers import SteppedArm
+from tests.cells import JACO
 from tests.local_site.robot_end import HOT_STAB
 
 Array = np.ndarray
@@ -18,7 +18,7 @@ class Held:
     """An arm, and all that it moved through."""
 
     def __init__(self, seed: int = 0):
-        self.arm = SteppedArm(HOT_STAB, sample_files, seed)
+        self.arm = SteppedArm(HOT_STAB, JACO, sample_files, seed)
         self.points: list[Array] = []
         self.times_s: list[float] = []
         self.joints: list[Array] = []
@@ -78,7 +78,7 @@ def test_what_cannot_be_reached_is_said_and_costs_nothing(offset_m: tuple[float,
         saturated.append(it.arm.view.saturated)
     assert any(saturated)
     speed = np.abs(np.diff(it.joints, axis=0)).max(axis=0) / 0.05
-    assert (speed <= 1.05 * JOINT_SPEEDS).all()
+    assert (speed <= 1.05 * np.array(JACO.robot.limits.velocity_rad_s)).all()
     it.arm.hand(tuple(far.tolist()), 6.0, released=True)
     it.lead(home, 6.0)
     assert np.linalg.norm(it.arm.view.tip[:3] - home[:3]) < 2e-3 and not it.arm.view.saturated

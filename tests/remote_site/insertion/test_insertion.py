@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.simulation.disturbances import DisturbanceSettings, Sway
 from farhand.common.arm.simulation.receptacle import FACING_QUAT
-from farhand.common.arm.simulation.starts_and_goals import WIDE, Placement, Withdrawn
+from farhand.common.arm.simulation.starts_and_goals import Placement, Withdrawn
 from farhand.common.control_mode import ControlMode
 from farhand.evaluation.arm import hot_stab_removal
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught
 from farhand.remote_site.perception.simulated_sight import TYPICAL
+from tests.cells import JACO
 from tests.messages import said
 from tests.remote_site.arm_bench import ArmBench
 
@@ -61,8 +61,11 @@ def test_a_receptacle_that_is_lost_for_two_seconds_is_waited_for():
 
 def test_a_preflight_that_is_obeyed_keeps_the_arm_where_it_is():
     """The wrist would be straight on the way in: the receptacle is high before it."""
-    conditions, above = Conditions(noise=TYPICAL, box=WIDE, obeying=True), np.array([0.80, 0.0, 0.50])
-    placed = Placement(np.concatenate([above, FACING_QUAT]), np.array(Dimensions().home_rad))
+    conditions, above = (
+        Conditions(noise=TYPICAL, wide=True, obeying=True),
+        np.array([0.80, 0.0, 0.50]),
+    )
+    placed = Placement(np.concatenate([above, FACING_QUAT]), np.array(JACO.robot.home_rad))
     trial = Trial(taught(), conditions, 8, placed)
     start = trial.arm.simulation.tip
     record = trial.run()

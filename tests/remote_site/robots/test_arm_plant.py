@@ -10,24 +10,22 @@ import numpy as np
 import pytest
 
 from farhand.common.arm.compliance import SeenReceptacle
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.kinematics import AT_ORIGIN, compose, difference, moved
 from farhand.common.arm.servo import ServoSettings
 from farhand.common.arm.setpoint import MotionLimits
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
-from farhand.common.arm.velocity_ik import JOINT_SPEEDS
 from farhand.common.errors import InvalidInput
 from farhand.remote_site.robots.arm_plant import ArmPlant
+from tests.cells import JACO
 
-DIMENSIONS = Dimensions()
-STILL = Surroundings.still(DIMENSIONS)
+STILL = Surroundings.still(JACO)
 AWAY = STILL.with_receptacle(STILL.receptacle + np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]))
-BORE_M = DIMENSIONS.receptacle.depth_m
+BORE_M = JACO.receptacle.depth_m
 DOWN_THE_AXIS = [(0.0, -0.12), (3.0, -0.12), (8.0, 0.083)]
 
 Around = Callable[[float], Surroundings]
-SHARED = Simulation(DIMENSIONS)
+SHARED = Simulation(JACO)
 
 
 def arm(around: Surroundings | Around = STILL, settings: ServoSettings | None = None) -> ArmPlant:
@@ -196,7 +194,7 @@ def test_braking_in_free_water_stops_within_a_centimetre():
 @pytest.mark.parametrize("seed", range(2))
 def test_limits_of_speed_joints_and_workspace_hold_whatever_is_asked(seed: int):
     random = np.random.default_rng(seed)
-    limits = MotionLimits()
+    limits = MotionLimits.of(JACO.robot)
     plant = arm(AWAY, ServoSettings(limits=limits))
     span = np.array([[0.820305, 5.462881], [0.331613, 5.951573]])
     for _ in range(4):
@@ -206,7 +204,10 @@ def test_limits_of_speed_joints_and_workspace_hold_whatever_is_asked(seed: int):
             state, physics = plant.read(), plant.simulation
             # The drives of the joints lag a little, and unlike each other.
             assert np.linalg.norm(state.velocity_m_s) < 1.1 * limits.speed_m_s
-            assert (np.abs(plant.servo.solution.joint_velocities) <= JOINT_SPEEDS + 1e-6).all()
+            assert (
+                np.abs(plant.servo.solution.joint_velocities)
+                <= np.array(JACO.robot.limits.velocity_rad_s) + 1e-6
+            ).all()
             assert (physics.joints_rad[1:3] > span[:, 0]).all() and (
                 physics.joints_rad[1:3] < span[:, 1]
             ).all()
@@ -235,7 +236,7 @@ def test_the_links_stay_off_a_panel_that_is_in_the_way():
     force = plant.read().force_n
     assert force is not None
     assert np.linalg.norm(force) < 150.0
-    assert plant.servo.kinematics.tip[0] < SHARED.mouth[0] + DIMENSIONS.receptacle.panel_behind_m + 0.01
+    assert plant.servo.kinematics.tip[0] < SHARED.mouth[0] + JACO.receptacle.panel_behind_m + 0.01
 
 
 def test_the_same_seed_gives_the_same_bits():

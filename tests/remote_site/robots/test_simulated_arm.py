@@ -5,9 +5,9 @@ import pytest
 from msgspec import structs
 from scipy.spatial.transform import Rotation
 
-from farhand.common.arm.dimensions import Dimensions, Receptacle
+from farhand.common.arm.cell import Cell, Receptacle
 from farhand.common.arm.kinematics import compose, difference, inverse
-from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE
+from farhand.common.arm.simulation.starts_and_goals import Box
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.task_frame import TaskFrame
@@ -15,6 +15,7 @@ from farhand.common.wire.messages import StopAck
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.robots.simulated_arm import SimulatedArm
 from farhand.remote_site.robots.simulated_environment import SLIDE_M_S
+from tests.cells import JACO
 from tests.messages import said
 from tests.remote_site.arm_bench import HOT_STAB, ArmBench, hot_stab_model, seated
 
@@ -184,7 +185,7 @@ def test_ready_is_home_and_out_of_the_bore_only():
     assert bench.command(Action.GO_TO_READY).accepted
     bench.run_until(Phase.NONE)
     home = bench.arm.plant.servo.kinematics
-    home.update(np.array(bench.simulation.dimensions.home_rad))
+    home.update(np.array(bench.simulation.cell.robot.home_rad))
     np.testing.assert_allclose(bench.tip, home.tip, atol=5.0 * MM)
 
 
@@ -200,8 +201,8 @@ def test_an_insertion_that_is_out_of_reach_is_refused_at_its_preview():
 
 
 def test_a_plug_that_jams_again_and_again_gives_up_and_holds():
-    blocked = Dimensions(receptacle=Receptacle(depth_m=0.030))  # where the robot expects 85 mm
-    bench = ArmBench(seed=1, dimensions=blocked, attempts=1, tracker="clean").executing()
+    blocked = Cell(robot=JACO.robot, receptacle=Receptacle(depth_m=0.030))  # where the robot expects 85 mm
+    bench = ArmBench(seed=1, cell=blocked, attempts=1, tracker="clean").executing()
     bench.run_until(Phase.RECOVERING)
     for _ in range(60):
         bench.run(0.5)
@@ -222,10 +223,10 @@ def test_a_moved_receptacle_slides_to_its_place_and_stays_in_its_box():
     bench.run(1.0)
     assert np.linalg.norm(bench.simulation.mouth[:3] - before) <= SLIDE_M_S * 1.05
     bench.run(10.0)
-    np.testing.assert_allclose(bench.simulation.mouth[:3], (ACCEPTANCE.high_m[0], 0.0, 0.4), atol=MM)
+    np.testing.assert_allclose(bench.simulation.mouth[:3], (Box.of(JACO.robot).high_m[0], 0.0, 0.4), atol=MM)
 
 
 def test_an_arm_runs_at_its_own_rate_and_no_other():
     with pytest.raises(InvalidConfiguration, match="control_hz"):
-        SimulatedArm(HOT_STAB, RemoteConfig(control_hz=50.0), None)
-    assert SimulatedArm(HOT_STAB, RemoteConfig(control_hz=100.0), None).control_hz == 100.0
+        SimulatedArm(HOT_STAB, RemoteConfig(control_hz=50.0), JACO)
+    assert SimulatedArm(HOT_STAB, RemoteConfig(control_hz=100.0), JACO).control_hz == 100.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from farhand.common.arm.dimensions import HIDDEN, Dimensions, Plug
+from farhand.common.arm.cell import HIDDEN, Cell, Plug
 from farhand.common.arm.engine import mujoco
 from farhand.common.arm.kinematics import Kinematics, compose
 from farhand.common.arm.simulation.description import describe
@@ -12,27 +12,27 @@ from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import Simulation
 from farhand.common.model.manifold import POSE
 from farhand.common.wire.scene_description import SceneDescription
+from tests.cells import JACO
 
-DIMENSIONS = Dimensions()
-SCENE = describe(DIMENSIONS)
+SCENE = describe(JACO)
 
 
 def test_the_tip_is_where_the_kinematics_have_it() -> None:
-    kinematics, random = Kinematics(DIMENSIONS), np.random.default_rng(1)
+    kinematics, random = Kinematics(JACO), np.random.default_rng(1)
     for _ in range(5):
-        joints = np.array(DIMENSIONS.home_rad) + random.normal(0.0, 0.4, 6)
+        joints = np.array(JACO.robot.home_rad) + random.normal(0.0, 0.4, 6)
         kinematics.update(joints)
         np.testing.assert_allclose(POSE.log(kinematics.tip, SCENE.tip_pose(joints)), 0.0, atol=1e-9)
 
 
 def test_what_is_drawn_is_where_the_physics_have_it() -> None:
     """The box around the arm and the one around the receptacle, against the model's own vertices."""
-    joints, simulation = np.array(DIMENSIONS.home_rad) + 0.3, Simulation(DIMENSIONS)
-    simulation.reset(joints, Surroundings.still(DIMENSIONS))
+    joints, simulation = np.array(JACO.robot.home_rad) + 0.3, Simulation(JACO)
+    simulation.reset(joints, Surroundings.still(JACO))
     poses = SCENE.link_poses(joints)
     parts = [(pose, link.meshes) for pose, link in zip(poses, SCENE.links, strict=True)]
     for drawn, name in (
-        ([*parts, (poses[-1], SCENE.held)], "jaco_arm/"),
+        ([*parts, (poses[-1], SCENE.held)], ("arm/", "tool/")),
         ([(simulation.mouth, SCENE.receptacle)], "receptacle/"),
     ):
         seen = np.concatenate([placed(pose, mesh.vertices_m) for pose, part in drawn for mesh in part])
@@ -50,7 +50,7 @@ def test_meshes_are_closed_and_look_outwards() -> None:
 
 def test_another_plug_is_another_description() -> None:
     assert SceneDescription.from_bytes(SCENE.content) == SCENE
-    assert describe(Dimensions(plug=Plug(radius_m=0.015))).sha256 != SCENE.sha256
+    assert describe(Cell(robot=JACO.robot, plug=Plug(radius_m=0.015))).sha256 != SCENE.sha256
     assert len(SCENE.content) < 300_000
 
 
@@ -59,7 +59,7 @@ def placed(pose: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     return np.array([compose(pose, each)[:3] for each in out])
 
 
-def vertices_of(simulation: Simulation, name: str) -> np.ndarray:
+def vertices_of(simulation: Simulation, name: str | tuple[str, ...]) -> np.ndarray:
     """Corners of all meshes and boxes that are drawn; what is round lies within them, but for 4 mm."""
     model, data = simulation.model_and_data()
     points = []

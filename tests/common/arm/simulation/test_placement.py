@@ -3,14 +3,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import Simulation
-from farhand.common.arm.simulation.starts_and_goals import ACCEPTANCE, WIDE, Box, Placement
+from farhand.common.arm.simulation.starts_and_goals import Box, Placement
 from farhand.common.model.task_frame import TaskFrame
+from tests.cells import JACO
 
 
-@pytest.mark.parametrize("box", [ACCEPTANCE, WIDE])
+@pytest.mark.parametrize("box", [Box.of(JACO.robot), Box.of(JACO.robot).widened()])
 def test_receptacles_fill_their_box_and_face_the_arm(box: Box):
     random = np.random.default_rng(0)
     poses = np.array([box.sample(random) for _ in range(2000)])
@@ -24,19 +24,17 @@ def test_receptacles_fill_their_box_and_face_the_arm(box: Box):
 
 
 def test_one_seed_is_one_placement():
-    dimensions = Dimensions()
-    one, same = (Placement.sample(np.random.default_rng(4), ACCEPTANCE, dimensions) for _ in range(2))
+    one, same = (Placement.sample(np.random.default_rng(4), Box.of(JACO.robot), JACO) for _ in range(2))
     np.testing.assert_array_equal(one.receptacle, same.receptacle)
     np.testing.assert_array_equal(one.joints_rad, same.joints_rad)
-    assert np.abs(one.joints_rad - dimensions.home_rad).max() < 0.6
+    assert np.abs(one.joints_rad - JACO.robot.home_rad).max() < 0.6
 
 
 def test_a_seated_plug_is_in_its_bore_and_touches_nothing():
-    dimensions = Dimensions()
-    simulation = Simulation(dimensions)
+    simulation = Simulation(JACO)
     for seed in range(3):
-        receptacle, joints_rad = Placement.seated(np.random.default_rng(seed), ACCEPTANCE, dimensions)
-        around = Surroundings.still(dimensions).with_receptacle(receptacle)
+        receptacle, joints_rad = Placement.seated(np.random.default_rng(seed), Box.of(JACO.robot), JACO)
+        around = Surroundings.still(JACO).with_receptacle(receptacle)
         simulation.reset(joints_rad, around)
         at_first = simulation.insertion
         assert 0.0825 <= at_first.depth_m <= 0.085 and at_first.lateral_m < 0.0005

@@ -7,17 +7,17 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from farhand.common.arm.dimensions import Dimensions
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.rendering import Renderer, RenderingUnavailable
 from farhand.common.arm.simulation.scene import CLOSE_UP, OPERATOR
 from farhand.common.arm.simulation.simulation import Simulation
+from tests.cells import JACO
 
 pytestmark = pytest.mark.rendering
 
-SIMULATION = Simulation()
-HOME = np.array(Dimensions().home_rad)
-STILL = Surroundings.still(Dimensions())
+SIMULATION = Simulation(JACO)
+HOME = np.array(JACO.robot.home_rad)
+STILL = Surroundings.still(JACO)
 
 
 @pytest.fixture(scope="module")

@@ -8,23 +8,23 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from farhand.common.arm.dimensions import Dimensions, Receptacle
+from farhand.common.arm.cell import Cell, Receptacle
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, PhysicsFailed, Simulation
 from farhand.common.errors import InvalidInput
+from tests.cells import JACO
 
-DIMENSIONS = Dimensions()
-STILL = Surroundings.still(DIMENSIONS)
+STILL = Surroundings.still(JACO)
 AT_REST = np.zeros(6)
 
 
 @pytest.fixture(scope="module")
 def simulation() -> Simulation:
-    return Simulation(DIMENSIONS)
+    return Simulation(JACO)
 
 
 def begin(simulation: Simulation, surroundings: Surroundings = STILL) -> Simulation:
-    simulation.reset(np.array(DIMENSIONS.home_rad), surroundings)
+    simulation.reset(np.array(JACO.robot.home_rad), surroundings)
     return simulation
 
 
@@ -36,7 +36,7 @@ def moved(by_m: tuple[float, float, float], surroundings: Surroundings = STILL) 
 
 def in_the_bore(depth_m: float) -> Surroundings:
     """The receptacle moved over the plug of the arm at home."""
-    simulation = Simulation(DIMENSIONS)
+    simulation = Simulation(JACO)
     tip = simulation.tip
     pose = tip.copy()
     pose[:3] -= depth_m * Rotation.from_quat(tip[3:], scalar_first=True).as_matrix()[:, 2]
@@ -77,7 +77,7 @@ def test_the_wrist_carries_the_weight_of_hand_and_plug(simulation: Simulation):
     for _ in range(50):
         simulation.step(AT_REST, STILL)
     force = simulation.wrench[:3]
-    mass_kg = DIMENSIONS.plug.mass_kg + 0.54719 + 3 * (0.0255204 + 0.0132655)
+    mass_kg = JACO.plug.mass_kg + 0.54719 + 3 * (0.0255204 + 0.0132655)
     assert force[1] == pytest.approx(9.81 * mass_kg, rel=0.02)  # y points down
     assert np.abs(force[[0, 2]]).max() < 0.3
 
@@ -99,16 +99,16 @@ def test_a_receptacle_that_runs_over_the_plug_pushes_it_back(simulation: Simulat
         simulation.step(AT_REST, moved((-nearer, 0.0, 0.0), in_the_bore(0.080)))
     felt = (simulation.wrench - before)[:3]
     strain = simulation.mouth[0] - (in_the_bore(0.080).receptacle[0] - 0.010)
-    assert felt[2] == pytest.approx(-DIMENSIONS.receptacle.stiffness_n_m * strain, rel=0.1)
+    assert felt[2] == pytest.approx(-JACO.receptacle.stiffness_n_m * strain, rel=0.1)
     assert felt[2] < -10.0
     assert 0.080 < simulation.insertion.depth_m < 0.088
 
 
 def test_no_force_drives_the_plug_through_the_bottom(simulation: Simulation):
     """A receptacle that comes with 0.3 m/s, ten times the arm's strength behind it."""
-    stiff = Dimensions(receptacle=Receptacle(stiffness_n_m=250e3))
+    stiff = Cell(robot=JACO.robot, receptacle=Receptacle(stiffness_n_m=250e3))
     rammed = Simulation(stiff)
-    rammed.reset(np.array(stiff.home_rad), in_the_bore(0.060))
+    rammed.reset(np.array(stiff.robot.home_rad), in_the_bore(0.060))
     depth = []
     for tick in range(100):
         rammed.step(AT_REST, moved((-min(0.3 * tick * TICK_S, 0.08), 0.0, 0.0), in_the_bore(0.060)))
@@ -134,7 +134,7 @@ def test_the_same_calls_give_the_same_bits(simulation: Simulation):
             physics.step(np.full(6, 0.05), moved((0.0, 0.0, 1e-4 * tick), in_the_bore(0.07)))
         return b"".join(a.tobytes() for a in (physics.joints_rad, physics.wrench, physics.mouth))
 
-    assert run(simulation) == run(simulation) == run(Simulation(DIMENSIONS))
+    assert run(simulation) == run(simulation) == run(Simulation(JACO))
 
 
 def test_a_warning_of_the_physics_is_an_error(simulation: Simulation):

@@ -13,10 +13,11 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.words import local_words, words_of
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import HeldArm
+from tests.cells import JACO
 from tests.local_site.robot_end import HOT_STAB, TASK
 
 WORDS = words_of(HOT_STAB)
-AT_REST = HeldArm("insert", 0).view()
+AT_REST = HeldArm("insert", JACO, 0).view()
 
 
 def told(picture: ConsoleState, arm: ArmView) -> str:

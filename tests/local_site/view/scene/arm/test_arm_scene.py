@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 import viser
 
-from farhand.common.arm.dimensions import Dimensions, Plug
+from farhand.common.arm.cell import Cell, Plug
 from farhand.common.arm.simulation.description import describe
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.door import Door
@@ -17,11 +17,12 @@ from farhand.local_site.view.panels.words import words_of
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
 from farhand.local_site.view.server import PageServer
 from farhand.local_site.view.tabs import Sessions
+from tests.cells import JACO
 from tests.local_site.exchange.test_robot_scene import report
 from tests.local_site.robot_end import HOT_STAB
 
-OWN = describe(Dimensions())
-OTHER = describe(Dimensions(plug=Plug(radius_m=0.015)))
+OWN = describe(JACO)
+OTHER = describe(Cell(robot=JACO.robot, plug=Plug(radius_m=0.015)))
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Dimensions of arm, plug, receptacle and water, and the layers of geoms that touch or are drawn.
+"""Cell: arm, plug, receptacle and water with their dimensions, and the layers of geoms that touch or are drawn.
 
 "Hot-stab-like": no conformity with any standard is claimed.
 """
@@ -9,10 +9,9 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from farhand.common.arm.robot_file import RobotFile
+
 Positive = Annotated[float, Meta(gt=0)]
-Fraction = Annotated[float, Meta(ge=0, le=1)]
-Triple = Annotated[tuple[float, ...], Meta(min_length=3, max_length=3)]
-Joints = Annotated[tuple[float, ...], Meta(min_length=6, max_length=6)]
 
 
 class Plug(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -63,21 +62,16 @@ class Water(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     density_kg_m3: Positive = 1000.0
     viscosity_pa_s: Positive = 0.001
-    buoyancy: Fraction = 0.9
-    """Share of the weight of arm and tool that the water carries."""
 
 
-class Dimensions(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """All dimensions of a scene."""
+class Cell(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Arm with its tool in front of a receptacle: everything that a scene is made from."""
 
+    robot: RobotFile
     plug: Plug = Plug()
     receptacle: Receptacle = Receptacle()
     contact: Contact = Contact()
     water: Water = Water()
-    home_rad: Joints = (3.427, 3.508, 0.846, 3.094, 1.311, -0.513)
-    """Joint angles at rest: the plug points forwards, its tip 0.62 m before and 0.40 m above the base."""
-    receptacle_m: Triple = (0.78, 0.0, 0.38)
-    """First position of the mouth, relative to the arm's base [m]."""
 
     def __post_init__(self) -> None:
         if self.plug.radius_m >= self.receptacle.bore_radius_m:
@@ -86,7 +80,7 @@ class Dimensions(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
             raise ValueError("receptacle.outer_radius_m must exceed bore_radius_m + chamfer_m")
 
 
-# Bits of contype and conaffinity. dm_control gives the arm's own links 3 and 2.
+# Bits of contype and conaffinity.
 LINK = 2
 PLUG = 4
 
