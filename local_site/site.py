@@ -26,6 +26,7 @@ from farhand.local_site.config import LocalConfig
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.facts import operator_facts
 from farhand.local_site.exchange.fetching import KnownScenes
+from farhand.local_site.exchange.rights import RightsWatch
 from farhand.local_site.learning.warm_up import warm_up
 from farhand.local_site.script.scripted_actions import PlannedOutage
 from farhand.local_site.script.scripted_operator import ScriptedOperator
@@ -174,10 +175,15 @@ class _Opened:
             known=KnownScenes(data_dir / "scenes", (own,)) if own is not None else None,
         )  # fmt: skip
         self.page: Page | None = None
+        self._rights: RightsWatch | None = None
 
     def __enter__(self) -> _Opened:
         try:
             self.console.start()
+            if self._config.link.certificates:
+                self._rights = RightsWatch(
+                    self._link, self._config.link.speaks_as, self.console.is_served, self.console.refused
+                )
             if self._page_port:
                 self.page = self._open_page()
             self._wait_for_robot()
@@ -215,6 +221,8 @@ class _Opened:
     def __exit__(self, *_: object) -> None:
         if self.page is not None:
             self.page.close()
+        if self._rights is not None:
+            self._rights.close()
         self.console.close()
         self._link.close()
         self.log.close()

@@ -1,12 +1,36 @@
-"""Access rules of a robot's port: the keys that each site may send and hear, by the name in its certificate."""
+"""Access rules of a robot's port: the keys that each site may send and hear, by the name in its certificate.
+
+The transport reads certificates and rights when it opens. `AccessWatch` reopens it in place when one of the files has
+changed, and tells every site its right: the transport itself denies without an answer.
+"""
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from farhand.common.link.certificates import Role, read_rights
+import msgspec
+
+from farhand.common.errors import FarhandError
+from farhand.common.link.certificates import (
+    CA_FILE,
+    CERTIFICATE_FILE,
+    KEY_FILE,
+    Right,
+    Role,
+    SiteCertificate,
+    read_rights,
+    shown,
+)
+from farhand.common.log import loop_logger
 from farhand.common.wire import keys
+from farhand.common.wire.reasons import Code, Reason, because
+
+_log = loop_logger(__name__)
+
+_LOOK_S = 0.25
 
 _PATIENCE_US = 100_000
 """Longest wait of a robot for a listener with a full queue, before the listener is dropped [us]."""
@@ -35,17 +59,17 @@ def guarded(configuration: dict[str, Any], vehicle: str, listen: str, sites: str
         "block": {"wait_before_close": _PATIENCE_US},
     }
     below = f"{vehicle}/"
+    answers = _rule(
+        "the robot answers", "egress", ["reply", "declare_subscriber", "declare_queryable"], [f"{below}op/**"]
+    )
     common = [
+        answers,
         _rule("all hear", "ingress", ["declare_subscriber"], [f"{below}rov/**"]),
         _rule("the robot speaks", "egress", ["put"], [f"{below}rov/**"]),
-        _rule(
-            "the robot answers",
-            "egress",
-            ["reply", "declare_subscriber", "declare_queryable"],
-            [f"{below}op/**"],
-        ),
     ]
-    rules, subjects, policies = list(common), [], []
+    asks = _rule("anybody asks what it may do", "ingress", ["query"], [below + keys.RIGHT.of("*")])
+    rules, subjects = [*common, asks], [{"id": "whoever asks"}]
+    policies = [{"rules": [asks["id"], answers["id"]], "subjects": ["whoever asks"]}]
     for subject, role, site in _subjects(sites):
         own = _rules_of(role, site, below, listen.startswith("quic/"))
         rules += own
@@ -82,3 +106,89 @@ def _subjects(sites: str) -> list[tuple[dict[str, Any], Role, str]]:
 
 def _rule(name: str, flow: str, messages: list[str], where: list[str]) -> dict[str, Any]:
     return {"id": name, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": where}
+
+
+class AccessWatch:
+    """Observer of a site's certificate and, at a robot, of its list of sites, in a thread of its own.
+
+    Args:
+        folder: Folder of the certificate.
+        sites: List of sites; empty: every site is an operator.
+        changed: Called when a file has changed and all of them are in order; may take a moment.
+    """
+
+    def __init__(self, folder: Path, sites: str, changed: Callable[[], None]):
+        self._folder, self._sites, self._changed = (
+            folder,
+            Path(sites).expanduser() if sites else None,
+            changed,
+        )
+        self._rights = read_rights(self._sites) if self._sites else None
+        self._seen = self._state()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="access", daemon=True)
+        self._thread.start()
+
+    def answer(self, site: str) -> bytes:
+        """Return what a site may do, as JSON: a `Right`, or null for a name that is not in the list."""
+        right = Right(role="operator") if self._rights is None else self._rights.get(site)
+        return msgspec.json.encode(right)
+
+    def close(self) -> None:
+        """End the thread."""
+        self._closed.set()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while not self._closed.wait(_LOOK_S):
+            if (state := self._state()) == self._seen:
+                continue
+            self._seen = state
+            try:
+                self._check()
+            except FarhandError as error:
+                _log.warning("the link goes on with the certificate and the rights of before: %s", error)
+                continue
+            _log.info("certificate or list of sites has changed: the link is opened again with it")
+            self._changed()
+
+    def _check(self) -> None:
+        """Read all files.
+
+        Raises:
+            FarhandError: When one is not in order; the rights stay as they were.
+        """
+        certificate = SiteCertificate.load(self._folder)
+        if fault := certificate.fault():
+            raise FarhandError(fault)
+        self._rights = read_rights(self._sites) if self._sites else None
+
+    def _state(self) -> list[tuple[int, int, int] | None]:
+        files = [self._folder / name for name in (CA_FILE, CERTIFICATE_FILE, KEY_FILE)]
+        return [_version(file) for file in [*files, *([self._sites] if self._sites else [])]]
+
+
+def _version(file: Path) -> tuple[int, int, int] | None:
+    try:
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns, found.st_size
+
+
+def explain_right(answer: bytes, site: str) -> Reason | None:
+    """Return why a site may not command, as the robot has answered; None when it may, or the answer makes no sense.
+
+    Args:
+        answer: The robot's answer on `keys.RIGHT`.
+        site: Name of the site.
+    """
+    try:
+        right = msgspec.json.decode(answer, type=Right | None)
+    except msgspec.MsgspecError:
+        return None
+    if right is None or right.role == "robot":
+        return because(Code.UNLISTED, site=site)
+    if right.revoked is not None:
+        return because(Code.REVOKED, site=site, text=shown(right.revoked))
+    return because(Code.OBSERVER, site=site) if right.role == "observer" else None

@@ -17,6 +17,7 @@ from typing import Any
 
 import zenoh
 
+from farhand.common.link.access import AccessWatch
 from farhand.common.link.budget import OVERHEAD_BYTES
 from farhand.common.link.certificates import check_site_certificate
 from farhand.common.link.connection_faults import DeafListeners
@@ -24,9 +25,10 @@ from farhand.common.link.copies import Once, Question
 from farhand.common.link.endpoint import MOST_SESSIONS, EndpointSettings, scheme_of
 from farhand.common.link.interface import Answered, Deliver, Handle
 from farhand.common.link.outbox import Outbox
-from farhand.common.link.quic import QuicDelivery, copy_of
-from farhand.common.link.session import Session
+from farhand.common.link.quic import QuicDelivery, copy_of, site_in
+from farhand.common.link.session import Session, ZenohRequest, in_reader, reply_to
 from farhand.common.log import loop_logger
+from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel, Urgency, answers_for
 
 _log = loop_logger(__name__)
@@ -37,25 +39,6 @@ _PAUSE_S = 0.002
 """Shortest pause in reading a connection after an unwanted message [s]."""
 _PAUSES = 9
 """Pause as a multiple of the time spent on the message: a flood gets at most a tenth of one processor."""
-
-
-class _ZenohRequest:
-    def __init__(self, query: zenoh.Query, outbox: Outbox):
-        self._query, self._outbox = query, outbox
-        self.data = query.payload.to_bytes() if query.payload else b""
-
-    def answer(self, data: bytes) -> None:
-        self._outbox.submit(lambda: _reply(self._query, data))
-
-
-def _reply(query: zenoh.Query, data: bytes) -> None:
-    with query:
-        query.reply(query.key_expr, data, express=True)  # with the question's priority
-
-
-def _in_reader(take: Callable[[Any], None]) -> Any:
-    """Return a handler that is called in the thread that reads the connection."""
-    return zenoh.handlers.Callback(take, indirect=False)
 
 
 class ZenohLink:
@@ -82,14 +65,19 @@ class ZenohLink:
         self._limits: dict[Channel, tuple[float, float]] = {}
         self._lock = threading.Lock()
         self._closed = False
+        self._access = None
+        if settings.certificates:
+            self._access = AccessWatch(settings.certificate_folder, settings.sites, self.reopen)
+            if settings.listen:
+                self._session.declare(self._tell_rights(self._access))
         if scheme_of(settings.listen or settings.connect) == "quic":
             self._quic = QuicDelivery(settings.rate_bps, self._put, self._set_limit)
             if settings.connect:
                 # Streams have a window of their own, which nothing else fills, and so do commands.
                 self._streams = Session(settings)
                 key, answers = answers_for(self._site, self._quic.asker), self._quic.answered
-                self._session.declare(lambda session: session.declare_subscriber(key, _in_reader(answers)))
-                self._quic.watch_path(settings.connect, lambda: bool(self.connected_to()), self.reopen)
+                self._session.declare(lambda session: session.declare_subscriber(key, in_reader(answers)))
+                self._quic.watch_path(settings.connect, self._is_connected, self.reopen)
 
     def send(self, channel: Channel, data: bytes) -> None:
         """See `Link.send`."""
@@ -126,14 +114,14 @@ class ZenohLink:
 
         def take_query(query: zenoh.Query) -> bool | None:
             if (copy := copy_of(query)) is None:
-                return handle(_ZenohRequest(query, outbox))
+                return handle(ZenohRequest(query, outbox))
             data = query.payload.to_bytes() if query.payload else b""
-            return once.take(copy[0], data, lambda answer: outbox.submit(lambda: _reply(query, answer)))
+            return once.take(copy[0], data, lambda answer: outbox.submit(lambda: reply_to(query, answer)))
 
         def take_datagram(sample: zenoh.Sample) -> bool | None:
             if (copy := copy_of(sample)) is None:
                 return False
-            answers = answers_for(str(sample.key_expr).split("/")[1], copy[1])
+            answers = answers_for(site_in(sample), copy[1])
             return once.take(copy[0], sample.payload.to_bytes(), self._by_datagram(channel, answers, copy[0]))
 
         taker = self._taker(channel, take_query)
@@ -187,13 +175,29 @@ class ZenohLink:
             if self._closed:
                 return
             self._closed = True
-        for part in (self._deaf, self._quic, *self._outboxes.values(), self._streams, self._session):
+        for part in (
+            self._access,
+            self._deaf,
+            self._quic,
+            *self._outboxes.values(),
+            self._streams,
+            self._session,
+        ):
             if part is not None:
                 part.close()
 
     def connected_to(self) -> list[str]:
         """Return the locators of the other ends that are connected."""
         return self._session.locators()
+
+    def _is_connected(self) -> bool:
+        return all(session.locators() for session in {self._session, self._streams})
+
+    @staticmethod
+    def _tell_rights(access: AccessWatch) -> Callable[[zenoh.Session], Any]:
+        key = keys.RIGHT.of("*")
+        answer = in_reader(lambda query: reply_to(query, access.answer(site_in(query))))
+        return lambda session: session.declare_queryable(key, answer)
 
     def _put(self, channel: Channel, data: bytes, reliably: bool, attachment: bytes | None) -> None:
         """Put a message now. Called by the thread of its urgency alone, as it may wait for the network."""
@@ -250,4 +254,4 @@ class ZenohLink:
             if wanted is False:
                 time.sleep(max(_PAUSE_S, _PAUSES * (time.thread_time() - began_s)))
 
-        return _in_reader(hear)
+        return in_reader(hear)

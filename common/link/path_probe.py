@@ -1,8 +1,8 @@
-"""Probe of the path to a robot during a long outage, so that a new connection begins as soon as the path is back.
+"""Probe of the path to a robot whose connection has ended, so that a new connection begins as soon as possible.
 
-After half a minute of silence QUIC gives up its connection. An attempt to connect that began during the outage has
-doubled its pauses by then, and loses seconds after the path's return. A packet of an unknown version is a cheap
-probe: every QUIC server answers it with its versions (RFC 9000, section 6).
+After half a minute of silence QUIC gives up its connection, and a robot that reads new rights closes it. An attempt to
+connect that began meanwhile has doubled its pauses, and loses seconds after the path's return. A packet of an unknown
+version is a cheap probe: every QUIC server answers it with its versions (RFC 9000, section 6).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from farhand.common.address import endpoint_address
 
 _SILENT_S = 25.0
 """Silence after which the path is probed; QUIC gives up after 30 s [s]."""
-_EVERY_S = 0.4
+_EVERY_S, _LOOK_S = 0.4, 0.1
 _ATTEMPT_S, _ATTEMPT_ROUND_TRIPS = 1.5, 7.0
 """Time limit of a new connection before the next attempt: a constant [s] plus a number of round trips."""
 _PROBE_BYTES = 1200
@@ -55,27 +55,32 @@ class PathProbe:
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
-        while not self._closed.wait(max(_EVERY_S, min(1.0, _SILENT_S - self._silent_s()))):
-            if self._silent_s() >= _SILENT_S:
-                self._wait_for_path()
+        was_connected = False
+        while not self._closed.wait(_LOOK_S):
+            if self._silent_s() >= _SILENT_S or (was_connected and not self._is_connected()):
+                self._restore()
+            was_connected = self._is_connected()
 
-    def _wait_for_path(self) -> None:
-        """Probe until the path is back, then reconnect until the robot is heard."""
-        while not self._closed.is_set() and self._silent_s() >= _SILENT_S:
+    @property
+    def _is_well(self) -> bool:
+        return self._closed.is_set() or (self._is_connected() and self._silent_s() < _SILENT_S)
+
+    def _restore(self) -> None:
+        """Probe until the path is open, then reconnect until the robot is heard."""
+        while not self._is_well:
             round_trip_s = probe(self._address, _EVERY_S, self._closed)
-            if round_trip_s is None:
+            if round_trip_s is None or self._is_well:
                 continue
             if self._is_connected():  # the connection may have survived: wait for it
-                self._until_heard(_ATTEMPT_S)
+                self._wait(_ATTEMPT_S)
             else:
                 self._reconnect()
-                self._until_heard(_ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s)
+                self._wait(_ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s)
 
-    def _until_heard(self, patience_s: float) -> None:
+    def _wait(self, patience_s: float) -> None:
         give_up_s = time.monotonic() + patience_s
-        while self._silent_s() >= _SILENT_S and time.monotonic() < give_up_s:
-            if self._closed.wait(0.05):
-                return
+        while not self._is_well and time.monotonic() < give_up_s:
+            self._closed.wait(_LOOK_S)
 
 
 def probe(

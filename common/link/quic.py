@@ -148,3 +148,8 @@ def copy_of(item: zenoh.Query | zenoh.Sample) -> tuple[bytes, str] | None:
     data = attachment.to_bytes()
     asker = data[ID_BYTES:].decode("ascii", "replace")
     return (data[:ID_BYTES], asker) if asker.isalnum() and asker.isascii() else None
+
+
+def site_in(item: zenoh.Query | zenoh.Sample) -> str:
+    """Return the name of the site in the key of what it sent."""
+    return str(item.key_expr).split("/")[1]

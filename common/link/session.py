@@ -19,6 +19,7 @@ import zenoh
 from farhand.common.address import listening_fault
 from farhand.common.errors import LinkError, PortTaken
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
+from farhand.common.link.outbox import Outbox
 from farhand.common.log import loop_logger
 
 _log = loop_logger(__name__)
@@ -143,3 +144,31 @@ def _opened(settings: EndpointSettings) -> zenoh.Session:
         why = listening_fault(settings.listen) if settings.listen else ""
         kind = PortTaken if "is in use" in why else LinkError
         raise kind(f"{where}: {why or f'cannot be opened ({first_line})'}") from error
+
+
+class ZenohRequest:
+    """`Request` that is answered by the transport's reply.
+
+    Args:
+        query: The question.
+        outbox: Sends the answer.
+    """
+
+    def __init__(self, query: zenoh.Query, outbox: Outbox):
+        self._query, self._outbox = query, outbox
+        self.data = query.payload.to_bytes() if query.payload else b""
+
+    def answer(self, data: bytes) -> None:
+        """Answer it, from any thread, without blocking."""
+        self._outbox.submit(lambda: reply_to(self._query, data))
+
+
+def reply_to(query: zenoh.Query, data: bytes) -> None:
+    """Answer a question now, at the question's priority."""
+    with query:
+        query.reply(query.key_expr, data, express=True)
+
+
+def in_reader(take: Callable[[Any], None]) -> Any:
+    """Return a handler that is called in the thread that reads the connection."""
+    return zenoh.handlers.Callback(take, indirect=False)

@@ -86,6 +86,9 @@ EVENTS = Channel("op/events", Urgency.EVENT, must_arrive=True)
 CATALOGUE = Channel("op/catalogue", Urgency.EVENT, must_arrive=True)
 BLOB = Channel("op/blob", Urgency.BULK, must_arrive=True)
 
+RIGHT = Channel("op/right", Urgency.EVENT, must_arrive=True)
+"""What a site may do, which the robot's end of the link itself answers, also to a site that may do nothing."""
+
 # From the robot
 STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True, both_ways=True)
 TELEMETRY = Channel("rov/tele/state", Urgency.TELEMETRY, must_arrive=False)

@@ -44,6 +44,9 @@ class Code(StrEnum):
     NOTHING_IN_TIME = "nothing in time"
     CONTROL_TAKEN = "control taken"
     CONTROL_LOST = "control lost"
+    UNLISTED = "unlisted"
+    REVOKED = "revoked"
+    OBSERVER = "observer"
 
     # Commands
     NOT_ANSWERED = "not answered"

@@ -32,6 +32,9 @@ WORDS: dict[Code, str] = {
     Code.NOTHING_IN_TIME: "no message of it arrived in time for {lease_s:g} s",
     Code.CONTROL_TAKEN: "{site} is in control",
     Code.CONTROL_LOST: "{site} is not in control any more: {cause}",
+    Code.UNLISTED: "the robot refuses this site: its list of sites does not name {site}",
+    Code.REVOKED: "the robot refuses this site: {site} was revoked on {text}",
+    Code.OBSERVER: "{site} may watch and stop alone, as the robot's list of sites says",
     # Commands
     Code.NOT_ANSWERED: "the robot has not answered yet",
     Code.NOT_REPORTED: "the robot has not reported yet",

@@ -137,6 +137,12 @@ class Commanding:
         pending = self.pending.get(action)
         return pending is not None and pending.command_id == command_id
 
+    def refused(self, why: Reason) -> None:
+        """Take the robot's reason for not serving this site, and notify the operator once."""
+        before, self.why_not_in_control = self.why_not_in_control, why
+        if before is None or before.code != why.code:
+            self._tell(self._inquiries.now_s(), "control", why)
+
     def on_event(self, event: Event, now_s: float) -> None:
         """Process an event; a command's second answer settles it."""
         for action, pending in list(self.pending.items()):
@@ -212,7 +218,7 @@ class Commanding:
         else:
             self.pending[action] = Pending(command_id, pending.since_s, reply.stamp.t_ns, reply.mode)
 
-    def _tell(self, at_s: float, action: Action, why: Reason, prefix: str = "") -> None:
+    def _tell(self, at_s: float, action: str, why: Reason, prefix: str = "") -> None:
         """Tell the operator why an action was not done."""
         text = f"{prefix}{sentence(why)}"
         self._notify(Notice(at_s, action, text, good=False, measured=why.measured, code=why.code))

@@ -21,6 +21,7 @@ from farhand.common.link.link_monitor import LinkMonitor
 from farhand.common.log import EventLog
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Event, ExecutionReport, PlannedPath, ReportRequest, Telemetry, Wish
+from farhand.common.wire.reasons import Code, Reason
 from farhand.local_site.console import intents
 from farhand.local_site.console.catalogue import RobotCatalogue
 from farhand.local_site.console.commanding import Commanding
@@ -39,6 +40,7 @@ from farhand.local_site.exchange.stop_sender import StopLane
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.workcell import Workcell, make_workcell
 
+_SERVED_S = 1.0
 PERIOD_S = 0.05
 """Time from one tick to the next [s]."""
 
@@ -166,6 +168,15 @@ class Console:
         """
         with self._changed:
             return self._changed.wait_for(lambda: holds(self.picture), timeout_s)
+
+    def is_served(self) -> bool:
+        """Return whether the robot reports to this site and answers it; from any thread."""
+        picture, why = self.picture, self.picture.why_not_in_control
+        return picture.link.silent_s < _SERVED_S and (why is None or why.code != Code.NOT_ANSWERED)
+
+    def refused(self, why: Reason) -> None:
+        """Take the robot's reason for not serving this site; from any thread."""
+        self.owner.put(partial(self._commanding.refused, why))
 
     # The owner ----------------------------------------------------------------------------------
 

@@ -56,7 +56,7 @@ def operator(folder: Path, port: int) -> ZenohLink:
 
 
 def ask_until_answered(link: ZenohLink, data: bytes = b"abc") -> bytes:
-    while (answer := link.ask_and_wait(keys.LEASE, data, PATIENCE_S)) is None:
+    while (answer := link.ask_and_wait(keys.LEASE, data, 5.0)) is None:
         pass  # an unconnected question is answered with nothing at once
     return answer
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import shutil
+import time
+from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -12,9 +14,11 @@ import pytest
 
 from farhand.common.address import free_port
 from farhand.common.errors import InvalidConfiguration, LinkError
+from farhand.common.link.access import explain_right
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 from farhand.common.wire import keys
+from farhand.common.wire.reasons import Code
 from farhand.deploy.pki.registry import Registry
 from tests.common.link.encrypted import Heard, ask_until_answered, operator
 
@@ -141,3 +145,49 @@ def test_encryption_is_asked_for_wholly_or_not_at_all(fields: dict[str, Any], wo
 def test_a_folder_without_certificates_is_named(tmp_path: Path):
     with pytest.raises(InvalidConfiguration, match=r"certificate\.pem: a readable file"):
         operator(tmp_path, free_port("quic"))
+
+
+def test_a_changed_list_takes_effect_in_place_and_each_site_is_told_what_it_may_do(tmp_path: Path):
+    registry = Registry.create(tmp_path / "pki", "fleet")
+    registry.issue("rov1", "robot", (HOST,), 30)
+    names = ("shore-1", "watcher")
+    issued = [registry.issue(n, "observer" if n == "watcher" else "operator", (), 30) for n in names]
+    folders = [Path(shutil.copytree(folder, tmp_path / folder.name)) for folder in issued]  # each at its site
+    list_of_sites = tmp_path / "pki" / "sites.json"
+    port = free_port("quic")
+    robot = ZenohLink(
+        EndpointSettings(
+            listen=f"quic/{HOST}:{port}",
+            certificates=str(registry.folder_of("rov1")),
+            sites=str(list_of_sites),
+        )
+    )
+    robot.serve(keys.COMMAND, lambda request: request.answer(request.data))
+    shore, watcher = (operator(folder, port) for folder in folders)
+
+    def code(link: ZenohLink, name: str) -> str:
+        while (answer := link.ask_and_wait(keys.RIGHT, b"", 2.0)) is None:
+            pass
+        why = explain_right(answer, name)
+        return why.code if why is not None else ""
+
+    def until(holds: Callable[[], bool]) -> None:
+        deadline_s = time.monotonic() + PATIENCE_S
+        while not holds():
+            assert time.monotonic() < deadline_s
+
+    try:
+        until(lambda: shore.ask_and_wait(keys.COMMAND, b"?", 1.0) == b"?")
+        assert (code(shore, "shore-1"), code(watcher, "watcher")) == ("", Code.OBSERVER)
+        registry.revoke("shore-1")
+        until(lambda: code(shore, "shore-1") == Code.REVOKED)
+        assert shore.ask_and_wait(keys.COMMAND, b"?", 1.0) is None
+        rights = list_of_sites.read_bytes()
+        list_of_sites.write_bytes(b"{ not a list")  # the robot goes on with the rights of before
+        assert code(shore, "shore-1") == Code.REVOKED
+        list_of_sites.write_bytes(rights.replace(b'"observer"', b'"operator"'))
+        until(lambda: watcher.ask_and_wait(keys.COMMAND, b"?", 1.0) == b"?")
+        assert code(watcher, "watcher") == ""
+    finally:
+        for link in (shore, watcher, robot):
+            link.close()
