@@ -27,6 +27,9 @@ carries a mark in its attachment (sender, number, times, loss and delay, see `co
 streams down on a lossy link. Messages that go `both ways` are sent reliably, and as datagrams until they are answered. Such a question
 carries its id and its asker in the attachment and runs once; each copy is answered in the way in which it came, datagrams on
 `op/SITE/answer/ASKER` with the question's id.
+
+A query of `op/SITE/right` is answered to everybody who has a certificate: what the robot's list of sites says of that name (JSON with `role` and,
+for a revoked site, `revoked`), or null.
 """
 
 TAIL = """

@@ -48,7 +48,7 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     certificates: str = ""
     """Folder of this site's ca.pem, certificate.pem and key.pem, which `farhand pki` makes; for quic/ and tls/."""
     sites: str = ""
-    """For a robot with a certificate: the authority's sites.json with the rights of each site, read when the robot starts.
+    """For a robot with a certificate: the authority's sites.json with the rights of each site, read again when it changes.
     Without it the robot obeys every site with a certificate of the authority."""
     rate_bps: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     """Capacity of the link in each direction [bit/s]; 0: more than enough.

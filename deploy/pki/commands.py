@@ -126,7 +126,7 @@ class Revoke(_InFolder):
         registry = self._registry()
         registry.revoke(self.name)
         _say(
-            f"{self.name} is revoked in {self._path() / 'sites.json'}: copy it to the robots, which read it at their start"
+            f"{self.name} is revoked in {self._path() / 'sites.json'}: copy it to the robots, where it takes effect at once"
         )
         return 0
 

@@ -28,7 +28,7 @@ LIMITS: dict[float, tuple[float, float, float, float]] = {
 }
 """By the loss [%]: age of reports p95, commands p50 and p95, stops p99 [s]."""
 _COMMANDS, _STOPS = 100, 200
-_SETTLE_S = 8.0
+_SETTLE_S, _RESET_S = 8.0, 4.0
 _WAYS = ("uplink", "downlink")
 _RUNS: tuple[tuple[Transport, float], ...] = (
     ("tls", 0.0),
@@ -97,7 +97,7 @@ def stop_s(sites: RealSites) -> float:
     sites.wait_for("the stop", lambda p: p.stop is not None and p.stop.settled)
     while sites.console.picture.mode is ControlMode.STOPPED:
         sites.console.submit(intents.CommandRobot(Action.RESET))
-        sites.wait_for("the end of the reset", lambda p: not p.pending)
+        sites.console.wait_for(lambda p: p.mode is not ControlMode.STOPPED, _RESET_S)  # else again
     return took_s
 
 
