@@ -22,25 +22,25 @@ def operator_facts(console: Console, page: str, control: RelayControl | None) ->
         page: Address of its page, empty without one.
         control: Control socket of the simulated link, None without one; it is asked now.
     """
-    picture, tick_age_s = console.picture, console.owner.tick_age_s
-    robot, link = picture.robot, picture.link
+    state, tick_age_s = console.picture, console.owner.tick_age_s
+    robot, link = state.robot, state.link
     relay, relay_error = _relay_facts(control)
     return OperatorFacts(
         page=page,
         robot_mode=robot.mode if robot is not None else "",
-        robot_phase=picture.phase,
-        robot_version=picture.robot_version,
-        robot_tasks=picture.robot_tasks,
-        robot_stopped_by_fault=_stopped_by_fault(picture),
+        robot_phase=state.phase,
+        robot_version=state.robot_version,
+        robot_tasks=state.robot_tasks,
+        robot_stopped_by_fault=_stopped_by_fault(state),
         holder=robot.holder if robot is not None else "",
-        in_control=picture.in_control,
-        only_watches=picture.wish is Wish.WATCH,
-        why_not_in_control=sentence(picture.why_not_in_control),
+        in_control=state.in_control,
+        only_watches=state.wish is Wish.WATCH,
+        why_not_in_control=sentence(state.why_not_in_control),
         link=link.health,
         silent_s=None if math.isinf(link.silent_s) else link.silent_s + tick_age_s,
         age_s=None if link.age_s is None else link.age_s + tick_age_s,
         round_trip_s=link.round_trip_s,
-        not_understood=picture.other_schema,
+        not_understood=state.other_schema,
         relay=relay,
         relay_error=relay_error,
         waiting=console.owner.waiting,
@@ -48,11 +48,11 @@ def operator_facts(console: Console, page: str, control: RelayControl | None) ->
     )
 
 
-def _stopped_by_fault(picture: ConsoleState) -> bool:
+def _stopped_by_fault(state: ConsoleState) -> bool:
     """Distinguish a stop by a guard from one by an operator, which names a site."""
-    if picture.mode is not ControlMode.STOPPED:
+    if state.mode is not ControlMode.STOPPED:
         return False
-    stop = next((notice for notice in reversed(picture.notices) if notice.what == EventKind.STOPPED), None)
+    stop = next((notice for notice in reversed(state.notices) if notice.what == EventKind.STOPPED), None)
     return stop is not None and not stop.who
 
 

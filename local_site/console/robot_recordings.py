@@ -55,15 +55,15 @@ class RobotRecordings:
         """True if the robot has a recording of this site that was not learned."""
         return self._newest is not None and self.fetching is None
 
-    def action_for(self, intent: intents.Intent, picture: ConsoleState) -> Action | None:
+    def action_for(self, intent: intents.Intent, state: ConsoleState) -> Action | None:
         """Return the action of the robot for an intent about its recording; None for any other intent."""
         match intent:
-            case intents.RecordDemonstration() if picture.coupled:
+            case intents.RecordDemonstration() if state.coupled:
                 self._expected = True
                 return Action.RECORD
-            case intents.EndDemonstration() if picture.robot_records:
+            case intents.EndDemonstration() if state.robot_records:
                 return Action.END_RECORDING
-            case intents.Undo() if picture.robot_records:
+            case intents.Undo() if state.robot_records:
                 self._expected = False
                 return Action.END_RECORDING
         return None

@@ -185,11 +185,11 @@ class ScriptedActions:
         self.until("control of the robot", lambda p: p.in_control)
         n_told = len(self._told(action, self.picture))
         self.submit(intents.CommandRobot(action))
-        picture = self.until(f"the end of {action}", lambda p: len(self._told(action, p)) > n_told)
-        if self._told(action, picture)[-1].good:
+        state = self.until(f"the end of {action}", lambda p: len(self._told(action, p)) > n_told)
+        if self._told(action, state)[-1].good:
             self.until("the report of the mode after it", lambda p: p.mode is not ControlMode.AUTONOMOUS)
-        self.say(f"{action}: {self._told(action, picture)[-1].text}")
-        return self._told(action, picture)[-1].good
+        self.say(f"{action}: {self._told(action, state)[-1].text}")
+        return self._told(action, state)[-1].good
 
     def preview(self) -> bool:
         """Request a preview; return True for a preview, False for a refusal.
@@ -199,14 +199,14 @@ class ScriptedActions:
         """
         before, n_refusals = self.picture.plan_id, self._refusals(Action.PREVIEW, self.picture)
         self.submit(intents.CommandRobot(Action.PREVIEW))
-        picture = self.until(
+        state = self.until(
             "the preview",
             lambda p: (
                 (p.plan_id > before and Action.PREVIEW not in p.pending)
                 or self._refusals(Action.PREVIEW, p) > n_refusals
             ),
         )
-        return picture.plan_id > before
+        return state.plan_id > before
 
     def say(self, text: str) -> None:
         """Announce and log a text."""
@@ -220,9 +220,9 @@ class ScriptedActions:
         return "; ".join(told) or "nothing was reported"
 
     @staticmethod
-    def _refusals(action: Action, picture: ConsoleState) -> int:
-        return sum(not notice.good for notice in ScriptedActions._told(action, picture))
+    def _refusals(action: Action, state: ConsoleState) -> int:
+        return sum(not notice.good for notice in ScriptedActions._told(action, state))
 
     @staticmethod
-    def _told(action: Action, picture: ConsoleState) -> list[Notice]:
-        return [notice for notice in picture.notices if notice.what == action]
+    def _told(action: Action, state: ConsoleState) -> list[Notice]:
+        return [notice for notice in state.notices if notice.what == action]

@@ -43,8 +43,8 @@ def demonstrate_by_driving(task: AnyTask, actions: ScriptedActions, seed: int) -
         JobFailed: When a step failed.
     """
     actions.command(Action.COUPLE, ControlMode.DIRECT)
-    picture = actions.picture
-    n, robot = picture.n_demonstrations, picture.robot
+    state = actions.picture
+    n, robot = state.n_demonstrations, state.robot
     assert robot is not None
     hand, duration_s = _hand_for(task, robot, seed)
     actions.submit(intents.RecordDemonstration())

@@ -86,11 +86,11 @@ class ScriptedOperator:
     def _send_library(self) -> None:
         """Send the robot all models that it lacks."""
         self._actions.submit(intents.SendLibrary())
-        picture = self._actions.until(
+        state = self._actions.until(
             "confirmation of the models",
             lambda p: all(task.confirmed_sha256 == task.learned_sha256 for task in p.tasks),
         )
-        for task in picture.tasks:
+        for task in state.tasks:
             self._actions.say(
                 f"model {task.learned_sha256[:8]}, {task.model_bytes} B, confirmed by the robot"
             )
@@ -134,7 +134,7 @@ class ScriptedOperator:
             self._actions.submit(intents.Hand(task.driving(t), t))
             self._time.pause(_HAND_PERIOD_S)
 
-        def moved(picture: ConsoleState) -> bool:
-            return picture.robot is not None and float(np.linalg.norm(picture.robot.position_m - home)) > 0.01
+        def moved(state: ConsoleState) -> bool:
+            return state.robot is not None and float(np.linalg.norm(state.robot.position_m - home)) > 0.01
 
         return moved(self._actions.until("the robot to follow the hand", lambda p: moved(p) or not p.coupled))

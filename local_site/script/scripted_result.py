@@ -15,19 +15,19 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.script.scripted_actions import PlannedOutage
 
 
-def job_result(task: AnyTask, picture: ConsoleState, report: ExecutionReport) -> dict[str, Any]:
+def job_result(task: AnyTask, state: ConsoleState, report: ExecutionReport) -> dict[str, Any]:
     """Collect the lesson, the robot's execution of it, and whether the task succeeded."""
-    learned = picture.learned
+    learned = state.learned
     assert learned is not None
     return {
         "task": task.name,
         "success": succeeded(task, report),
-        "n_demonstrations": picture.n_demonstrations,
+        "n_demonstrations": state.n_demonstrations,
         "n_components": int((~learned.model.terminal).sum()),
         "n_paths": learned.model.n_paths,
         "model_bytes": len(learned.content),
         "model_sha256": learned.sha256,
-        "model_acknowledged": picture.confirmed_sha256 == learned.sha256,
+        "model_acknowledged": state.confirmed_sha256 == learned.sha256,
         "execution": {
             "duration_s": report.arrived_after_s,
             "end_error_m": report.end_error_m,
@@ -54,16 +54,16 @@ def succeeded(task: AnyTask, report: ExecutionReport) -> bool:
 
 
 def link_result(
-    picture: ConsoleState, status: Mapping[str, Any], outage: PlannedOutage | None
+    state: ConsoleState, status: Mapping[str, Any], outage: PlannedOutage | None
 ) -> dict[str, Any]:
     """Collect the link's settings and the times of the commands.
 
     Args:
-        picture: Present state of the console.
+        state: Present state of the console.
         status: Status of the link process; empty where there is none.
         outage: The planned cut, or None.
     """
-    trips = picture.command_round_trips_s
+    trips = state.command_round_trips_s
     uplink = status.get("settings", {}).get("uplink", {})
     return {
         "profile": status.get("profile"),

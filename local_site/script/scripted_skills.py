@@ -191,6 +191,6 @@ def _let_go_after(number: int) -> Callable[[ConsoleState], bool]:
     return lambda p: not p.recording or (len(p.strokes) == number and not _arm(p).held)
 
 
-def _arm(picture: ConsoleState) -> ArmView:
-    assert picture.own_arm is not None
-    return picture.own_arm
+def _arm(state: ConsoleState) -> ArmView:
+    assert state.own_arm is not None
+    return state.own_arm

@@ -146,14 +146,14 @@ class ScriptedTask:
         def there(p: ConsoleState) -> bool:
             return p.phase is Phase.SEATED if inserts else p.phase.at_end
 
-        picture = self._actions.until(
+        state = self._actions.until(
             "the arrival", lambda p: there(p) or p.mode is not ControlMode.AUTONOMOUS, _ARRIVAL_S
         )
-        if not there(picture):
+        if not there(state):
             # The event with the reason may come after the report of the mode.
-            self._console.wait_for(lambda p: p.notices[-1:] != picture.notices[-1:], _WORDS_S)
+            self._console.wait_for(lambda p: p.notices[-1:] != state.notices[-1:], _WORDS_S)
             raise JobFailed(f"the robot ended the execution on its own: {self._actions.last_words()}")
-        self._actions.say(f"the robot reports its arrival: {picture.phase}")
+        self._actions.say(f"the robot reports its arrival: {state.phase}")
         deadline_s, report = self._actions.time.now_s() + PATIENCE_S, None
         while self._actions.time.now_s() < deadline_s:
             report = self._console.ask_report()

@@ -191,30 +191,30 @@ class Page:
 
     def _look(self) -> None:
         """Draw the console's state, if it has changed."""
-        picture, now_s = self._console.picture, elapsed_s()
-        if self._redraw.due(picture, now_s):
-            self._draw(picture, now_s)
+        state, now_s = self._console.picture, elapsed_s()
+        if self._redraw.due(state, now_s):
+            self._draw(state, now_s)
 
-    def _draw(self, picture: ConsoleState, now_s: float) -> None:
+    def _draw(self, state: ConsoleState, now_s: float) -> None:
         """Show a state of the console; each part sends only its changes."""
-        self._shown = picture
+        self._shown = state
         if now_s - self._beat_s >= _BEAT_S:
             self._beat_s, self._beats = now_s, self._beats + 1
             self._beat.show(element("beat", self._beats, "fh-beat"))
         with self._server.atomic():
-            ghost = self._scene.draw(picture, now_s)
+            ghost = self._scene.draw(state, now_s)
         self._server.flush()
         for group in self._buttons:
-            group.draw(picture)
-        self._auto_send.draw(picture)
-        self._task.draw(picture)
-        self._library.draw(picture)
-        self._pace.draw(picture, now_s)
-        self._guidance.draw(picture)
-        self._happened.draw(picture)
-        self._strip.draw(picture, ghost, now_s)
-        self._graph.draw(picture)
-        self._history.draw(picture, self._link.link_name if self._link else "link", now_s)
+            group.draw(state)
+        self._auto_send.draw(state)
+        self._task.draw(state)
+        self._library.draw(state)
+        self._pace.draw(state, now_s)
+        self._guidance.draw(state)
+        self._happened.draw(state)
+        self._strip.draw(state, ghost, now_s)
+        self._graph.draw(state)
+        self._history.draw(state, self._link.link_name if self._link else "link", now_s)
         if self._link is not None:
             self._link.draw(now_s)
         self._tabs.draw()

@@ -28,17 +28,17 @@ class Redraw:
         self._drawn: ConsoleState | None = None
         self._drawn_s = float("-inf")
 
-    def due(self, picture: ConsoleState, now_s: float) -> bool:
+    def due(self, state: ConsoleState, now_s: float) -> bool:
         """Decide whether to draw a state now; if so, it is noted as drawn.
 
         Args:
-            picture: Present state of the console.
+            state: Present state of the console.
             now_s: Now [s].
         """
         rested = now_s - self._drawn_s >= AT_REST_S
-        if not (rested or self._drawn is None or differs(self._drawn, picture)):
+        if not (rested or self._drawn is None or differs(self._drawn, state)):
             return False
-        self._drawn, self._drawn_s = picture, now_s
+        self._drawn, self._drawn_s = state, now_s
         return True
 
     def soon(self) -> None:

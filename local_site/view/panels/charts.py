@@ -50,18 +50,18 @@ class LinkHistory:
         self._due_s = float("-inf")
         self._missed = 0
 
-    def draw(self, picture: ConsoleState, link_name: str, now_s: float) -> None:
+    def draw(self, state: ConsoleState, link_name: str, now_s: float) -> None:
         """Take a sample and draw, twice a second.
 
         Args:
-            picture: Present state of the console.
+            state: Present state of the console.
             link_name: Name of the link, for the caption.
             now_s: Present time on the console's clock [s].
         """
         if now_s < self._due_s:
             return
         self._due_s = now_s + _PERIOD_S
-        link = picture.link
+        link = state.link
         missed, self._missed = link.n_missed - self._missed, link.n_missed
         delay_s = 0.5 * link.round_trip_s if link.round_trip_s is not None else None
         self._samples.append(LinkSample(now_s, delay_s, link.age_s, max(missed, 0)))
@@ -134,11 +134,11 @@ class TransitionGraph:
         self._html = Html(gui)
         self._shown: tuple[TPHSMM | None, int] | None = None
 
-    def draw(self, picture: ConsoleState) -> None:
+    def draw(self, state: ConsoleState) -> None:
         """Show the learned or forming model, with the component that the robot executes."""
-        model = picture.forming or (picture.learned.model if picture.learned else None)
-        confirmed = picture.learned is not None and picture.learned.sha256 == picture.confirmed_sha256
-        active = picture.robot.component if picture.robot is not None and confirmed else -1
+        model = state.forming or (state.learned.model if state.learned else None)
+        confirmed = state.learned is not None and state.learned.sha256 == state.confirmed_sha256
+        active = state.robot.component if state.robot is not None and confirmed else -1
         if self._shown is not None and self._shown[0] is model and self._shown[1] == active:
             return
         self._shown = (model, active)

@@ -35,10 +35,10 @@ class AutoSendSwitch:
             if event.client_id is not None:
                 act(event.client_id, partial(submit, intents.AutoSend(bool(event.target.value))))
 
-    def draw(self, picture: ConsoleState) -> None:
+    def draw(self, state: ConsoleState) -> None:
         """Show the console's state."""
-        if self._box.value != picture.auto_send:
-            self._box.value = picture.auto_send
+        if self._box.value != state.auto_send:
+            self._box.value = state.auto_send
 
 
 _STILL_S = 0.3
@@ -69,9 +69,9 @@ class PaceSlider:
             if event.client_id is not None:
                 act(event.client_id, partial(self._move, float(event.target.value), elapsed_s()))
 
-    def draw(self, picture: ConsoleState, now_s: float) -> None:
+    def draw(self, state: ConsoleState, now_s: float) -> None:
         """Send the chosen value once the slider rests; otherwise show the reported one."""
-        robot, sending = picture.robot, Action.SET_PACE in picture.pending
+        robot, sending = state.robot, Action.SET_PACE in state.pending
         if self._wanted is not None:
             if not sending and now_s - self._moved_s >= _STILL_S:
                 pace = min(max(self._wanted / 100.0, SLOWEST_PACE), 1.0)
@@ -91,13 +91,13 @@ class TaskChoice:
 
     Args:
         gui: GUI of the server.
-        picture: First state of the console.
+        state: First state of the console.
         submit: Hands an intent to the console.
         act: Has a tab's action done, from the server's thread; only enqueues.
     """
 
-    def __init__(self, gui: viser.GuiApi, picture: ConsoleState, submit: Submit, act: Act):
-        names = tuple(task.name for task in picture.tasks)
+    def __init__(self, gui: viser.GuiApi, state: ConsoleState, submit: Submit, act: Act):
+        names = tuple(task.name for task in state.tasks)
         self._several = len(names) > 1
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Task", names, visible=self._several)
         self._standings = Html(gui)
@@ -107,12 +107,12 @@ class TaskChoice:
             if event.client_id is not None:
                 act(event.client_id, partial(submit, intents.Choose(event.target.value)))
 
-    def draw(self, picture: ConsoleState) -> None:
+    def draw(self, state: ConsoleState) -> None:
         """Show the console's state."""
-        if self._choice.value != picture.task.name:
-            self._choice.value = picture.task.name
+        if self._choice.value != state.task.name:
+            self._choice.value = state.task.name
         if self._several:
-            lines = "".join(map(_line, picture.tasks))
+            lines = "".join(map(_line, state.tasks))
             self._standings.show(f'<div class="fh-tasks">{lines}</div>')
 
 

@@ -30,21 +30,21 @@ class AdvicePanel:
     def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
 
-    def draw(self, picture: ConsoleState) -> None:
+    def draw(self, state: ConsoleState) -> None:
         """Show the advice."""
-        refused = refusal(picture)
+        refused = refusal(state)
         told = element("refusal", refused, "fh-not-done", tag="div") if refused else ""
         hidden = {"hidden": ""} if refused else {}
         self._html.show(
             f'<div class="fh-advice"><i>{"not done" if refused else "next"}</i>{told}'
-            f"{element('advice', advice(picture), tag='div', **hidden)}</div>"
+            f"{element('advice', advice(state), tag='div', **hidden)}</div>"
         )
 
 
-def refusal(picture: ConsoleState) -> str:
+def refusal(state: ConsoleState) -> str:
     """Return the reason why the operator's last request was refused, if that is recent; empty otherwise."""
-    for notice in reversed(picture.notices):
-        if picture.now_s - notice.time_s > _REFUSAL_S:
+    for notice in reversed(state.notices):
+        if state.now_s - notice.time_s > _REFUSAL_S:
             return ""
         if notice.what in _ASKED and not notice.who:
             again = " Press it again." if notice.code in PRESS_AGAIN else ""
@@ -52,78 +52,78 @@ def refusal(picture: ConsoleState) -> str:
     return ""
 
 
-def advice(picture: ConsoleState) -> str:
+def advice(state: ConsoleState) -> str:
     """Return the next step of the job, for a first-time user."""
-    stop, words = picture.stop, words_of(picture.task)
+    stop, words = state.stop, words_of(state.task)
     if stop is not None and stop.moves_again:
         return "The robot moves again after your stop: press STOP again if it must not."
     if stop is not None and not stop.settled:
         return "The stop is being resent until the robot confirms it."
-    if picture.other_schema:
+    if state.other_schema:
         return "The robot runs another version: install the same Farhand on both sites. Only STOP reaches it."
-    if picture.mode is None:
+    if state.mode is None:
         return "Wait for the robot's first report."
-    if picture.asked_by:
-        return f"{picture.asked_by} asks for the control of the robot: press Hand over, or go on."
-    if picture.mode is ControlMode.STOPPED:
+    if state.asked_by:
+        return f"{state.asked_by} asks for the control of the robot: press Hand over, or go on."
+    if state.mode is ControlMode.STOPPED:
         return "Stopped. Press Reset when it is safe to go on."
-    if picture.miss:
-        return f"It ends {picture.miss}. Go on and press End again, Undo to discard it, or Keep anyway."
-    if picture.recording:
+    if state.miss:
+        return f"It ends {state.miss}. Go on and press End again, Undo to discard it, or Keep anyway."
+    if state.recording:
         return f"{words.teach}, then press End."
-    return _moving_advice(picture, words) or _teaching_advice(picture, words) or _executing_advice(picture)
+    return _moving_advice(state, words) or _teaching_advice(state, words) or _executing_advice(state)
 
 
-def _moving_advice(picture: ConsoleState, words: Words) -> str:
+def _moving_advice(state: ConsoleState, words: Words) -> str:
     """Return the advice during a motion of the robot, also a paused one."""
-    match picture.mode:
-        case ControlMode.DIRECT if picture.robot_records:
+    match state.mode:
+        case ControlMode.DIRECT if state.robot_records:
             return f"{words.drive}: the robot follows and records. Press End at the end of the motion."
         case ControlMode.DIRECT:
             return f"{words.drive}: the robot follows; press Record first to teach by it. Let go to decouple."
         case ControlMode.PAUSED:
             return "Paused, and kept. Press Resume to go on, or Abort."
-        case ControlMode.AUTONOMOUS if picture.phase.at_end:
-            return f"{str(picture.phase).capitalize()}: it tracks {words.target}. {words.arrived}"
-        case ControlMode.AUTONOMOUS if picture.phase is not Phase.APPROACHING:
-            return f"The robot is {picture.phase}. Abort ends it where it is."
+        case ControlMode.AUTONOMOUS if state.phase.at_end:
+            return f"{str(state.phase).capitalize()}: it tracks {words.target}. {words.arrived}"
+        case ControlMode.AUTONOMOUS if state.phase is not Phase.APPROACHING:
+            return f"The robot is {state.phase}. Abort ends it where it is."
         case ControlMode.AUTONOMOUS:
             return "The robot executes the model by itself, whatever the link does. Abort ends it."
     return ""
 
 
-def _teaching_advice(picture: ConsoleState, words: Words) -> str:
-    learned = picture.learned
-    if not picture.standing.robot_does:
-        return f"This robot does not do {picture.task.name}: choose another task under Library."
-    if learned is None and picture.can_recover:
+def _teaching_advice(state: ConsoleState, words: Words) -> str:
+    learned = state.learned
+    if not state.standing.robot_does:
+        return f"This robot does not do {state.task.name}: choose another task under Library."
+    if learned is None and state.can_recover:
         return "A demonstration was under way when this site ended: press Recover to learn it."
     if learned is None:
         return f"Teach: press Record and {words.recording} on the LOCAL side, or press Load samples."
-    if picture.sending_model:
+    if state.sending_model:
         return "The model is on its way: wait until the robot confirms it."
-    if learned.sha256 != picture.confirmed_sha256:
+    if learned.sha256 != state.confirmed_sha256:
         return "Press Send model, or Record another demonstration first."
     return ""
 
 
-def _executing_advice(picture: ConsoleState) -> str:
-    if picture.mode is ControlMode.DISARMED:
+def _executing_advice(state: ConsoleState) -> str:
+    if state.mode is ControlMode.DISARMED:
         return "The robot has the model. Press Arm."
-    if not picture.plan_id and picture.task.require_preview:
+    if not state.plan_id and state.task.require_preview:
         return "Press Preview: the robot executes only what was previewed. Or Couple to drive by hand."
-    if not picture.plan_id:
+    if not state.plan_id:
         return "Press Preview to see the plan, Execute to run it, or Couple to drive by hand."
-    return f"{plan_words(picture)}Press Execute to run the model, or Couple to drive by hand."
+    return f"{plan_words(state)}Press Execute to run the model, or Couple to drive by hand."
 
 
-def plan_words(picture: ConsoleState) -> str:
+def plan_words(state: ConsoleState) -> str:
     """Return which way the preview takes and why, and whether it begins outside the demonstrated region."""
-    path, learned = picture.path, picture.learned
+    path, learned = state.path, state.learned
     if (
         path is None
         or learned is None
-        or path.plan_id != picture.plan_id
+        or path.plan_id != state.plan_id
         or path.model_sha256 != learned.sha256
     ):
         return ""

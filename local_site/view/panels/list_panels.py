@@ -41,9 +41,9 @@ class EventPanel:
         if not self._own or self._own[-1].text != words or elapsed_s() - self._own[-1].time_s > 1.0:
             self._own.append(Notice(elapsed_s(), "page", words, good=False))
 
-    def draw(self, picture: ConsoleState) -> None:
+    def draw(self, state: ConsoleState) -> None:
         """Show the newest events."""
-        notices = sorted([*picture.notices[-_SHOWN:], *self._own], key=lambda notice: notice.time_s)[-_SHOWN:]
+        notices = sorted([*state.notices[-_SHOWN:], *self._own], key=lambda notice: notice.time_s)[-_SHOWN:]
         if self._shown == (shown := tuple(notices)):
             return
         self._shown = shown
@@ -111,23 +111,23 @@ class LibraryPanel:
         for label, make in self._makes.items():
             self._on(label, make)
 
-    def draw(self, picture: ConsoleState) -> None:
+    def draw(self, state: ConsoleState) -> None:
         """Show the kept revisions; the current one is selected until another one is chosen."""
-        labels = tuple(map(_label, picture.revisions)) or (_NONE,)
-        numbers = tuple(revision.number for revision in picture.revisions) or (0,)
-        if (labels, picture.revision) != (self._labels, self._present):
+        labels = tuple(map(_label, state.revisions)) or (_NONE,)
+        numbers = tuple(revision.number for revision in state.revisions) or (0,)
+        if (labels, state.revision) != (self._labels, self._present):
             chosen = self._chosen()
             followed = chosen == self._present or chosen not in numbers
-            self._labels, self._numbers, self._present = labels, numbers, picture.revision
-            shown = picture.revision if followed and picture.revision in numbers else chosen
+            self._labels, self._numbers, self._present = labels, numbers, state.revision
+            shown = state.revision if followed and state.revision in numbers else chosen
             if self._choice.options != labels:
                 self._choice.options = labels
             self._choice.value = labels[numbers.index(shown)] if shown in numbers else labels[-1]
-        made = next((each.made for each in picture.revisions if each.number == self._chosen()), "")
+        made = next((each.made for each in state.revisions if each.number == self._chosen()), "")
         at = clock(datetime.fromisoformat(made).timestamp()) if made else ""
         self._made.show(f'<div class="fh-note" data-tp="made">{at and f"made at {at}"}</div>')
         for label, make in self._makes.items():
-            self._enable(label, refusal_of(make(), picture) is None)
+            self._enable(label, refusal_of(make(), state) is None)
 
     def _chosen(self) -> int:
         value = self._choice.value

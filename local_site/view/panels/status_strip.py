@@ -44,51 +44,51 @@ class StatusStrip:
         self._strip, self._alarm, self._titles = Html(gui), Html(gui), Html(gui)
         self._age_s, self._age_shown_s = 0.0, float("-inf")
 
-    def draw(self, picture: ConsoleState, ghost: Ghost | None, now_s: float) -> None:
+    def draw(self, state: ConsoleState, ghost: Ghost | None, now_s: float) -> None:
         """Show the newest state."""
-        age, words = self._age(picture, now_s), words_of(picture.task)
-        old = " fh-strip-old" if picture.link.health is not LinkHealth.OK else ""
-        self._strip.show(f'<div class="fh-strip{old}">{_cells(picture, age, now_s)}</div>')
-        self._alarm.show(_alarm(picture, ghost, now_s))
+        age, words = self._age(state, now_s), words_of(state.task)
+        old = " fh-strip-old" if state.link.health is not LinkHealth.OK else ""
+        self._strip.show(f'<div class="fh-strip{old}">{_cells(state, age, now_s)}</div>')
+        self._alarm.show(_alarm(state, ghost, now_s))
         self._titles.show(
             '<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> '
-            + element("recording", "RECORDING" if picture.recording else "", "fh-recording")
-            + f" {local_words(picture, words)}</div>"
-            f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(picture, age, ghost, words)}</div></div>'
+            + element("recording", "RECORDING" if state.recording else "", "fh-recording")
+            + f" {local_words(state, words)}</div>"
+            f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(state, age, ghost, words)}</div></div>'
         )
 
-    def _age(self, picture: ConsoleState, now_s: float) -> str:
+    def _age(self, state: ConsoleState, now_s: float) -> str:
         """Return the age of the newest report: steady while reports arrive, counting when they do not."""
-        if picture.link.age_s is None:
+        if state.link.age_s is None:
             return "unknown"
-        age_s = picture.link.age_s + (now_s - picture.now_s)
+        age_s = state.link.age_s + (now_s - state.now_s)
         if abs(age_s - self._age_s) >= _AGE_STEP_S and now_s - self._age_shown_s >= _AGE_PERIOD_S:
             self._age_s, self._age_shown_s = age_s, now_s
-        return f"{self._age_s:.2f} s" if picture.link.health is LinkHealth.OK else f"{self._age_s:.1f} s"
+        return f"{self._age_s:.2f} s" if state.link.health is LinkHealth.OK else f"{self._age_s:.1f} s"
 
 
-def _cells(picture: ConsoleState, age: str, now_s: float) -> str:
-    mode = picture.mode
-    link = _LINK_WORDS[picture.link.health]
+def _cells(state: ConsoleState, age: str, now_s: float) -> str:
+    mode = state.mode
+    link = _LINK_WORDS[state.link.health]
     holder = _HOLDERS.get(mode, "NOBODY") if mode is not None else "NOBODY"
-    pending = ", ".join(_pending_words(picture, now_s))
-    left_s = math.ceil(picture.plan_received_s + PLAN_GOOD_S - now_s)
-    plan = f"preview: {max(left_s, 0)} s left" if picture.plan_id else ""
-    learned = picture.learned
-    model = picture.forming or (learned.model if learned else None)
+    pending = ", ".join(_pending_words(state, now_s))
+    left_s = math.ceil(state.plan_received_s + PLAN_GOOD_S - now_s)
+    plan = f"preview: {max(left_s, 0)} s left" if state.plan_id else ""
+    learned = state.learned
+    model = state.forming or (learned.model if learned else None)
     n_components = model.n_components if model else 0
     return "".join(
         (
             _cell("mode", element("mode", mode.name if mode else "UNKNOWN", f"fh-mode fh-{mode or 'unknown'}"),
-                  f'<span class="fh-note">{element("phase", picture.phase.upper())} {element("pace", _pace(picture))}</span>'),
-            _cell("in control", element("holder", holder), element("lease", _lease_words(picture), "fh-note")),
+                  f'<span class="fh-note">{element("phase", state.phase.upper())} {element("pace", _pace(state))}</span>'),
+            _cell("in control", element("holder", holder), element("lease", _lease_words(state), "fh-note")),
             _cell("age of data", element("age", age)),
             _cell("link", element("link", link, f"fh-link fh-{link.lower()}"),
-                  element("silence", _silence_words(picture, now_s), "fh-note")),
-            _cell(_model_title(picture), f"{element('components', n_components)} components",
-                  f'<span class="fh-note">{element("demos", picture.n_demonstrations)} demos'
-                  f"{element('model', _model_words(picture))}</span>"),
-            _tool_cell(picture.robot),
+                  element("silence", _silence_words(state, now_s), "fh-note")),
+            _cell(_model_title(state), f"{element('components', n_components)} components",
+                  f'<span class="fh-note">{element("demos", state.n_demonstrations)} demos'
+                  f"{element('model', _model_words(state))}</span>"),
+            _tool_cell(state.robot),
             _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet"),
                   element("plan", plan, "fh-note")),
         )
@@ -99,15 +99,15 @@ def _cell(title: str, content: str, note: str = "") -> str:
     return f'<div class="fh-cell"><i>{title}</i><div>{content}</div>{note}</div>'
 
 
-def _alarm(picture: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
+def _alarm(state: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
     """Return the alarm about a stop that the robot has not confirmed, or that a site has undone."""
-    stop = picture.stop
+    stop = state.stop
     if stop is None or stop.settled:
         return element("stop", "", "fh-no-alarm", tag="div")
-    return element("stop", _stop_words(stop, picture, ghost, now_s), "fh-alarm", tag="div")
+    return element("stop", _stop_words(stop, state, ghost, now_s), "fh-alarm", tag="div")
 
 
-def _stop_words(stop: StopStatus, picture: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
+def _stop_words(stop: StopStatus, state: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
     waited_s = math.floor(now_s - stop.pressed_s)
     if stop.moves_again:
         return f"THE ROBOT MOVES AGAIN ({stop.reported.name if stop.reported else ''}): it stood for your stop and was reset"
@@ -115,14 +115,14 @@ def _stop_words(stop: StopStatus, picture: ConsoleState, ghost: Ghost | None, no
         return f"STOP RECEIVED, the robot stood; it has not reported since ({waited_s} s)"
     if stop.received:
         return f"STOP RECEIVED, the robot is braking ({waited_s} s)"
-    return f"STOP NOT DELIVERED {waited_s} s{_last_known(picture, ghost, now_s)}"
+    return f"STOP NOT DELIVERED {waited_s} s{_last_known(state, ghost, now_s)}"
 
 
-def _last_known(picture: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
+def _last_known(state: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
     """Return what the robot did when it was last heard: its present state is unknown."""
-    if picture.mode is None or picture.link.age_s is None:
+    if state.mode is None or state.link.age_s is None:
         return ""
-    heard_s = math.floor(picture.link.age_s + now_s - picture.now_s)
+    heard_s = math.floor(state.link.age_s + now_s - state.now_s)
     end = (
         ""
         if ghost is None
@@ -130,69 +130,67 @@ def _last_known(picture: ConsoleState, ghost: Ghost | None, now_s: float) -> str
         if ghost.done
         else f", by its plan done in {math.ceil(ghost.left_s)} s"
     )
-    return f": the robot was {picture.mode.name} when last heard {heard_s} s ago{end}"
+    return f": the robot was {state.mode.name} when last heard {heard_s} s ago{end}"
 
 
-def _pace(picture: ConsoleState) -> str:
+def _pace(state: ConsoleState) -> str:
     """Return the robot's pace, if it is reduced."""
-    pace = picture.robot.pace if picture.robot is not None else 1.0
+    pace = state.robot.pace if state.robot is not None else 1.0
     return f"at {pace:.0%}" if pace < 0.995 else ""
 
 
-def _pending_words(picture: ConsoleState, now_s: float) -> list[str]:
-    words = [
-        f"{action} {math.floor(now_s - pending.since_s)} s" for action, pending in picture.pending.items()
-    ]
-    return [*words, "send model"] if picture.sending_model else words
+def _pending_words(state: ConsoleState, now_s: float) -> list[str]:
+    words = [f"{action} {math.floor(now_s - pending.since_s)} s" for action, pending in state.pending.items()]
+    return [*words, "send model"] if state.sending_model else words
 
 
-def _lease_words(picture: ConsoleState) -> str:
-    if picture.other_schema:
+def _lease_words(state: ConsoleState) -> str:
+    if state.other_schema:
         return "another version"
-    if picture.in_control:
-        return f"{picture.asked_by} asks for it" if picture.asked_by else "yours to command"
-    return sentence(picture.why_not_in_control) or "asking for the robot"
+    if state.in_control:
+        return f"{state.asked_by} asks for it" if state.asked_by else "yours to command"
+    return sentence(state.why_not_in_control) or "asking for the robot"
 
 
-def _silence_words(picture: ConsoleState, now_s: float) -> str:
-    link = picture.link
+def _silence_words(state: ConsoleState, now_s: float) -> str:
+    link = state.link
     if link.health is LinkHealth.OK or math.isinf(link.silent_s):
-        return f"if lost: {_LOST_LINK[picture.task.lost_link]}"
-    return f"silent for {math.floor(link.silent_s + now_s - picture.now_s)} s"
+        return f"if lost: {_LOST_LINK[state.task.lost_link]}"
+    return f"silent for {math.floor(link.silent_s + now_s - state.now_s)} s"
 
 
-def _model_title(picture: ConsoleState) -> str:
+def _model_title(state: ConsoleState) -> str:
     """Return the chosen task, if there is a choice."""
-    return element("task", picture.task.name) if len(picture.tasks) > 1 else "model"
+    return element("task", state.task.name) if len(state.tasks) > 1 else "model"
 
 
-def _model_words(picture: ConsoleState) -> str:
-    if picture.learned is None:
+def _model_words(state: ConsoleState) -> str:
+    if state.learned is None:
         return ""
-    if picture.confirmed_sha256 == picture.learned.sha256:
+    if state.confirmed_sha256 == state.learned.sha256:
         return ", robot has it"
-    if picture.standing.asking:
+    if state.standing.asking:
         return ", asking the robot"
-    return ", on its way" if picture.sending_model else ", robot lacks it"
+    return ", on its way" if state.sending_model else ", robot lacks it"
 
 
-def _remote_words(picture: ConsoleState, age: str, ghost: Ghost | None, words: Words) -> str:
-    robot = picture.robot
+def _remote_words(state: ConsoleState, age: str, ghost: Ghost | None, words: Words) -> str:
+    robot = state.robot
     if robot is None:
         return "no report yet"
-    if picture.scene_fetching is not None:
-        return f"fetching what the robot looks like, {picture.scene_fetching:.0%}"
-    old = picture.link.health is not LinkHealth.OK
+    if state.scene_fetching is not None:
+        return f"fetching what the robot looks like, {state.scene_fetching:.0%}"
+    old = state.link.health is not LinkHealth.OK
     seen = element("seen", f"OLD: seen {age} ago" if old else f"seen {age} ago", "fh-old" if old else "")
-    taught = element("robot-recording", _recording_words(picture), "fh-recording")
+    taught = element("robot-recording", _recording_words(state), "fh-recording")
     return seen + text(_motion_words(robot, ghost, words)) + taught
 
 
-def _recording_words(picture: ConsoleState) -> str:
+def _recording_words(state: ConsoleState) -> str:
     """Return the progress of a demonstration that the robot records."""
-    if picture.recorded_s is not None:
-        return f" · recording on the robot {math.floor(picture.recorded_s)} s"
-    return "" if picture.fetching is None else f" · fetching {picture.fetching:.0%}"
+    if state.recorded_s is not None:
+        return f" · recording on the robot {math.floor(state.recorded_s)} s"
+    return "" if state.fetching is None else f" · fetching {state.fetching:.0%}"
 
 
 def _motion_words(robot: Telemetry, ghost: Ghost | None, words: Words) -> str:

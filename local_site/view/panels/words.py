@@ -74,14 +74,14 @@ _IN_M, _BESIDE_M = 0.005, 0.020
 """From this depth on, and at most so far beside the axis, the plug counts as in the receptacle [m]."""
 
 
-def local_words(picture: ConsoleState, words: Words) -> str:
+def local_words(state: ConsoleState, words: Words) -> str:
     """Return a short text on the workcell, as HTML."""
-    arm = picture.own_arm
-    if arm is not None and (arm.held or picture.recording or _is_in(arm)):
+    arm = state.own_arm
+    if arm is not None and (arm.held or state.recording or _is_in(arm)):
         return _where(arm)
-    if picture.recording:
+    if state.recording:
         return words.recording
-    return words.driving if picture.coupled else words.own
+    return words.driving if state.coupled else words.own
 
 
 def _where(arm: ArmView) -> str:

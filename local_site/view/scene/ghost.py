@@ -37,29 +37,29 @@ class Ghost:
     done: bool
 
 
-def shown_path(picture: ConsoleState) -> PlannedPath | None:
+def shown_path(state: ConsoleState) -> PlannedPath | None:
     """Return the path to draw: the committed one during an execution, a valid preview in HOLD."""
-    path, robot = picture.path, picture.robot
+    path, robot = state.path, state.robot
     if path is None or robot is None or path.stamp.boot != robot.stamp.boot:
         return None
-    if picture.mode is ControlMode.AUTONOMOUS:
+    if state.mode is ControlMode.AUTONOMOUS:
         return path
-    previewed = path.plan_id and path.plan_id == picture.plan_id
-    return path if picture.mode is ControlMode.HOLD and previewed else None
+    previewed = path.plan_id and path.plan_id == state.plan_id
+    return path if state.mode is ControlMode.HOLD and previewed else None
 
 
-def predict(picture: ConsoleState, now_s: float) -> Ghost | None:
+def predict(state: ConsoleState, now_s: float) -> Ghost | None:
     """Predict the robot's present pose from its committed path; None without an execution.
 
     Args:
-        picture: Present state of the console.
+        state: Present state of the console.
         now_s: Present time on the console's clock [s].
     """
-    path, robot = shown_path(picture), picture.robot
-    if path is None or robot is None or picture.mode is not ControlMode.AUTONOMOUS or path.plan_id:
+    path, robot = shown_path(state), state.robot
+    if path is None or robot is None or state.mode is not ControlMode.AUTONOMOUS or path.plan_id:
         return None
-    since_receipt_s = picture.link.silent_s + now_s - picture.now_s
-    robot_now_s = robot.stamp.t_ns * 1e-9 + since_receipt_s + 0.5 * (picture.link.round_trip_s or 0.0)
+    since_receipt_s = state.link.silent_s + now_s - state.now_s
+    robot_now_s = robot.stamp.t_ns * 1e-9 + since_receipt_s + 0.5 * (state.link.round_trip_s or 0.0)
     points = points_of(path)
     at = (robot_now_s - path.stamp.t_ns * 1e-9) / path.step_s
     last = len(points) - 1

@@ -64,17 +64,17 @@ class RemoteArm:
         """Remove the drawing from the scene, without `bodies`."""
         self._node.remove()
 
-    def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
+    def draw(self, state: ConsoleState, now_s: float) -> Ghost | None:
         """Show the newest report and the prediction; return the prediction."""
-        robot = picture.robot
+        robot = state.robot
         if robot is None:
             return None
-        self._draw_report(robot, old=picture.link.health is not LinkHealth.OK)
-        has = picture.robot_model
+        self._draw_report(robot, old=state.link.health is not LinkHealth.OK)
+        has = state.robot_model
         self._model.show(has.model if has is not None else None, robot.component)
-        arrived = picture.phase.at_end
-        self._draw_path(None if arrived else shown_path(picture))
-        ghost = None if arrived else predict(picture, now_s)
+        arrived = state.phase.at_end
+        self._draw_path(None if arrived else shown_path(state))
+        ghost = None if arrived else predict(state, now_s)
         if ghost is not None:
             put(self._ghost, self.description.tool_at(ghost.point))
         show(self._ghost, ghost is not None)
@@ -186,19 +186,19 @@ class ArmScene:
         self._demonstrations = Demonstrations(scene, self._receptacle.name)
         self._gizmo = HandGizmo(scene, _LOCAL, submit, act)
 
-    def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
+    def draw(self, state: ConsoleState, now_s: float) -> Ghost | None:
         """Draw the newest state of the console; return the robot's expected present pose."""
-        robot = picture.robot_scene
+        robot = state.robot_scene
         if robot is not None and (self._remote is None or self._remote.description is not robot):
             self._meet(robot)
-        arm = picture.own_arm
+        arm = state.own_arm
         if arm is not None:
             self._bodies.draw(LOCAL, arm.joints_rad)
             self._receptacle.draw(arm.receptacle)
             self._gizmo.draw(arm.tip)
-        self._model.show(picture.forming or (picture.learned.model if picture.learned else None))
-        self._demonstrations.draw(picture)
-        return self._remote.draw(picture, now_s) if self._remote is not None else None
+        self._model.show(state.forming or (state.learned.model if state.learned else None))
+        self._demonstrations.draw(state)
+        return self._remote.draw(state, now_s) if self._remote is not None else None
 
     def _meet(self, robot: SceneDescription) -> None:
         """Draw the robot; if both arms look alike, they share one drawing."""

@@ -175,18 +175,18 @@ class Demonstrations:
         self._current = Curves(scene, f"{parent}/demonstration", 4.0)
         self._shown: tuple[object, ...] = ()
 
-    def draw(self, picture: ConsoleState) -> None:
+    def draw(self, state: ConsoleState) -> None:
         """Draw the ended demonstrations in the components' colours, and the one in progress in white."""
-        model = picture.learned.model if picture.learned else None
-        shown = (model, *map(len, picture.strokes), picture.n_demonstrations)
+        model = state.learned.model if state.learned else None
+        shown = (model, *map(len, state.strokes), state.n_demonstrations)
         if shown == self._shown:
             return
         self._shown = shown
         curves = [
             thinned(frames[-1].to_local(stroke[:, :3]))
-            for stroke, frames in zip(picture.strokes, picture.stroke_frames, strict=True)
+            for stroke, frames in zip(state.strokes, state.stroke_frames, strict=True)
         ]
-        ended, current = curves[: picture.n_demonstrations], curves[picture.n_demonstrations :]
+        ended, current = curves[: state.n_demonstrations], curves[state.n_demonstrations :]
         self._current.show(current, [palette.many([palette.CURRENT_STROKE])] * len(current))
         self._ended.show(ended, [_by_component(curve, model) for curve in ended])
 

@@ -83,29 +83,29 @@ class Drawing:
         if self._coupled and self._hand_at is not None:
             self._submit(intents.Hand(self._hand_at, self._clock.time_s, released=True))
 
-    def draw(self, picture: ConsoleState) -> None:
+    def draw(self, state: ConsoleState) -> None:
         """Show the strokes and the hand."""
-        if picture.recording and not self._recording:
+        if state.recording and not self._recording:
             self._clock = StrokeClock()
-        self._recording, self._coupled = picture.recording, picture.coupled
-        shown = (picture.task.name, *map(len, picture.strokes))
+        self._recording, self._coupled = state.recording, state.coupled
+        shown = (state.task.name, *map(len, state.strokes))
         if shown != self._shown:
             self._shown = shown
-            self._draw_strokes(picture)
+            self._draw_strokes(state)
         if not (self._recording or self._coupled):
             self._hand_at = None
         if self._hand_at is not None:
             place(self._hand, *self._hand_at, MARK_Z_M)
         show(self._hand, self._hand_at is not None)
 
-    def _draw_strokes(self, picture: ConsoleState) -> None:
+    def _draw_strokes(self, state: ConsoleState) -> None:
         """Draw all strokes as one set of lines: ended ones grey, the present one white."""
         points, colours = [], []
-        for index, stroke in enumerate(picture.strokes):
+        for index, stroke in enumerate(state.strokes):
             current = (
-                picture.recording
-                and index == len(picture.strokes) - 1
-                and len(picture.strokes) > (picture.n_demonstrations)
+                state.recording
+                and index == len(state.strokes) - 1
+                and len(state.strokes) > (state.n_demonstrations)
             )
             thinned = stroke if len(stroke) < 3 else np.vstack([stroke[:-1:2], stroke[-1:]])
             lines = shapes.segments(thinned, LINE_Z_M)
@@ -186,11 +186,11 @@ class PlanarScene:
         local.listen(local.grip, lambda tab, *drag: act(tab, partial(self._drawing.drag, *drag)))
         remote.listen(self._robot.grip, lambda tab, *drag: act(tab, partial(target.drag, *drag)))
 
-    def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
+    def draw(self, state: ConsoleState, now_s: float) -> Ghost | None:
         """Draw the newest state of the console; return the robot's expected present position."""
-        self._model.show(picture.forming or (picture.learned.model if picture.learned else None))
-        self._drawing.draw(picture)
-        return self._robot.draw(picture, now_s)
+        self._model.show(state.forming or (state.learned.model if state.learned else None))
+        self._drawing.draw(state)
+        return self._robot.draw(state, now_s)
 
     def let_go(self) -> None:
         """End the drag of a closed tab."""

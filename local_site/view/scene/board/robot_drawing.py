@@ -140,17 +140,17 @@ class RobotDrawing:
         self._line: viser.LineSegmentsHandle | None = None
         self._old = False
 
-    def draw(self, picture: ConsoleState, now_s: float) -> Ghost | None:
+    def draw(self, state: ConsoleState, now_s: float) -> Ghost | None:
         """Show the newest report and the prediction; return the prediction."""
-        robot = picture.robot
+        robot = state.robot
         if robot is None:
             return None
-        self._draw_report(robot, old=picture.link.health is not LinkHealth.OK)
-        has = picture.robot_model
+        self._draw_report(robot, old=state.link.health is not LinkHealth.OK)
+        has = state.robot_model
         self._model.show(has.model if has is not None else None, robot.component)
-        arrived = picture.phase is Phase.ARRIVED
-        self._draw_path(None if arrived else shown_path(picture))
-        ghost = None if arrived else predict(picture, now_s)
+        arrived = state.phase is Phase.ARRIVED
+        self._draw_path(None if arrived else shown_path(state))
+        ghost = None if arrived else predict(state, now_s)
         self._draw_ghost(ghost)
         return ghost
 
