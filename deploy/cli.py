@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,6 @@ from typing import Literal
 import tyro
 
 from farhand.common.log import configure_logging
-from farhand.deploy.entry import run
 from farhand.deploy.offline_commands import Evaluate, Import, Learn, Model, RolloutCommand, SamplesCommand
 from farhand.deploy.outcome import status_of
 from farhand.deploy.pki.commands import Pki
@@ -262,9 +260,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
             )
         except SystemExit as end:  # after --help, or after a message about wrong arguments
             return streams.final_status(end.code if isinstance(end.code, int) else 1)
-        configure_logging(type(chosen).__name__.lower())
+        configure_logging(next(name for name, command in COMMANDS.items() if type(chosen) is command))
         return streams.final_status(status_of(chosen))
-
-
-if __name__ == "__main__":
-    sys.exit(run())

@@ -1,14 +1,16 @@
-"""Goal of a task as far as the operator's site knows it: how far a motion that ends somewhere misses it."""
+"""Goal of a task as far as the operator's site knows it: the miss of a motion's end, and motions seen from the goal."""
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from farhand.common.task import AnyTask, PointTask
+from farhand.local_site.teaching.demonstration import Demonstration
 
 Array = NDArray[np.float64]
 
@@ -52,3 +54,23 @@ def goal_miss(task: AnyTask, point: Array) -> str:
 
 def _mm(length_m: float) -> str:
     return f"{1e3 * length_m:.0f} mm"
+
+
+@lru_cache(maxsize=64)
+def seen_from_goal(demonstration: Demonstration) -> Array:
+    """Return a motion's points as if the goal's frame had been at its last place all along.
+
+    Shape (T, C). Orientations are those of the world.
+    """
+    points = demonstration.points
+    if not demonstration.frames_move:
+        return points
+    A = np.broadcast_to(demonstration.frame_rotation, (*_moving(demonstration), demonstration.n_dims))[:, -1]
+    b = np.broadcast_to(demonstration.frame_origin_m, _moving(demonstration))[:, -1]
+    local = np.einsum("tji,tj->ti", A, demonstration.position_m - b)
+    return np.hstack([local @ A[-1].T + b[-1], points[:, demonstration.n_dims :]])
+
+
+def _moving(demonstration: Demonstration) -> tuple[int, int, int]:
+    """Return the shape of origins that are given for every sample."""
+    return demonstration.time_s.size, len(demonstration.frame_names), demonstration.n_dims

@@ -18,10 +18,9 @@ from farhand.local_site.learning.learner_settings import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.plausibility import REST_PART, REST_S, metres_per_radian, period_s
 
-_log = loop_logger(__name__)
-
 Array = NDArray[np.float64]
 
+_log = loop_logger(__name__)
 _PERIOD_S = 1.0
 _RAW = "under-way.jsonl"
 _MAX_PAUSE_S = 600.0

@@ -13,8 +13,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import AnyTask
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.goal import goal_miss
-from farhand.local_site.teaching.goal_view import seen_from_goal
+from farhand.local_site.teaching.goal import goal_miss, seen_from_goal
 from farhand.local_site.teaching.lesson import LearnedModel, Lesson
 from farhand.local_site.teaching.permission import Act, NotNow, teaching_refusal
 from farhand.local_site.teaching.recording import Recording
@@ -38,8 +37,6 @@ class TaskLibrary:
         self._task, self._taught = task, Lesson(task, folder)
         self._recording = Recording(folder, task.space, task.frame_names, self._taught.settings)
         self._forming: tuple[int, TPHSMM] | None = None
-
-    # State ----------------------------------------------------------------------------------
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -118,8 +115,6 @@ class TaskLibrary:
             return ""
         frame, point = self._recording.frames[-1], self.current[-1]
         return goal_miss(self._task, frame.to_local(np.asarray(point)))
-
-    # One demonstration --------------------------------------------------------------------------
 
     def record(self, frames: Sequence[TaskFrame]) -> None:
         """Begin a demonstration.
@@ -200,8 +195,6 @@ class TaskLibrary:
         self._recording.set_aside()
         self._discard()
 
-    # Undo and revisions -------------------------------------------------------------------------
-
     def undo(self) -> None:
         """Undo the last demonstration, or the last ones together if they were learned together, bit for bit.
 
@@ -243,8 +236,6 @@ class TaskLibrary:
         """
         self._check(Act.DELETE, number)
         self._taught.delete(number)
-
-    # Implementation -----------------------------------------------------------------------------
 
     def _check(self, act: Act, number: int = 0) -> None:
         if (why := teaching_refusal(act, self, number)) is not None:
