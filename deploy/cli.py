@@ -220,13 +220,13 @@ class LinkCommand:
 class Status:
     """Ask the processes of this user on this machine how they are: robot, link and operator's site.
 
-    The exit status is 0 if all asked processes are healthy, 3 if one has a fault, 4 if none is running.
+    The exit status is 0 if all asked processes are healthy, 3 if one has a trouble, 4 if none is running.
     """
 
     of: Literal["all", "robot", "link", "operator"] = "all"
     """Kind of the processes to ask; unless it is all, one must be running."""
     json: bool = False
-    """Print the answers and the faults as JSON."""
+    """Print the answers and the troubles as JSON."""
     forget: bool = False
     """Forget the processes that have ended."""
 
