@@ -11,6 +11,8 @@ each set, whichever is better there. *Mean warp* is the mean demonstration, move
 *Two ways*: every second demonstration is mirrored about the line from its start to its goal, as if people
 did the task in two ways. A motion is human-like when it is as near to one of the people as 1.5 times the
 left-out person is.
+
+*Another order* teaches the same demonstrations backwards, and compares both motions.
 """
 
 from __future__ import annotations
@@ -66,6 +68,7 @@ def trial(case: Case) -> Case:
     unmoved = roll_out(model, last).in_frame()
     same = len(unmoved) == len(reproduced)
     baselines = _baselines(taught, motion)
+    backwards = roll_out(learn(taught[::-1]), last).in_frame()
     return {
         **case,
         "task": Path(case["file"]).stem,
@@ -73,6 +76,7 @@ def trial(case: Case) -> Case:
         "moved_m": float(np.abs(unmoved - reproduced).max()) if same else float("inf"),
         "end_m": float(np.linalg.norm(reproduced[-1] - motion[-1])),
         "end_extent": float(np.linalg.norm(reproduced[-1] - motion[-1]) / np.ptp(motion, axis=0).max()),
+        "order_extent": float(arc_rms(backwards, unmoved) / np.ptp(motion, axis=0).max()),
         "errors": {
             name: {
                 "arc": arc_rms(path, motion) / unit,

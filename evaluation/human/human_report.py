@@ -119,6 +119,7 @@ def _set(name: str, part: list[Case]) -> tuple[Case, str]:
         "below_warp": float(np.mean(below_warp)),
         "worst_end_m": max(r["end_m"] for r in part),
         "worst_end_extent": max(r["end_extent"] for r in part),
+        "order_extent": float(np.median([r["order_extent"] for r in part])),
         "human_like": {m: float(np.mean(h)) for m, h in human_like.items()},
     }
     rows = [
@@ -135,7 +136,9 @@ def _set(name: str, part: list[Case]) -> tuple[Case, str]:
         f"{1e3 * summary['worst_end_m']:.2f} mm, {100 * summary['worst_end_extent']:.2f} % of the extent. "
         f"ProMP's setting: {setting}.\n\nTwo ways, human-like: "
         + "; ".join(f"{m} {rate(h)}" for m, h in human_like.items())
-        + "."
+        + ".\n\nAnother order of the demonstrations moves the motion by "
+        f"{100 * summary['order_extent']:.3f} % of the extent (median), "
+        f"{100 * float(np.quantile([r['order_extent'] for r in part], 0.9)):.3f} % (90 %)."
     )
     turns = [r["turn_deg"] for r in part if r["turn_deg"] is not None]
     if turns:

@@ -1,4 +1,4 @@
-"""Peers to compare with: the warped mean of the demonstrations, a straight line, and ProMP.
+"""Peers to compare with: the warped mean, a regression on the start, a straight line, and ProMP.
 
 ProMP is that of movement_primitives, fitted in batch, conditioned on start and goal (Sec. VI-A).
 
@@ -123,6 +123,23 @@ def mean_warp(motions: Sequence[Array], start: Array, goal: Array) -> Array:
     mean = np.mean(motions, axis=0)
     to_go = np.linspace(1.0, 0.0, len(mean))[:, None]
     return mean + to_go * (start - mean[0]) + (1.0 - to_go) * (goal - mean[-1])
+
+
+def regression_on_start(motions: Sequence[Array], start: Array) -> Array:
+    """Return the motion that an ordinary least-squares regression of whole motions on their starts predicts.
+
+    Neither weights nor phases are restricted, so this is as near as any regression linear in the start comes to
+    the demonstrations themselves.
+
+    Args:
+        motions: Demonstrations at the same phases, in one frame [m]. Shapes (N, D).
+        start: Start [m]. Shape (D,).
+    """
+    shown = np.asarray(motions)
+    starts = np.column_stack([np.ones(len(shown)), shown[:, 0] - shown[:, 0].mean(axis=0)])
+    gains = np.linalg.lstsq(starts, shown.reshape(len(shown), -1), rcond=None)[0]
+    motion = np.concatenate([[1.0], start - shown[:, 0].mean(axis=0)]) @ gains
+    return np.asarray(motion, dtype=np.float64).reshape(shown.shape[1:])
 
 
 def straight_line(start: Array, goal: Array, n_points: int = 100) -> Array:
