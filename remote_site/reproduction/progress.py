@@ -64,8 +64,8 @@ class ProgressTracker:
     Args:
         model: The learned task.
         start: Start of the motion in each frame, if demonstrations began there. Shape (P, C).
-        n_learned: Number of learned components, all when not given. Those after them belong to a way, and
-            only a robot that began on the way is on it: a lost robot joins the learned ones.
+        n_learned: Number of learned components, all when not given. Those after them belong to the way that
+            the execution takes.
 
     Raises:
         InvalidModel: When no component is terminal, so that no motion could ever end.
@@ -113,7 +113,7 @@ class ProgressTracker:
         here = gaussians.distance(q, point)
         n, due = int(self.successors[q]), elapsed >= self.durations_s[q]
         if self._lost(now, here, point, gaussians):
-            found = gaussians.most_likely(point, self._joinable(point, gaussians))
+            found = self._rejoined(point, gaussians)
             # Finding the same component again on the way to it is no progress: its time-out must go on.
             again = found == q and now.free
             setbacks = now.setbacks + now.free
@@ -165,6 +165,20 @@ class ProgressTracker:
         if not due:
             return bool(inside and gaussians.distance(n, point) < here)
         return bool(inside or here < _CLOSE or gaussians.distance_to_exit(q, point) < _INSIDE)
+
+    def _rejoined(self, point: Array, gaussians: Gaussians) -> int:
+        """Return the component that a lost robot joins.
+
+        If its execution took a way, and it stands on that again, it goes on from there; elsewhere the learned
+        components alone are known.
+        """
+        joinable = self._joinable(point, gaussians)  # which sees all components
+        if self._n_learned < self.model.n_components:
+            of_way = range(self._n_learned, self.model.n_components)
+            away = [gaussians.distance_to_way(q, int(self.successors[q]), point) for q in of_way]
+            if min(away) < _LOST:
+                return self._n_learned + int(np.argmin(away))
+        return gaussians.most_likely(point, joinable)
 
     def _joinable(self, point: Array, gaussians: Gaussians) -> NDArray[np.bool_]:
         """Mark the components whose entry is nearer than the path that remains from there; at least one.

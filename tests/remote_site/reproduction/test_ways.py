@@ -110,6 +110,20 @@ def test_a_robot_that_leaves_its_way_joins_the_learned_components():
     np.testing.assert_allclose(p, 0.0, atol=0.005)
 
 
+def test_a_robot_that_stands_on_its_way_again_goes_on_from_there():
+    """As after a retreat from a receptacle that has jumped: it needs no second approach."""
+    model, p, v = taught((0.6, 0.6, 0.6)), np.array([0.8, 0.0]), np.zeros(2)
+    executor, dt = Executor(model, ExecutorSettings()), 0.02
+    executor.begin(p, v, HERE)
+    half_way, whole_s = arc(p, 0.6)[75], executor.remaining_s
+    while executor.remaining_s > 0.1 * whole_s:
+        control = executor.step(p, v, HERE)
+        p, v = p + dt * v + 0.5 * dt**2 * control.acceleration, v + dt * control.acceleration
+    executor.step(half_way, np.zeros(2), HERE)
+    assert executor.state().progress.component >= model.n_components
+    assert 0.4 * whole_s < executor.remaining_s < 0.6 * whole_s
+
+
 @pytest.mark.parametrize("space", [Manifold(2), Manifold(3), POSE])
 def test_a_way_survives_its_bytes_which_are_the_same_again(space: Manifold):
     model = learned(space, n_frames=2)
