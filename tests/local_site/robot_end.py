@@ -37,7 +37,8 @@ from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.samples import still_frames
-from farhand.local_site.workcell.workcell import Workcell
+from farhand.local_site.workcell.workcell import Workcell, make_workcell
+from tests.cells import JACO
 from tests.loopback import Loopback
 
 TASK = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml", PointTask)
@@ -189,7 +190,7 @@ def desk(data_dir: Path, *tasks: AnyTask, place: Workcell | None = None) -> Iter
     remote, local = Loopback.pair()
     robot, library = RobotEnd(remote), Library(TaskSet(tasks or (TASK,)), data_dir)
     robot.tasks = library.tasks.names
-    console = Console(library, local, "ann", place=place)
+    console = Console(library, local, "ann", place=place or make_workcell(library.task, JACO))
     console.start()
     try:
         yield Desk(console, library, robot, local)

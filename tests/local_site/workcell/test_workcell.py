@@ -6,6 +6,7 @@ import pytest
 from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.workcell.arm_drivers import SteppedArm
 from farhand.local_site.workcell.workcell import BoardWorkcell, make_workcell
+from tests.cells import JACO
 from tests.local_site.robot_end import FRAMES, HOT_STAB, TASK
 
 
@@ -23,4 +24,4 @@ def test_on_a_board_the_hand_itself_makes_the_motion():
 
 def test_each_kind_of_task_has_its_place():
     assert isinstance(make_workcell(TASK), BoardWorkcell)
-    assert isinstance(make_workcell(HOT_STAB, stepped=True), SteppedArm)
+    assert isinstance(make_workcell(HOT_STAB, JACO, stepped=True), SteppedArm)
