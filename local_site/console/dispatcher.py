@@ -16,7 +16,7 @@ from farhand.local_site.teaching.permission import NotNow
 
 
 class Dispatcher:
-    """Doer of the operator's intents. Used by the console's thread alone.
+    """Dispatcher of the operator's intents, for use by the console's thread alone.
 
     Args:
         parts: Parts of the console.
