@@ -10,7 +10,15 @@ from typing import Literal
 import tyro
 
 from farhand.common.log import configure_logging
-from farhand.deploy.offline_commands import Evaluate, Import, Learn, Model, RolloutCommand, SamplesCommand
+from farhand.deploy.offline_commands import (
+    Evaluate,
+    Import,
+    Learn,
+    Model,
+    RobotCommand,
+    RolloutCommand,
+    SamplesCommand,
+)
 from farhand.deploy.outcome import status_of
 from farhand.deploy.pki.commands import Pki
 from farhand.deploy.standard_streams import standard_streams
@@ -239,7 +247,7 @@ class Status:
 
 COMMANDS = {
     "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": LinkCommand, "status": Status, "learn": Learn, "rollout": RolloutCommand,
-    "model": Model, "evaluate": Evaluate, "import": Import, "samples": SamplesCommand, "pki": Pki,
+    "model": Model, "evaluate": Evaluate, "import": Import, "samples": SamplesCommand, "robot": RobotCommand, "pki": Pki,
 }  # fmt: skip
 
 

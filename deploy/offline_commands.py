@@ -136,3 +136,23 @@ class SamplesCommand:
         from farhand.deploy.offline import make_samples
 
         return make_samples(self.out, self.task, self.n, self.seed, self.own_arm)
+
+
+@dataclass(frozen=True)
+class RobotCommand:
+    """Check a robot file against its model and its workplace, or search a base and a rest posture for it."""
+
+    do: Annotated[Literal["check", "place"], tyro.conf.Positional]
+    """check: masses, ranges, reach and size of the looks; place: candidates of base and rest posture, the best is printed."""
+    robot: Annotated[str, tyro.conf.Positional]
+    """Name of a robot that comes with Farhand, or a robot file."""
+    candidates: int = 300
+    """With place: number of candidates; each takes up to a second."""
+    seed: int = 0
+    """With place: seed of the candidates."""
+
+    def run(self) -> int:
+        """Run the command and return its exit status."""
+        from farhand.deploy.robots_report import check, place
+
+        return check(self.robot) if self.do == "check" else place(self.robot, self.candidates, self.seed)

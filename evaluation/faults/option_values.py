@@ -55,6 +55,7 @@ LINES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     ),
     "samples": ((), {**_SEED, "out": "samples", "task": "hot-stab", "n": "2"}),
     "evaluate": (("planar",), {**_SEED, "trials": "3", "out": "results"}),
+    "robot": (("check", "jaco"), {**_SEED, "candidates": "1"}),
     "status": ((), {"of": "all"}),
 }  # fmt: skip
 """Of each command: its positional arguments, and a sound value of each of its options."""

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
+from farhand.deploy.cli import main
 from farhand.deploy.places import check_writable, data_folder, find_task, sample_files
 
 PLANAR = Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml"
@@ -57,3 +58,13 @@ def test_a_file_that_could_not_be_written_later_is_refused_now(tmp_path: Path):
         with pytest.raises(InvalidConfiguration, match="json"):
             check_writable("json", bad)
     assert (tmp_path / "old.json").read_text() == "{}"
+
+
+def test_a_robot_is_checked_against_its_workplace_and_placed(capfd: pytest.CaptureFixture[str]):
+    assert main(["robot", "check", "panda"]) == 0
+    said = capfd.readouterr().out
+    assert "7 joints, air" in said and "admits 9 of 9 receptacles" in said and "kB" in said
+    assert main(["robot", "place", "panda", "--candidates", "0"]) == 0
+    assert "home_rad = [-0.054, -1.493" in capfd.readouterr().out
+    assert main(["robot", "check", "no-such-robot"]) == 2
+    assert "jaco, panda" in capfd.readouterr().err.replace("baxter-left, baxter-right, ", "")
