@@ -1,6 +1,6 @@
-"""The study runner: trials over both cores, and `DIR/STUDY.json` and `DIR/STUDY.md` as their record.
+"""Runner of studies: trials on all cores, recorded in `DIR/STUDY.json` and `DIR/STUDY.md`.
 
-A study is a module of this package that `STUDIES` names, with three functions and perhaps a fourth:
+A study is a module of this package, named in `STUDIES`, with three functions and an optional fourth:
 
     cases(trials, seed)     -> list of plain dictionaries, one per trial
     trial(case)             -> a plain dictionary; runs in another process
@@ -100,7 +100,7 @@ class Study(Protocol):
         ...
 
     def trial(self, case: Case) -> Case:
-        """Run one of them."""
+        """Run one case."""
         ...
 
     def summarise(self, results: list[Case]) -> tuple[Case, str]:

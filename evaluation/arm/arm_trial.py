@@ -44,7 +44,7 @@ class Conditions(ArmConditions):
         jump_within_m: Distance of the tip before the mouth at which the receptacle's step begins [m]; at
             its own time when not given.
         lost_s: Time for which the receptacle is out of sight, from 40 mm before the mouth on [s].
-        obeying: Whether a refused preview keeps the operator from executing.
+        obeying: True if a refused preview keeps the operator from executing.
     """
 
     jump_within_m: float | None = None
@@ -121,7 +121,7 @@ class Trial:
             self._begin()
         except NotDone as refusal:
             self.record.cause = str(refusal)
-            self._observe()  # placed where everything is
+            self._observe()  # records the initial poses
             return self.record
         began_s, record = time.process_time(), self.record
         until_s = self._began_s + self._limit_s
@@ -163,7 +163,7 @@ class Trial:
         return self._running.robot.supervisor
 
     def _look(self) -> None:
-        """Record the control period, and trigger the events that depend on where the plug is."""
+        """Record the control period, and trigger the events that depend on the plug's position."""
         depth_m, now_s = self._observe(), self.arm.plant.time_s
         if not self._jumped and depth_m > -(self._conditions.jump_within_m or 0.0):
             self._jumped = True
@@ -173,7 +173,7 @@ class Trial:
         self.arm.perception.in_sight = not now_s < self._lost_until_s
 
     def _observe(self) -> float:
-        """Record place and force of the plug; return its depth [m]."""
+        """Record pose and force of the plug; return its depth [m]."""
         arm, record = self.arm.plant, self.record
         simulation, force = arm.simulation, arm.servo.wrist.force
         tip = simulation.tip

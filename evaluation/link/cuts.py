@@ -90,7 +90,7 @@ def _virtually(case: Case, outage: PlannedOutage | None) -> Case:
 
 
 def told(result: Case) -> Case:
-    """Reduce the result of a job to the figures that are kept."""
+    """Reduce the result of a job to the recorded figures."""
     rms_m = result["execution"]["rms_error_m"]
     return {
         "success": result["success"],
