@@ -69,7 +69,7 @@ class ConsoleParts:
             tasks=tuple(map(self._standing, self.library.by_task)),
             sending_library=self.sending.sending_library,
             recording=library.recording,
-            n_demonstrations=len(library.demonstrations),
+            demonstrations=library.demonstrations,
             can_undo=library.can_undo,
             can_recover=self.teaching.left_over is not None or self.catalogue.recordings.can_recover,
             fetching=self.catalogue.recordings.fetching,

@@ -18,6 +18,7 @@ from farhand.common.wire.reasons import Reason
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
+from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.lesson import LearnedModel
 from farhand.local_site.teaching.revisions import Revision
 from farhand.local_site.workcell.arm_view import ArmView
@@ -91,7 +92,7 @@ class ConsoleState:
         tasks: Standing of all tasks, in their order.
         sending_library: True while the library is being sent.
         recording: True while a demonstration is recorded.
-        n_demonstrations: Number of learned demonstrations.
+        demonstrations: Learned demonstrations, in their order.
         can_undo: True if a demonstration can be undone.
         can_recover: True if a demonstration recorded here, or by the robot, was not learned yet.
         fetching: Share of a robot's recording that has arrived, from 0 to 1; None while none is fetched.
@@ -135,7 +136,7 @@ class ConsoleState:
     tasks: tuple[TaskStanding, ...]
     sending_library: bool
     recording: bool
-    n_demonstrations: int
+    demonstrations: tuple[Demonstration, ...]
     can_undo: bool
     can_recover: bool
     fetching: float | None
@@ -169,6 +170,11 @@ class ConsoleState:
     def sending_model(self) -> bool:
         """True while a model of the task is being sent."""
         return bool(self.standing.sending_sha256)
+
+    @property
+    def n_demonstrations(self) -> int:
+        """Number of learned demonstrations."""
+        return len(self.demonstrations)
 
     @property
     def mode(self) -> ControlMode | None:

@@ -3,6 +3,7 @@ if (!window.farhand) {
   const LOOK_MS = 200;
   const SILENT_AFTER_LOOKS = 8; // not a time: a page that was busy itself has not heard what it could hear
   const NARROW_BUTTONS = ["Pause", "Resume", "Abort"];
+  const TABS = ["Timeline", "Demonstrations", "Model", "Link", "Events"];
   const farhand = (window.farhand = { beat: null, heard: performance.now(), looks: 0 });
 
   const add = (tag, attributes, parent = document.body) => {
@@ -66,17 +67,49 @@ if (!window.farhand) {
       : "");
   };
 
-  let dock = "";
-  const fit = () => {
-    const canvas = document.querySelector("canvas[data-engine]");
-    const left = canvas && `${Math.round(canvas.getBoundingClientRect().left)}px`;
-    if (left && left !== dock) document.documentElement.style.setProperty("--fh-dock", (dock = left));
+  // Drawer and tabs: of this window alone, so the server does not know of them
+  const menu = add("button", { id: "fh-menu", class: "fh-own", type: "button", "aria-expanded": "false" });
+  menu.textContent = "More";
+  menu.addEventListener("click", () => {
+    const open = document.body.toggleAttribute("data-drawer");
+    menu.setAttribute("aria-expanded", open);
+    show(menu, open ? "Close" : "More");
+  });
+  const tabs = add("div", { id: "fh-tabs", role: "tablist", "aria-label": "Details" });
+  const select = (name) => {
+    document.body.dataset.tab = name;
+    for (const tab of tabs.children) tab.setAttribute("aria-selected", tab.dataset.name === name);
+  };
+  for (const label of TABS) {
+    const name = label.toLowerCase();
+    const tab = add("button", { class: "fh-own", type: "button", role: "tab", id: `fh-tab-${name}`, "data-name": name }, tabs);
+    tab.textContent = label;
+    tab.addEventListener("click", () => select(name));
+  }
+  select("timeline");
+
+  // What a screen reader says, and the window's title
+  const live = add("div", { id: "fh-live", role: "status", "aria-live": "polite" });
+  const urgent = add("div", { id: "fh-urgent", role: "alert" }, live);
+  const calm = add("div", {}, live);
+  const announce = () => {
+    const does = [said("mode") || "UNKNOWN", said("phase")].filter(Boolean).join(" ");
+    const alarming = said("stop").replace(/ \d+ s\b.*/, "");
+    show(urgent, alarming);
+    show(calm, [does, said("link") === "OK" ? "" : `link ${said("link")}`, said("refusal")].filter(Boolean).join(", "));
+    const title = `${alarming ? `! ${alarming}` : does} · Farhand`;
+    if (document.title !== title) document.title = title;
+    // viser gives its sliders no name
+    for (const thumb of document.querySelectorAll('[role=slider][aria-label=""]')) {
+      const label = document.querySelector(`label[for="${thumb.closest(".mantine-Slider-root")?.id}"]`);
+      if (label) thumb.setAttribute("aria-label", label.textContent);
+    }
   };
 
   const look = () => {
-    fit();
     listen();
     drawNarrow();
+    announce();
   };
   look();
   setInterval(look, LOOK_MS);

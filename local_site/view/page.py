@@ -18,14 +18,16 @@ from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.door import Door
 from farhand.local_site.view.panels import buttons
+from farhand.local_site.view.panels.actions import ActionLine
 from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec
 from farhand.local_site.view.panels.charts import LinkHistory, TransitionGraph
-from farhand.local_site.view.panels.choices import AutoSendSwitch, PaceSlider, TaskChoice
+from farhand.local_site.view.panels.choices import AutoSendSwitch, Legend, PaceSlider, Standings, TaskChoice
 from farhand.local_site.view.panels.guidance import AdvicePanel
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.link_panel import LinkPanel, LinkWorker
-from farhand.local_site.view.panels.list_panels import EventPanel, LibraryPanel
+from farhand.local_site.view.panels.list_panels import DemonstrationList, EventPanel, LibraryPanel
 from farhand.local_site.view.panels.status_strip import StatusStrip
+from farhand.local_site.view.panels.timeline import Timeline
 from farhand.local_site.view.redraw import Redraw
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
 from farhand.local_site.view.scene.board.planar_scene import PlanarScene
@@ -36,7 +38,7 @@ _log = loop_logger(__name__)
 
 _PERIOD_S = 1.0 / 30.0
 _BEAT_S = 0.5
-_DOCK_PX = 300
+_DRAWER_PX = 300
 
 
 class Page:
@@ -69,9 +71,14 @@ class Page:
         self._sessions = Sessions()
         self._server = PageServer(door, port, self._sessions, self._refused)
         self._worker = LinkWorker(control) if control is not None else None
-        self._build_panels(self._server.gui, task)
+        self._build_head(self._server.gui)
+        self._build_foot(self._server.gui)
+        self._build_drawer(self._server.gui)
         self._scene = self._make_scene(task, own)
-        self._tabs = Tabs(self._server, self._sessions, self._scene.fit, self._events.put, self._scene.let_go)
+        self._build_view(self._server.gui)
+        self._tabs = Tabs(
+            self._server, self._sessions, self._scene.fit, self._scene.views[0], self._events.put, self._scene.let_go
+        )  # fmt: skip
         self._redraw = Redraw()
         self._beat_s, self._beats = float("-inf"), 0
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
@@ -114,35 +121,69 @@ class Page:
         explain = self._happened.explain
         return PlanarScene(self._server.scene, task, self._console.submit, explain, self._act)
 
-    def _build_panels(self, gui: viser.GuiApi, task: AnyTask) -> None:
+    def _build_head(self, gui: viser.GuiApi) -> None:
+        """Build what never scrolls: STOP, the band, the steps, and the action line with the advice."""
         gui.main_panel.dock_left()
-        gui.main_panel.set_width(_DOCK_PX)
-        self._beat = Html(gui)
-        self._strip = StatusStrip(gui)
-        self._graph, self._history = TransitionGraph(gui), LinkHistory(gui)
+        gui.main_panel.set_width(_DRAWER_PX)
+        self._beat, self._strip = Html(gui), StatusStrip(gui)
         stop = Buttons(gui, (buttons.STOP,), self._on_press)
         self._server.incoming.open_to_everybody(*stop.handles)
         self._buttons = [stop]
-        self._guidance, self._happened = AdvicePanel(gui), EventPanel(gui)
-        with gui.add_folder("Teach"):
-            teach = buttons.TEACH_ARM if isinstance(task, ArmTask) else buttons.TEACH
-            self._buttons.append(Buttons(gui, teach, self._on_press))
-            self._auto_send = AutoSendSwitch(gui, self._console.submit, self._act)
-        with gui.add_folder("Library", expand_by_default=len(self._shown.tasks) > 1):
+        with gui.add_folder("Task"):
             self._task = TaskChoice(gui, self._shown, self._console.submit, self._act)
+        with gui.add_folder("Next"):
+            gui.add_html('<i class="fh-here fh-here-actions"></i>')
+            self._guidance = AdvicePanel(gui)
+            self._line = ActionLine(gui, buttons.EVERY, self._on_press)
+            self._pace = PaceSlider(gui, self._console.submit, self._act)
+        with gui.add_folder("Watching"):
+            gui.add_html('<i class="fh-here fh-here-take"></i>')
+            self._open_button(gui, "Take over", self._take_over, "gray")
+
+    def _build_foot(self, gui: viser.GuiApi) -> None:
+        """Build the tabs at the bottom: what was, what was taught, and how the link is."""
+        self._happened, self._timeline = EventPanel(gui), Timeline(gui)
+        self._demonstrations = DemonstrationList(gui)
+        self._graph, self._history = TransitionGraph(gui), LinkHistory(gui)
+
+    def _build_drawer(self, gui: viser.GuiApi) -> None:
+        """Build the drawer: what is possible but not the next step."""
+        with gui.add_folder("Teach"):
+            self._buttons.append(Buttons(gui, buttons.TEACH, self._on_press))
+            self._auto_send = AutoSendSwitch(gui, self._console.submit, self._act)
+        with gui.add_folder("Library"):
+            self._standings = Standings(gui)
             self._buttons.append(Buttons(gui, (buttons.SEND_LIBRARY,), self._on_press))
             self._library = LibraryPanel(gui, self._console.submit, self._act)
             self._buttons.append(Buttons(gui, buttons.LIBRARY, self._on_press))
         with gui.add_folder("Robot"):
             self._buttons.append(Buttons(gui, buttons.ROBOT, self._on_press))
-            self._pace = PaceSlider(gui, self._console.submit, self._act)
         self._link = LinkPanel(gui, self._worker, self._act) if self._worker is not None else None
-        with gui.add_folder("Control", expand_by_default=False):
+        with gui.add_folder("Control"):
             self._buttons.append(Buttons(gui, buttons.CONTROL, self._on_press))
+
+    def _build_view(self, gui: viser.GuiApi) -> None:
+        """Build what stands over the canvas: the views, each tab's own, and the legend, which hides and shows."""
         with gui.add_folder("View"):
-            reset_view = gui.add_button("Reset view", color="gray")
-            reset_view.on_click(self._on_reset_view)
-            self._server.incoming.open_to_everybody(reset_view)
+            gui.add_html('<i class="fh-here fh-here-view"></i>')
+            for view in self._scene.views:
+                self._open_button(gui, view, lambda tab, view=view: self._tabs.look(tab, view), "gray")
+        with gui.add_folder("Legend"):
+            gui.add_html('<i class="fh-here fh-here-legend"></i>')
+            self._legend = Legend(gui, self._scene.layers, self._act)
+
+    def _open_button(
+        self, gui: viser.GuiApi, label: str, do: Callable[[int], None], colour: buttons.Colour
+    ) -> None:
+        """Add a button that works in watching tabs, too: it is about the tab alone."""
+        handle = gui.add_button(label, color=colour)
+
+        async def pressed(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            if (tab := event.client_id) is not None:
+                self._events.put(partial(do, tab))
+
+        handle.on_click(pressed)
+        self._server.incoming.open_to_everybody(handle)
 
     # Events, from the server's threads: they only enqueue ---------------------------------------
 
@@ -153,9 +194,8 @@ class Page:
             return
         self._act(tab, lambda: self._console.submit(spec.make(self._shown.mode)))
 
-    async def _on_reset_view(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-        if (tab := event.client_id) is not None:
-            self._events.put(partial(self._tabs.reset, tab))
+    def _take_over(self, tab: int) -> None:
+        self._tabs.take_over(tab)
 
     def _refused(self, tab: int) -> None:
         self._events.put(partial(self._do_if_active, tab, lambda: None))
@@ -204,15 +244,20 @@ class Page:
         with self._server.atomic():
             ghost = self._scene.draw(state, now_s)
         self._server.flush()
+        self._line.draw(state)
         for group in self._buttons:
-            group.draw(state)
+            group.draw(state, self._line.present)
         self._auto_send.draw(state)
         self._task.draw(state)
+        self._standings.draw(state)
         self._library.draw(state)
+        self._legend.draw()
         self._pace.draw(state, now_s)
         self._guidance.draw(state)
         self._happened.draw(state)
         self._strip.draw(state, ghost, now_s)
+        self._timeline.draw(state, now_s)
+        self._demonstrations.draw(state)
         self._graph.draw(state)
         self._history.draw(state, self._link.link_name if self._link else "link", now_s)
         if self._link is not None:

@@ -65,6 +65,14 @@ class Sessions:
                 self._active = tab
             return self._active == tab
 
+    def take_over(self, tab: int) -> bool:
+        """Make an open tab the active one. Return whether it was not before."""
+        with self._lock:
+            taken = tab in self._open and self._active != tab
+            if taken:
+                self._active = tab
+            return taken
+
     def role(self, tab: int) -> Role:
         """Return the role of a tab."""
         active = self._active
@@ -73,10 +81,10 @@ class Sessions:
         return Role.ACTIVE if active == tab else Role.WATCHING
 
 
-_NOT_DONE = "Nothing was done: this tab only watches. Close the other one to act here."
+_NOT_DONE = "Nothing was done: this tab only watches. Press Take over to act here."
 _WORDS = {
     Role.ACTIVE: "",
-    Role.WATCHING: "This tab watches: another one is active. STOP works here too.",
+    Role.WATCHING: "This tab watches: another one is active. STOP works here too. Take over makes this one active.",
     Role.FREE: "No tab is active: act here to take over.",
 }
 
@@ -87,7 +95,8 @@ class Tabs:
     Args:
         server: Server of the page.
         sessions: Open tabs, with the one that may act.
-        fit: Fits the scene into a tab's canvas.
+        fit: Fits a named view of the scene into a tab's canvas.
+        view: Name of the first view.
         enqueue: Has a function called on the page's thread.
         active_left: Called when the active tab was closed.
     """
@@ -96,7 +105,8 @@ class Tabs:
         self,
         server: viser.ViserServer,
         sessions: Sessions,
-        fit: Callable[[viser.CameraHandle], None],
+        fit: Callable[[viser.CameraHandle, str], None],
+        view: str,
         enqueue: Callable[[Callable[[], None]], None],
         active_left: Callable[[], None],
     ):
@@ -104,6 +114,7 @@ class Tabs:
         self._fit_scene, self._active_left = fit, active_left
         self._clients: dict[int, viser.ClientHandle] = {}
         self._sizes: dict[int, tuple[int, int]] = {}
+        self._first_view, self._views = view, dict[int, str]()
         self._roles: dict[int, Html] = {}
         self._refused: set[int] = set()
 
@@ -136,8 +147,14 @@ class Tabs:
         if tab in self._clients:
             self._refused.add(tab)
 
-    def reset(self, tab: int) -> None:
-        """Reset a tab's camera, so that the scene fits into its page."""
+    def take_over(self, tab: int) -> None:
+        """Make a watching tab the active one; the other one watches, and its drag ends."""
+        if self._sessions.take_over(tab):
+            self._active_left()
+
+    def look(self, tab: int, view: str) -> None:
+        """Fit a view into a tab's canvas, however the present one was turned."""
+        self._views[tab] = view
         self._sizes.pop(tab, None)
         if tab in self._clients:
             self._fit(self._clients[tab])
@@ -152,6 +169,7 @@ class Tabs:
         self._clients.pop(tab, None)
         self._sizes.pop(tab, None)
         self._roles.pop(tab, None)
+        self._views.pop(tab, None)
         if was_active:
             self._active_left()
 
@@ -162,14 +180,17 @@ class Tabs:
             return
         self._sizes[client.client_id] = size_px
         with client.atomic():
-            self._fit_scene(client.camera)
+            self._fit_scene(client.camera, self._views.get(client.client_id, self._first_view))
         client.flush()
 
 
 def _banner(role: Role, words: str) -> str:
-    dim = (
-        "<style>.mantine-Paper-root[data-with-border] { opacity: .45; pointer-events: none; }</style>"
-        if role is Role.WATCHING
-        else ""
-    )
-    return (element("role", words, "fh-role", tag="div") if words else "") + dim
+    told = element("role", words, "fh-role", tag="div") if words else ""
+    return told + (_WATCHER_STYLE if role is Role.WATCHING else "")
+
+
+_WATCHER_STYLE = """<style>
+.mantine-Paper-root[data-with-border]:not(:has(.fh-here-take, .fh-here-view)) :is(.mantine-Button-root, input, [role=slider]) { visibility: hidden; }
+.mantine-Paper-root[data-with-border]:has(.fh-here-take) { display: block; }
+</style>"""
+"""Only what a watching tab may press is drawn in it, and can be reached by its keyboard."""

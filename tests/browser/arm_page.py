@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from playwright.sync_api import Locator, expect
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.local_site.view.scene.arm.arm_bodies import arm_camera, base_m
-from farhand.local_site.view.scene.arm.arm_scene import SIZE_M
+from farhand.local_site.view.scene.arm.arm_camera import arm_camera, base_m
+from farhand.local_site.view.scene.arm.hand_gizmo import SIZE_M
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.board_picture import blueness, picture_of
@@ -115,10 +115,10 @@ class ArmPage(OperatorPage):
             axis: 0, 1 or 2: of the tool.
             length_m: How far [m].
             n_moves: Of the mouse.
-            view_reset: Whether `Reset view` was pressed already: a click takes a busy browser seconds.
+            view_reset: Whether `Both` was pressed already: a click takes a busy browser seconds.
         """
         if not view_reset:
-            self.press("Reset view")
+            self.press("Both")
         mouse, frame = self.page.mouse, TaskFrame.at(tip)
         along = np.eye(3)[axis]
         mouse.move(*self.arm_pixel(frame.to_world(_GRIP_M * along)))

@@ -79,7 +79,7 @@ class OperatorPage:
 
     def tells(self, words: str | re.Pattern[str]) -> None:
         """Wait until a message says this."""
-        expect(self.tp("message").filter(has_text=words).first).to_be_visible(timeout=WAIT_MS)
+        expect(self.tp("message").filter(has_text=words).first).to_be_attached(timeout=WAIT_MS)
 
     def advises(self, words: str) -> None:
         """Wait until the advice on the next step names this."""
@@ -94,12 +94,27 @@ class OperatorPage:
     # Buttons and sliders ------------------------------------------------------------------------
 
     def button(self, label: str) -> Locator:
-        """A button by its label."""
-        return self.page.get_by_role("button", name=label, exact=True)
+        """A button by its label, on the action line or in the drawer, whether that is open or not."""
+        return self.page.locator("button:not(.fh-own)").filter(has_text=re.compile(f"^{re.escape(label)}$"))
+
+    @contextmanager
+    def reachable(self, it: Locator) -> Iterator[None]:
+        """Open the drawer if that is where it is, and close it again."""
+        expect(it).to_be_attached(timeout=WAIT_MS)
+        hidden = not it.is_visible()
+        if hidden:
+            self.page.locator("#fh-menu").click()
+        yield
+        if hidden:
+            self.page.locator("#fh-menu").click()
 
     def press(self, label: str) -> None:
         """Press a button once it may be pressed."""
-        self.button(label).click()
+        if label == "STOP":
+            self.page.locator("#fh-stop").click()
+            return
+        with self.reachable(self.button(label)):
+            self.button(label).click()
 
     def command(self, label: str, mode: str) -> None:
         """Press a button and wait for the robot's report of the mode that it leads to."""
@@ -109,7 +124,7 @@ class OperatorPage:
     def insist(self, label: str, name: str, words: str | re.Pattern[str]) -> None:
         """Press a button until the page says this: on a busy machine a command may come too late, and is refused."""
         for _ in range(4):
-            if self.button(label).is_enabled():
+            if label == "STOP" or (self.button(label).count() and self.button(label).is_enabled()):
                 self.press(label)
             with suppress(AssertionError):
                 expect(self.tp(name)).to_have_text(words, timeout=WAIT_MS / 6.0)
@@ -129,8 +144,9 @@ class OperatorPage:
 
     def slide(self, label: str, value: float) -> None:
         """Type a slider's value."""
-        self.slider(label).fill(f"{value:g}")
-        self.slider(label).press("Enter")
+        with self.reachable(self.slider(label)):
+            self.slider(label).fill(f"{value:g}")
+            self.slider(label).press("Enter")
 
     def disarmed(self) -> None:
         """Bring the robot to DISARMED, whatever it does."""

@@ -19,12 +19,17 @@ def test_a_second_tab_watches_until_the_first_is_closed(tab: OperatorPage, new_t
     watching.says("session", "watching")
     assert told(watching) == told(tab)
     expect(watching.tp("role")).to_contain_text("This tab watches")
-    watching.button("Disarm").dispatch_event("click")
+    watching.button("Disarm").dispatch_event("click")  # it is not to be seen, but a script may press it
     expect(watching.tp("role")).to_contain_text("this tab only watches", timeout=WAIT_MS)
     expect(tab.tp("role")).to_have_count(0)  # what another tab tries does not stand here
     watching.says("mode", "HOLD")
     watching.command("STOP", "STOPPED")  # anybody may stop
     tab.command("Reset", "DISARMED")
+    watching.press("Take over")
+    watching.says("session", "active")
+    tab.says("session", "watching")
+    tab.press("Take over")
+    watching.says("session", "watching")
     tab.page.close()
     watching.says("session", "free")
     watching.command("Arm", "HOLD")

@@ -42,7 +42,7 @@ def test_an_operator_couples_drives_and_clutches(tab: ArmPage) -> None:
     tab.command("Arm", "HOLD")
     arm, before_mm = HeldArm("insert", JACO, tab.seed).view(), tab.number("depth")
     for _ in range(4):  # a browser that is busy drawing may take longer than the robot waits for a hand
-        tab.insist("Reset view", "mode", "HOLD")
+        tab.insist("Both", "mode", "HOLD")
         tab.insist("Couple", "mode", "DIRECT")
         with (
             tab.hold_arrow(arm.tip, axis=2, length_m=0.05, n_moves=4, view_reset=True),

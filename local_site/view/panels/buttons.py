@@ -72,43 +72,40 @@ def _local(
 
 
 STOP = _command(Action.STOP, "STOP", "red")
-TEACH = (
-    _local("Record", intents.RecordDemonstration(), lambda state: Action.RECORD in state.pending),
-    _local("End", intents.EndDemonstration()),
-    replace(
-        _local("Keep anyway", intents.EndDemonstration(anyway=True), colour="gray"),
-        offered=lambda state: bool(state.miss),
-    ),
-    _local("Undo", intents.Undo(), colour="gray"),
-    _local("Load samples", intents.LoadSamples(), colour="gray"),
-    _local("Send model", intents.SendModel(), lambda state: state.sending_model),
+RECORD = _local("Record", intents.RecordDemonstration(), lambda state: Action.RECORD in state.pending)
+END = _local("End", intents.EndDemonstration())
+KEEP = replace(
+    _local("Keep anyway", intents.EndDemonstration(anyway=True), colour="gray"),
+    offered=lambda state: bool(state.miss),
 )
-TEACH_ARM = (
-    *TEACH,
-    _local("Align", intents.Align(), colour="gray"),
-    _local("New place", intents.ResetArm(), colour="gray"),
+UNDO = _local("Undo", intents.Undo(), colour="gray")
+LOAD_SAMPLES = _local("Load samples", intents.LoadSamples(), colour="gray")
+SEND_MODEL = _local("Send model", intents.SendModel(), lambda state: state.sending_model)
+ALIGN = replace(
+    _local("Align", intents.Align(), colour="gray"), offered=lambda state: state.own_arm is not None
+)
+NEW_PLACE = replace(
+    _local("New place", intents.ResetArm(), colour="gray"), offered=lambda state: state.own_arm is not None
 )
 SEND_LIBRARY = _local("Send library", intents.SendLibrary(), lambda state: state.sending_library)
-LIBRARY = (_local("Start anew", intents.StartAnew()), _local("Recover", intents.Recover()))
+START_ANEW = _local("Start anew", intents.StartAnew(), colour="gray")
+RECOVER = _local("Recover", intents.Recover(), colour="gray")
+ARM, DISARM = _command(Action.ARM, "Arm"), _command(Action.DISARM, "Disarm", "gray")
+COUPLE, CLUTCH = _command(Action.COUPLE, "Couple"), _command(Action.CLUTCH, "Clutch")
+PREVIEW, EXECUTE = _command(Action.PREVIEW, "Preview"), _command(Action.EXECUTE, "Execute", "green")
+PAUSE, RESUME = _command(Action.PAUSE, "Pause", "orange"), _command(Action.RESUME, "Resume", "green")
+ABORT, RESET = _command(Action.ABORT, "Abort", "orange"), _command(Action.RESET, "Reset")
+RETRACT, GO_TO_READY = _command(Action.RETRACT, "Retract"), _command(Action.GO_TO_READY, "Go to ready")
+ASK, HAND_OVER = _wish(Wish.ASK, "Ask for control"), _wish(Wish.GIVE, "Hand over", "yellow")
+ONLY_WATCH = _wish(Wish.WATCH, "Only watch")
+
+TEACH = (RECORD, END, KEEP, UNDO, LOAD_SAMPLES, SEND_MODEL, ALIGN, NEW_PLACE)
+LIBRARY = (SEND_LIBRARY, START_ANEW, RECOVER)
 ROBOT = (
-    _command(Action.ARM, "Arm"),
-    _command(Action.DISARM, "Disarm", "gray"),
-    _command(Action.COUPLE, "Couple"),
-    _command(Action.CLUTCH, "Clutch"),
-    _command(Action.PREVIEW, "Preview", "gray"),
-    _command(Action.EXECUTE, "Execute", "green"),
-    _command(Action.ABORT, "Abort", "orange"),
-    _command(Action.PAUSE, "Pause", "orange"),
-    _command(Action.RESUME, "Resume", "green"),
-    _command(Action.RETRACT, "Retract", "gray"),
-    _command(Action.GO_TO_READY, "Go to ready", "gray"),
-    _command(Action.RESET, "Reset", "gray"),
-)
-CONTROL = (
-    _wish(Wish.ASK, "Ask for control"),
-    _wish(Wish.GIVE, "Hand over", "yellow"),
-    _wish(Wish.WATCH, "Only watch"),
-)
+    ARM, DISARM, COUPLE, CLUTCH, PREVIEW, EXECUTE, ABORT, PAUSE, RESUME, RETRACT, GO_TO_READY, RESET,
+)  # fmt: skip
+CONTROL = (ASK, HAND_OVER, ONLY_WATCH)
+EVERY = (*TEACH, *LIBRARY, *ROBOT, *CONTROL)
 
 
 class Buttons:
@@ -121,30 +118,49 @@ class Buttons:
     """
 
     def __init__(self, gui: viser.GuiApi, specs: tuple[ButtonSpec, ...], on_press: OnPress):
-        self._handles = [(spec, self._add(gui, spec, on_press)) for spec in specs]
+        self._handles = [(spec, add_button(gui, spec, on_press)) for spec in specs]
 
     @property
     def handles(self) -> list[viser.GuiButtonHandle]:
         """Buttons in the order of their specifications."""
         return [handle for _, handle in self._handles]
 
-    def draw(self, state: ConsoleState) -> None:
-        """Enable what may be pressed, and mark what is pending."""
+    def draw(self, state: ConsoleState, elsewhere: tuple[ButtonSpec, ...] = ()) -> None:
+        """Draw what may be pressed and is not drawn elsewhere, and mark what is pending."""
         for spec, handle in self._handles:
-            disabled, pending = not spec.enabled(state), spec.pending(state)
-            if handle.disabled != disabled:
-                handle.disabled = disabled
-            icon = _PENDING_ICON if pending else None
-            if handle.icon != icon:
-                handle.icon, handle.color = icon, "yellow" if pending else spec.colour
+            visible = spec not in elsewhere and (spec.enabled(state) or spec.pending(state))
+            if handle.visible != visible:
+                handle.visible = visible
+            show_state(handle, spec, state, primary=spec is STOP)
 
-    @staticmethod
-    def _add(gui: viser.GuiApi, spec: ButtonSpec, on_press: OnPress) -> viser.GuiButtonHandle:
-        handle = gui.add_button(spec.label, color=spec.colour)
 
-        async def pressed(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            if event.client_id is not None:
-                on_press(event.client_id, spec)
+def add_button(gui: viser.GuiApi, spec: ButtonSpec, on_press: OnPress) -> viser.GuiButtonHandle:
+    """Add a button whose press is only enqueued."""
+    handle = gui.add_button(spec.label, color=spec.colour)
 
-        handle.on_click(pressed)
-        return handle
+    async def pressed(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        if event.client_id is not None:
+            on_press(event.client_id, spec)
+
+    handle.on_click(pressed)
+    return handle
+
+
+def show_state(
+    handle: viser.GuiButtonHandle,
+    spec: ButtonSpec,
+    state: ConsoleState,
+    primary: bool,
+    order: float | None = None,
+) -> None:
+    """Enable a button that may be pressed, mark a pending one, and fill the primary one."""
+    pending = spec.pending(state)
+    wanted: dict[str, object] = {
+        "disabled": not spec.enabled(state),
+        "icon": _PENDING_ICON if pending else None,
+        "color": "yellow" if pending else spec.colour if primary else "gray",
+        "order": handle.order if order is None else order,
+    }
+    for name, value in wanted.items():
+        if getattr(handle, name) != value:
+            setattr(handle, name, value)

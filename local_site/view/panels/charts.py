@@ -66,7 +66,7 @@ class LinkHistory:
         delay_s = 0.5 * link.round_trip_s if link.round_trip_s is not None else None
         self._samples.append(LinkSample(now_s, delay_s, link.age_s, max(missed, 0)))
         self._html.show(
-            f'<div class="fh-lower fh-history" data-tp="history" data-missed="{link.n_missed}">'
+            f'<div class="fh-lower" data-tab="link" data-tp="history" data-missed="{link.n_missed}">'
             f'<div class="fh-caption">{text(link_name)}: <b class="fh-delay">— delay</b> '
             f'<b class="fh-age">— age</b> <b class="fh-loss">▮ missing {link.n_missed}</b></div>'
             f"{history_svg([s for s in self._samples if now_s - s.time_s <= _SPAN_S], now_s)}</div>"
@@ -144,7 +144,7 @@ class TransitionGraph:
         self._shown = (model, active)
         content = graph_svg(model, active) if model is not None else _EMPTY
         self._html.show(
-            f'<div class="fh-lower fh-graph" data-tp="graph" data-active="{active}">{content}</div>'
+            f'<div class="fh-lower" data-tab="model" data-tp="graph" data-active="{active}">{content}</div>'
         )
 
 

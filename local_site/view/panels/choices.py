@@ -8,11 +8,12 @@ from functools import partial
 import viser
 
 from farhand.common.clock import elapsed_s
-from farhand.common.control_mode import Action
+from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import SLOWEST_PACE
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState, TaskStanding
 from farhand.local_site.view.panels.html import Html, element, text
+from farhand.local_site.view.scene.nodes import Layers
 
 Submit = Callable[[intents.Intent], None]
 Act = Callable[[int, Callable[[], None]], None]
@@ -41,9 +42,12 @@ class AutoSendSwitch:
             self._box.value = state.auto_send
 
 
+_HIDDEN = (55, 65, 81)
 _STILL_S = 0.3
 """Rest of the slider after which its value is sent, because a drag has dozens of values [s]."""
 _STEP_PERCENT = 5.0
+_PACED = (ControlMode.HOLD, ControlMode.AUTONOMOUS, ControlMode.PAUSED)
+"""Modes in which the robot moves by itself, or is about to."""
 
 
 class PaceSlider:
@@ -72,6 +76,9 @@ class PaceSlider:
     def draw(self, state: ConsoleState, now_s: float) -> None:
         """Send the chosen value once the slider rests; otherwise show the reported one."""
         robot, sending = state.robot, Action.SET_PACE in state.pending
+        moves = state.mode in _PACED
+        if self._slider.visible != moves:
+            self._slider.visible = moves
         if self._wanted is not None:
             if not sending and now_s - self._moved_s >= _STILL_S:
                 pace = min(max(self._wanted / 100.0, SLOWEST_PACE), 1.0)
@@ -98,9 +105,12 @@ class TaskChoice:
 
     def __init__(self, gui: viser.GuiApi, state: ConsoleState, submit: Submit, act: Act):
         names = tuple(task.name for task in state.tasks)
-        self._several = len(names) > 1
-        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Task", names, visible=self._several)
-        self._standings = Html(gui)
+        gui.add_html(
+            '<i class="fh-here fh-here-task"></i>'
+            if len(names) > 1
+            else '<i class="fh-here fh-here-none"></i>'
+        )
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Task", names, visible=len(names) > 1)
 
         @self._choice.on_update
         async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
@@ -111,9 +121,48 @@ class TaskChoice:
         """Show the console's state."""
         if self._choice.value != state.task.name:
             self._choice.value = state.task.name
-        if self._several:
-            lines = "".join(map(_line, state.tasks))
-            self._standings.show(f'<div class="fh-tasks">{lines}</div>')
+
+
+class Standings:
+    """List of how far each task is: how often it was taught, and whether the robot has its model.
+
+    Args:
+        gui: GUI of the server.
+    """
+
+    def __init__(self, gui: viser.GuiApi):
+        self._html = Html(gui)
+
+    def draw(self, state: ConsoleState) -> None:
+        """Show the console's state."""
+        self._html.show(f'<div class="fh-tasks">{"".join(map(_line, state.tasks))}</div>')
+
+
+class Legend:
+    """Chips that name the scene's layers by colour, and hide and show them.
+
+    Args:
+        gui: GUI of the server.
+        layers: Layers of the scene.
+        act: Has a tab's action done, from the server's thread; only enqueues.
+    """
+
+    def __init__(self, gui: viser.GuiApi, layers: Layers, act: Act):
+        self._layers = layers
+        self._chips = {name: gui.add_button(name, hint=f"Show or hide: {name}") for name in layers.colours}
+        for name, chip in self._chips.items():
+
+            @chip.on_click
+            async def _(event: viser.GuiEvent[viser.GuiButtonHandle], name: str = name) -> None:
+                if event.client_id is not None:
+                    act(event.client_id, partial(layers.toggle, name))
+
+    def draw(self) -> None:
+        """Fill the chips of the shown layers with their colour."""
+        for name, chip in self._chips.items():
+            colour = self._layers.colours[name] if self._layers.shown(name) else _HIDDEN
+            if chip.color != colour:
+                chip.color = colour
 
 
 def _line(task: TaskStanding) -> str:

@@ -33,7 +33,7 @@ class AdvicePanel:
     def draw(self, state: ConsoleState) -> None:
         """Show the advice."""
         refused = refusal(state)
-        told = element("refusal", refused, "fh-not-done", tag="div") if refused else ""
+        told = element("refusal", refused, "fh-not-done", tag="div", role="status") if refused else ""
         hidden = {"hidden": ""} if refused else {}
         self._html.show(
             f'<div class="fh-advice"><i>{"not done" if refused else "next"}</i>{told}'
@@ -99,7 +99,7 @@ def _teaching_advice(state: ConsoleState, words: Words) -> str:
     if learned is None and state.can_recover:
         return "A demonstration was under way when this site ended: press Recover to learn it."
     if learned is None:
-        return f"Teach: press Record and {words.recording} on the LOCAL side, or press Load samples."
+        return f"Teach: press Record and {words.recording}, or press Load samples."
     if state.sending_model:
         return "The model is on its way: wait until the robot confirms it."
     if learned.sha256 != state.confirmed_sha256:

@@ -34,14 +34,14 @@ _AGE_STEP_S, _AGE_PERIOD_S = 0.03, 0.5
 
 
 class StatusStrip:
-    """Strip with the titles of the boards below it. Used by the page's thread.
+    """Strip, and the cards at the lower edge of the canvas. Used by the page's thread.
 
     Args:
         gui: GUI of the server.
     """
 
     def __init__(self, gui: viser.GuiApi):
-        self._strip, self._alarm, self._titles = Html(gui), Html(gui), Html(gui)
+        self._strip, self._alarm, self._cards, self._frame = Html(gui), Html(gui), Html(gui), Html(gui)
         self._age_s, self._age_shown_s = 0.0, float("-inf")
 
     def draw(self, state: ConsoleState, ghost: Ghost | None, now_s: float) -> None:
@@ -50,11 +50,12 @@ class StatusStrip:
         old = " fh-strip-old" if state.link.health is not LinkHealth.OK else ""
         self._strip.show(f'<div class="fh-strip{old}">{_cells(state, age, now_s)}</div>')
         self._alarm.show(_alarm(state, ghost, now_s))
-        self._titles.show(
-            '<div class="fh-titles"><div class="fh-local"><b>LOCAL</b> '
+        self._frame.show('<div class="fh-coupled"></div>' if state.coupled else "")
+        self._cards.show(
+            '<div class="fh-card fh-local"><b>YOURS</b> '
             + element("recording", "RECORDING" if state.recording else "", "fh-recording")
             + f" {local_words(state, words)}</div>"
-            f'<div class="fh-remote"><b>REMOTE</b> {_remote_words(state, age, ghost, words)}</div></div>'
+            f'<div class="fh-card fh-remote"><b>ROBOT</b> {_remote_words(state, age, ghost, words)}</div>'
         )
 
     def _age(self, state: ConsoleState, now_s: float) -> str:
@@ -82,7 +83,7 @@ def _cells(state: ConsoleState, age: str, now_s: float) -> str:
             _cell("mode", element("mode", mode.name if mode else "UNKNOWN", f"fh-mode fh-{mode or 'unknown'}"),
                   f'<span class="fh-note">{element("phase", state.phase.upper())} {element("pace", _pace(state))}</span>'),
             _cell("in control", element("holder", holder), element("lease", _lease_words(state), "fh-note")),
-            _cell("age of data", element("age", age)),
+            _cell("data age", element("age", age)),
             _cell("link", element("link", link, f"fh-link fh-{link.lower()}"),
                   element("silence", _silence_words(state, now_s), "fh-note")),
             _cell(_model_title(state), f"{element('components', n_components)} components",

@@ -41,8 +41,8 @@ _BOARD = Words(
     own="your board",
     recording="draw into the U",
     driving="your hand drives the robot: drag here",
-    teach="Draw with the mouse on the LOCAL board, into the U",
-    drive="Drag on the LOCAL board",
+    teach="Draw with the mouse on your own board, into the U",
+    drive="Drag on your own board",
     target="the U",
     arrived="Drag the robot's U, press Execute again, or Clutch to end.",
 )
@@ -50,15 +50,15 @@ _INSERT = Words(
     own="your arm",
     recording="drag the arrows, into the receptacle",
     driving="your hand drives the robot: drag the arrows",
-    teach="Align turns the LOCAL plug along the bore: drag its arrows until it is in the receptacle",
-    drive="Drag the arrows at the LOCAL plug",
+    teach="Align turns your own plug along the bore: drag its arrows until it is in the receptacle",
+    drive="Drag the arrows at your own plug",
     target="the receptacle",
     arrived="Press Retract to pull the plug out, or Clutch to end.",
 )
 _EXTRACT = replace(
     _INSERT,
     recording="drag the arrows, out of the receptacle",
-    teach="Drag the arrows at the LOCAL plug until it is out of the receptacle",
+    teach="Drag the arrows at your own plug until it is out of the receptacle",
     arrived="Press Clutch to end.",
 )
 

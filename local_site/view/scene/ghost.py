@@ -5,6 +5,7 @@ It is the committed path at (stamp + time since receipt + half the round trip).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from farhand.common.control_mode import ControlMode
+from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath, Telemetry
@@ -20,6 +22,8 @@ from farhand.common.wire.motion_encoding import points_of
 from farhand.local_site.console.console_state import ConsoleState
 
 Array = NDArray[np.float64]
+
+_UNMOVED_M = 2e-3
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,40 @@ def shown_path(state: ConsoleState) -> PlannedPath | None:
         return path
     previewed = path.plan_id and path.plan_id == state.plan_id
     return path if state.mode is ControlMode.HOLD and previewed else None
+
+
+def shown_points(state: ConsoleState) -> Array | None:
+    """Return the points of the path to draw, in the task frame; None without one. Shape (n, C).
+
+    A preview begins where the robot stands, however its target has moved since, and ends at the target.
+    """
+    path, robot = shown_path(state), state.robot
+    if path is None or robot is None:
+        return None
+    points = points_of(path)
+    if state.mode is not ControlMode.HOLD or len(points) < 2:
+        return points
+    n_dims = min(points.shape[1], 3)
+    steps_m = np.linalg.norm(np.diff(points[:, :n_dims], axis=0), axis=1)
+    left = 1.0 - np.concatenate([[0.0], np.cumsum(steps_m)]) / max(float(steps_m.sum()), 1e-9)
+    anchored = points.copy()
+    anchored[:, :n_dims] += left[:, None] * (_tip_in_frame(robot)[:n_dims] - points[0, :n_dims])
+    return anchored
+
+
+def unmoved(before: Array | None, after: Array | None) -> bool:
+    """Decide whether two curves look alike, so that the later one need not be sent."""
+    if before is None or after is None:
+        return before is after
+    return before.shape == after.shape and float(np.abs(before - after).max()) < _UNMOVED_M
+
+
+def robot_name(name: str, state: ConsoleState, now_s: float) -> str:
+    """Return the robot's name in the scene, with the age of what is drawn when that is old."""
+    age_s = state.link.age_s
+    if state.link.health is LinkHealth.OK or age_s is None:
+        return name
+    return f"{name}, {math.floor(age_s + now_s - state.now_s)} s ago"
 
 
 def predict(state: ConsoleState, now_s: float) -> Ghost | None:
@@ -80,6 +118,15 @@ def reported_tip(robot: Telemetry) -> Array:
     """Return the tip of the robot's tool in the task frame, as a pose. Shape (7,)."""
     turn = robot.arm.rotation_rad if robot.arm is not UNSET else (0.0, 0.0, 0.0)
     return TaskFrame.at(reported_frame(robot)).to_local(_pose(robot.position_m, turn))
+
+
+def _tip_in_frame(robot: Telemetry) -> Array:
+    """Return where the robot is in the task frame: the position of its point, or of its tool's tip. Shape (>= D,) [m]."""
+    if robot.arm is not UNSET or len(robot.position_m) == 3:
+        return reported_tip(robot)
+    angle = robot.frame_rotation_rad[0] if robot.frame_rotation_rad else 0.0
+    x, y = np.subtract(robot.position_m, robot.frame_origin_m)
+    return np.array([math.cos(angle) * x + math.sin(angle) * y, math.cos(angle) * y - math.sin(angle) * x])
 
 
 def _pose(position_m: tuple[float, ...], rotation_rad: tuple[float, ...]) -> Array:

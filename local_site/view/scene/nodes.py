@@ -73,6 +73,36 @@ SEEN_UNCHANGED: Limits = (2e-3, 2e-2)
 NO_SHADOW: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 
 
+class Layers:
+    """Parts of a scene that the operator hides and shows by name. Used by the page's thread.
+
+    Args:
+        scene: Scene of the server.
+        colours: Colour of each layer by its name.
+    """
+
+    def __init__(self, scene: viser.SceneApi, colours: dict[str, Rgb]):
+        self._scene, self.colours = scene, colours
+        self._hidden: set[str] = set()
+        self._nodes: dict[str, dict[str, viser.FrameHandle]] = {name: {} for name in colours}
+
+    def node(self, layer: str, name: str) -> str:
+        """Add a node of a layer, or replace it; return its name, below which the layer's parts are drawn."""
+        visible = layer not in self._hidden
+        self._nodes[layer][name] = self._scene.add_frame(name, show_axes=False, visible=visible)
+        return name
+
+    def shown(self, layer: str) -> bool:
+        """Return whether a layer is shown."""
+        return layer not in self._hidden
+
+    def toggle(self, layer: str) -> None:
+        """Hide a layer, or show it again."""
+        self._hidden ^= {layer}
+        for node in self._nodes[layer].values():
+            show(node, self.shown(layer))
+
+
 def moved(before: Array, after: Array, limits: Limits = UNCHANGED) -> bool:
     """Decide whether any of some poses has moved. Shapes (..., 7)."""
     change = np.abs(POSE.log(before, after))

@@ -1,4 +1,4 @@
-"""Colours of the page: grey is normal, saturated is abnormal; local blue, remote amber, predicted green."""
+"""Colours of the page: grey is normal, saturated is abnormal; local blue, remote amber, predicted magenta."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LOCAL_GRID: Rgb = (54, 73, 104)
 REMOTE_GRID: Rgb = (92, 77, 57)
 LOCAL: Rgb = (96, 165, 250)
 REMOTE: Rgb = (251, 178, 60)
-PREDICTED: Rgb = (74, 222, 128)
+PREDICTED: Rgb = (232, 121, 249)
 OLD: Rgb = (140, 140, 140)
 ACTIVE: Rgb = (255, 255, 255)
 TARGET: Rgb = (226, 232, 240)
@@ -28,9 +28,9 @@ CURRENT_STROKE: Rgb = (255, 255, 255)
 
 
 def component_colour(phase: float) -> Rgb:
-    """Return a component's colour by its time in the motion, from 0 (violet) to 1 (yellow)."""
-    hue = 0.78 - 0.64 * min(max(phase, 0.0), 1.0)
-    red, green, blue = colorsys.hls_to_rgb(hue, 0.62, 0.72)
+    """Return a component's colour by when it is visited in the motion: one hue, from 0 (dark) to 1 (pale)."""
+    light = 0.34 + 0.46 * min(max(phase, 0.0), 1.0)
+    red, green, blue = colorsys.hls_to_rgb(0.475, light, 0.55)
     return round(255 * red), round(255 * green), round(255 * blue)
 
 

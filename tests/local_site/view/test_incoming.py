@@ -48,7 +48,7 @@ def opened(data_dir: Path) -> Iterator[tuple[Desk, Page]]:
 def tab_of(page: Page) -> Iterator[RawClient]:
     with raw_connection(page.address) as connection:
         client = RawClient(connection)
-        client.uuid("Reset view")  # the last element: all were sent
+        client.uuid("Path")  # the last element: all were sent
         yield client
 
 

@@ -1,28 +1,26 @@
 """Scene of an arm's task: the operator's arm on the left, the robot on the right, with light and water.
 
-The robot's side is drawn as last reported: its arm, its receptacle with the model, the path, and its ghost. At the tip
-of the operator's arm are arrows and rings to drag: the operator's hand, which teaches, or drives while coupled.
+The robot's side is drawn as last reported: its arm, its receptacle with the model, the path, and its ghost.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 import viser
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from farhand.common.clock import elapsed_s
 from farhand.common.link.link_monitor import LinkHealth
-from farhand.common.wire.messages import PlannedPath, Telemetry
-from farhand.common.wire.motion_encoding import points_of
+from farhand.common.wire.messages import Telemetry
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette
-from farhand.local_site.view.scene.arm.arm_bodies import FOV_RAD, LOCAL, REMOTE, ArmBodies, arm_camera, base_m
+from farhand.local_site.view.scene.arm.arm_bodies import LOCAL, REMOTE, ArmBodies
+from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, VIEWS, arm_camera, base_m
+from farhand.local_site.view.scene.arm.hand_gizmo import Act, HandGizmo
 from farhand.local_site.view.scene.arm.task_drawing import (
     Curves,
     Demonstrations,
@@ -30,10 +28,21 @@ from farhand.local_site.view.scene.arm.task_drawing import (
     ReceptacleDrawing,
     add_platform,
 )
-from farhand.local_site.view.scene.ghost import Ghost, predict, reported_frame, shown_path
-from farhand.local_site.view.scene.nodes import add_solids, put, show
+from farhand.local_site.view.scene.ghost import (
+    Ghost,
+    predict,
+    reported_frame,
+    robot_name,
+    shown_points,
+    unmoved,
+)
+from farhand.local_site.view.scene.nodes import Layers, add_solids, put, show
+from farhand.local_site.view.scene.palette import Rgb
 
 _GHOST_OPACITY = 0.55
+_ROBOT_NAME = "ROBOT"
+_NAME_M = (0.0, -0.13, 0.26)
+"""Place of an arm's name, from its base [m]."""
 
 
 class RemoteArm:
@@ -44,20 +53,25 @@ class RemoteArm:
         parent: Name of the node of its base.
         description: Description of the robot.
         bodies: Draws the links.
+        layers: What the operator hides and shows.
     """
 
-    def __init__(self, scene: viser.SceneApi, parent: str, description: SceneDescription, bodies: ArmBodies):
+    def __init__(
+        self, scene: viser.SceneApi, parent: str, description: SceneDescription, bodies: ArmBodies, layers: Layers
+    ):  # fmt: skip
         self.description, self._bodies = description, bodies
         """Description of the robot's drawing."""
         self._node = scene.add_frame(parent, show_axes=False, position=base_m(remote=True))
         add_platform(scene, parent, description)
         self._receptacle = ReceptacleDrawing(scene, parent, description)
         frame = self._receptacle.name
-        self._model, self._line = Ellipsoids(scene, frame), Curves(scene, f"{frame}/path", 6.0)
-        self._ghost = scene.add_frame(f"{frame}/ghost", show_axes=False, visible=False)
+        model, predicted = layers.node("Model", f"{frame}/model"), layers.node("Path", f"{frame}/predicted")
+        self._model, self._line = Ellipsoids(scene, model), Curves(scene, f"{predicted}/path", 6.0)
+        self._ghost = scene.add_frame(f"{predicted}/ghost", show_axes=False, visible=False)
         seen = (*description.tool.meshes, *description.held)
-        add_solids(scene, f"{frame}/ghost", seen, palette.PREDICTED, opacity=_GHOST_OPACITY)
-        self._path: PlannedPath | None = None
+        add_solids(scene, f"{predicted}/ghost", seen, palette.PREDICTED, opacity=_GHOST_OPACITY)
+        self._name = scene.add_label(f"{parent}/name", _ROBOT_NAME, position=_NAME_M, anchor="center-left")
+        self._path: NDArray[np.float64] | None = None
         self._shown: tuple[Telemetry, bool] | None = None
 
     def remove(self) -> None:
@@ -70,10 +84,13 @@ class RemoteArm:
         if robot is None:
             return None
         self._draw_report(robot, old=state.link.health is not LinkHealth.OK)
+        name = robot_name(_ROBOT_NAME, state, now_s)
+        if self._name.text != name:
+            self._name.text = name
         has = state.robot_model
         self._model.show(has.model if has is not None else None, robot.component)
         arrived = state.phase.at_end
-        self._draw_path(None if arrived else shown_path(state))
+        self._draw_path(None if arrived else shown_points(state))
         ghost = None if arrived else predict(state, now_s)
         if ghost is not None:
             put(self._ghost, self.description.tool_at(ghost.point))
@@ -89,71 +106,20 @@ class RemoteArm:
         self._bodies.draw_age(old)
         self._receptacle.draw(reported_frame(robot), old)
 
-    def _draw_path(self, path: PlannedPath | None) -> None:
-        if path is self._path:
+    def _draw_path(self, points: NDArray[np.float64] | None) -> None:
+        if (points is None and self._path is None) or unmoved(self._path, points):
             return
-        self._path = path
-        curves = [points_of(path)[:, :3]] if path is not None else []
+        self._path = points
+        curves = [points[:, :3]] if points is not None else []
         self._line.show(curves, [palette.many([palette.PREDICTED])] * len(curves))
 
 
-Array = NDArray[np.float64]
-Act = Callable[[int, Callable[[], None]], None]
-
-SIZE_M = 0.24
-"""Length of the arrows. The arcs have two thirds of it and are picked within a few pixels: in a smaller gizmo they would
-cover the ends of arrows that point away from the camera [m]."""
-_REACH_M = 2.0
-"""Largest distance of a hand from the arm's base along an axis [m]."""
-
-
-class HandGizmo:
-    """Gizmo that turns drags into intents. Its callback only enqueues; the page's thread does the rest.
-
-    Args:
-        scene: Scene of the server.
-        parent: Name of the node of the operator's arm's base.
-        submit: Hands an intent to the console.
-        act: Has a tab's action done.
-    """
-
-    def __init__(
-        self, scene: viser.SceneApi, parent: str, submit: Callable[[intents.Intent], None], act: Act
-    ):
-        self._submit, self._held = submit, False
-        self._hand = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-        self._node = scene.add_transform_controls(
-            f"{parent}/hand", SIZE_M, line_width=3.0, depth_test=False, opacity=0.9
-        )
-
-        @self._node.on_update
-        async def _(event: viser.TransformControlsEvent) -> None:
-            pose = np.concatenate([event.target.position, event.target.wxyz])
-            if event.client_id is not None:
-                act(event.client_id, partial(self._drag, event.phase, pose))
-
-    def draw(self, tip: Array) -> None:
-        """Place the gizmo at the arm's tip, unless it is being dragged. Shape (7,)."""
-        if not self._held:
-            put(self._node, tip)
-
-    def let_go(self) -> None:
-        """End the drag of a closed tab."""
-        if self._held:
-            self._drag("end", self._hand)
-
-    def _drag(self, phase: str, pose: Array) -> None:
-        """Check and submit a drag of a tab; an impossible pose changes nothing, but can still end the drag."""
-        good = np.isfinite(pose).all() and np.abs(pose[:3]).max() <= _REACH_M and pose[3:].any()
-        if not good and phase != "end":
-            return
-        if good:
-            self._hand = np.concatenate([pose[:3], pose[3:] / np.linalg.norm(pose[3:])])
-        self._held = phase != "end"
-        self._submit(intents.Hand(tuple(self._hand.tolist()), elapsed_s(), released=not self._held))
-
-
 _LOCAL, _REMOTE, _ARMS, _ROBOT = "/local", "/remote", "/arms", "/robot"
+_RINGS = "Turn"
+_LAYERS: dict[str, Rgb] = {
+    "Demonstrations": palette.STROKE, "Model": palette.component_colour(0.5), "Path": palette.PREDICTED,
+    _RINGS: palette.LOCAL,
+}  # fmt: skip
 
 
 class ArmScene:
@@ -173,6 +139,8 @@ class ArmScene:
         submit: Callable[[intents.Intent], None],
         act: Act,
     ):
+        self.views = VIEWS
+        """Names of the views; the first one shows all."""
         scene.set_up_direction("+z")
         add_water(scene)
         self._scene, self._own = scene, own
@@ -182,8 +150,12 @@ class ArmScene:
         self._robots_own: ArmBodies | None = None
         add_platform(scene, _LOCAL, own)
         self._receptacle = ReceptacleDrawing(scene, _LOCAL, own)
-        self._model = Ellipsoids(scene, self._receptacle.name)
-        self._demonstrations = Demonstrations(scene, self._receptacle.name)
+        self.layers = Layers(scene, _LAYERS)
+        self._model = Ellipsoids(scene, self.layers.node("Model", f"{self._receptacle.name}/model"))
+        shown = self.layers.node("Demonstrations", f"{self._receptacle.name}/shown")
+        self._demonstrations = Demonstrations(scene, shown)
+        scene.add_label(f"{_LOCAL}/name", "YOUR ARM (simulation)", position=_NAME_M, anchor="center-left")
+        self.layers.toggle(_RINGS)
         self._gizmo = HandGizmo(scene, _LOCAL, submit, act)
 
     def draw(self, state: ConsoleState, now_s: float) -> Ghost | None:
@@ -196,6 +168,7 @@ class ArmScene:
             self._bodies.draw(LOCAL, arm.joints_rad)
             self._receptacle.draw(arm.receptacle)
             self._gizmo.draw(arm.tip)
+            self._gizmo.show_rings(self.layers.shown(_RINGS))
         self._model.show(state.forming or (state.learned.model if state.learned else None))
         self._demonstrations.draw(state)
         return self._remote.draw(state, now_s) if self._remote is not None else None
@@ -208,15 +181,15 @@ class ArmScene:
         alike = robot.sha256 == self._own.sha256
         self._bodies = ArmBodies(self._scene, _ARMS, self._own, (LOCAL, REMOTE) if alike else (LOCAL,))
         self._robots_own = None if alike else ArmBodies(self._scene, _ROBOT, robot, (REMOTE,))
-        self._remote = RemoteArm(self._scene, _REMOTE, robot, self._robots_own or self._bodies)
+        self._remote = RemoteArm(self._scene, _REMOTE, robot, self._robots_own or self._bodies, self.layers)
 
     def let_go(self) -> None:
         """End the drag of a closed tab."""
         self._gizmo.let_go()
 
-    def fit(self, camera: viser.CameraHandle) -> None:
-        """Fit both arms into a tab's canvas."""
-        view = arm_camera((camera.image_width, camera.image_height))
+    def fit(self, camera: viser.CameraHandle, name: str) -> None:
+        """Fit a named view into a tab's canvas."""
+        view = arm_camera((camera.image_width, camera.image_height), name)
         camera.fov = FOV_RAD
         camera.up_direction = (0.0, 0.0, 1.0)
         camera.position = tuple(view.position_m)

@@ -105,11 +105,8 @@ GAP = 0.07
 """Space between the boards, in board widths."""
 MARGIN = 0.03
 """Space around both, in board widths."""
-TOP, BOTTOM = 0.13, 0.21
-"""Heights of the status strip with the boards' titles and of the lower strip, in page heights; as in page.css.
-
-Not in pixels: a tab tells the size of its canvas in the screen's pixels, which may be finer than the page's.
-"""
+VIEWS = ("Both", "Mine", "Robot")
+"""Names of the views; the first one shows all."""
 
 
 def board_origin_m(remote: bool, width_m: float) -> tuple[float, float]:
@@ -147,18 +144,16 @@ class View:
         )
 
 
-def view_of(board_m: tuple[float, float], size_px: tuple[float, float]) -> View:
-    """Return the view that fits two boards of this size into a canvas.
+def view_of(board_m: tuple[float, float], size_px: tuple[float, float], view: str = VIEWS[0]) -> View:
+    """Return the view that fits two boards of this size, or one of them, into a canvas.
 
     Args:
         board_m: Width and height of a board [m].
         size_px: Width and height of the canvas.
+        view: Name of the view.
     """
-    width_m, height_m = board_m
-    width_px, height_px = size_px
-    free_px = (1.0 - TOP - BOTTOM) * height_px
-    scale = min(
-        width_px / ((2.0 + GAP + 2.0 * MARGIN) * width_m), free_px / (height_m + 2.0 * MARGIN * width_m)
-    )
-    middle_px = TOP * height_px + 0.5 * free_px
-    return View((0.0, 0.5 * height_m + (middle_px - 0.5 * height_px) / scale), scale, size_px)
+    (width_m, height_m), (width_px, height_px) = board_m, size_px
+    across_m = ((2.0 + GAP if view == VIEWS[0] else 1.0) + 2.0 * MARGIN) * width_m
+    scale = min(width_px / across_m, height_px / (height_m + 2.0 * MARGIN * width_m))
+    beside_m = {"Mine": -0.5, "Robot": 0.5}.get(view, 0.0) * (1.0 + GAP) * width_m
+    return View((beside_m, 0.5 * height_m), scale, size_px)

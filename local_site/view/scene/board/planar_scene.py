@@ -17,10 +17,19 @@ from farhand.common.task import PointTask
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette, shapes
-from farhand.local_site.view.scene.board.boards import FOV_RAD, Board, add_mat, view_of
+from farhand.local_site.view.scene.board.boards import FOV_RAD, VIEWS, Board, add_mat, view_of
 from farhand.local_site.view.scene.board.robot_drawing import ModelDrawing, RobotDrawing, add_target
 from farhand.local_site.view.scene.ghost import Ghost
-from farhand.local_site.view.scene.nodes import LINE_Z_M, MARK_Z_M, add_flat, add_lines, place, show
+from farhand.local_site.view.scene.nodes import (
+    LINE_Z_M,
+    MARK_Z_M,
+    MAT_Z_M,
+    Layers,
+    add_flat,
+    add_lines,
+    place,
+    show,
+)
 
 HAND_SPEED_M_S = 0.3
 """Assumed speed of a drawn stroke: the browser's event times show its load, not the motion [m/s]."""
@@ -50,6 +59,7 @@ class Drawing:
         board: Local board.
         submit: Hands an intent to the console.
         explain: Tells the operator something.
+        layers: What the operator hides and shows.
     """
 
     def __init__(
@@ -58,8 +68,10 @@ class Drawing:
         board: Board,
         submit: Callable[[intents.Intent], None],
         explain: Callable[[str], None],
+        layers: Layers,
     ):
-        self._scene, self._name, self._submit, self._explain = scene, board.name, submit, explain
+        self._shown_name = layers.node("Demonstrations", f"{board.name}/shown")
+        self._scene, self._submit, self._explain = scene, submit, explain
         self._clock = StrokeClock()
         self._recording = self._coupled = False
         self._hand_at: tuple[float, float] | None = None
@@ -116,7 +128,11 @@ class Drawing:
             self._lines.visible = False
         elif points:
             self._lines = add_lines(
-                self._scene, f"{self._name}/strokes", np.concatenate(points), np.concatenate(colours), 3.0
+                self._scene,
+                f"{self._shown_name}/strokes",
+                np.concatenate(points),
+                np.concatenate(colours),
+                3.0,
             )
 
 
@@ -148,6 +164,11 @@ Act = Callable[[int, Callable[[], None]], None]
 """Queues a job for the page's thread, run only if the tab may act."""
 
 
+_LAYERS: dict[str, palette.Rgb] = {
+    "Demonstrations": palette.STROKE, "Model": palette.component_colour(0.5), "Path": palette.PREDICTED,
+}  # fmt: skip
+
+
 class PlanarScene:
     """Canvas of the planar task with the mouse's actions on it. Used by the page's thread.
 
@@ -167,6 +188,8 @@ class PlanarScene:
         explain: Callable[[str], None],
         act: Act,
     ):
+        self.views = VIEWS
+        """Names of the views; the first one shows all."""
         # Uniform light: the boards keep the colours of the palette.
         scene.configure_default_lights(enabled=False, cast_shadow=False)
         scene.add_light_ambient("/light", intensity=_LIGHT)
@@ -179,9 +202,14 @@ class PlanarScene:
         x, y = task.target.origin_m[:2]
         scene.add_frame(frame, show_axes=False, position=(x, y, 0.0))
         add_target(scene, frame)
-        self._model = ModelDrawing(scene, frame)
-        self._drawing = Drawing(scene, local, submit, explain)
-        self._robot = RobotDrawing(scene, remote)
+        self.layers = Layers(scene, _LAYERS)
+        self._model = ModelDrawing(scene, self.layers.node("Model", f"{frame}/learned"))
+        self._drawing = Drawing(scene, local, submit, explain, self.layers)
+        self._robot = RobotDrawing(scene, remote, self.layers)
+        width, height = local.size_m
+        scene.add_label(
+            f"{local.name}/name", "YOUR BOARD", position=(0.5 * width, height, MAT_Z_M), anchor="top-center"
+        )
         target = TargetDrag(submit)
         local.listen(local.grip, lambda tab, *drag: act(tab, partial(self._drawing.drag, *drag)))
         remote.listen(self._robot.grip, lambda tab, *drag: act(tab, partial(target.drag, *drag)))
@@ -196,9 +224,9 @@ class PlanarScene:
         """End the drag of a closed tab."""
         self._drawing.let_go()
 
-    def fit(self, camera: viser.CameraHandle) -> None:
-        """Fit both boards into a tab's canvas."""
-        view = view_of(self._board_m, (camera.image_width, camera.image_height))
+    def fit(self, camera: viser.CameraHandle, name: str) -> None:
+        """Fit a named view into a tab's canvas."""
+        view = view_of(self._board_m, (camera.image_width, camera.image_height), name)
         x, y = view.centre_m
         camera.fov = FOV_RAD
         camera.near, camera.far = 0.2 * view.height_m, 5.0 * view.height_m

@@ -9,22 +9,24 @@ import math
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from farhand.common.control_mode import Phase
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.wire.messages import PlannedPath, Telemetry
-from farhand.common.wire.motion_encoding import points_of
+from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import Board
-from farhand.local_site.view.scene.ghost import Ghost, predict, shown_path
+from farhand.local_site.view.scene.ghost import Ghost, predict, robot_name, shown_points, unmoved
 from farhand.local_site.view.scene.nodes import (
     HIDDEN_Z_M,
     LINE_Z_M,
     MARK_Z_M,
+    MAT_Z_M,
     MODEL_Z_M,
     TARGET_Z_M,
+    Layers,
     add_flat,
     add_lines,
     place,
@@ -109,6 +111,7 @@ class ModelDrawing:
 
 
 _POINT_RADIUS_M = 0.018
+_NAME = "ROBOT"
 
 
 class RobotDrawing:
@@ -117,9 +120,10 @@ class RobotDrawing:
     Args:
         scene: Scene of the server.
         board: Remote board.
+        layers: What the operator hides and shows.
     """
 
-    def __init__(self, scene: viser.SceneApi, board: Board):
+    def __init__(self, scene: viser.SceneApi, board: Board, layers: Layers):
         self._scene, name = scene, board.name
         self._frame = scene.add_frame(f"{name}/target", show_axes=False, visible=False)
         self._frame_name = f"{name}/target"
@@ -127,16 +131,23 @@ class RobotDrawing:
         w, h = shapes.U_WIDTH_M, shapes.U_HEIGHT_M
         around = shapes.rectangle(-0.5 * w, -0.5 * h, w, h)
         self.grip = add_flat(scene, f"{self._frame_name}/grip", around, palette.TARGET, HIDDEN_Z_M + 0.01)
-        self._model = ModelDrawing(scene, self._frame_name)
+        self._model = ModelDrawing(scene, layers.node("Model", f"{self._frame_name}/learned"))
+        self._predicted = layers.node("Path", f"{self._frame_name}/predicted")
+        self._name = scene.add_label(
+            f"{name}/name",
+            _NAME,
+            position=(0.5 * board.size_m[0], board.size_m[1], MAT_Z_M),
+            anchor="top-center",
+        )
         disc, ring = shapes.disc(_POINT_RADIUS_M), shapes.ring(1.25 * _POINT_RADIUS_M, 0.95 * _POINT_RADIUS_M)
         self._point = add_flat(scene, f"{name}/robot", disc, palette.REMOTE, MARK_Z_M, visible=False)
         self._ghost = add_flat(
-            scene, f"{self._frame_name}/ghost", disc, palette.PREDICTED, MARK_Z_M, opacity=0.6, visible=False
+            scene, f"{self._predicted}/ghost", disc, palette.PREDICTED, MARK_Z_M, opacity=0.6, visible=False
         )
         self._hollow = add_flat(
-            scene, f"{self._frame_name}/hollow", ring, palette.PREDICTED, MARK_Z_M, visible=False
+            scene, f"{self._predicted}/hollow", ring, palette.PREDICTED, MARK_Z_M, visible=False
         )
-        self._path: PlannedPath | None = None
+        self._path: NDArray[np.float64] | None = None
         self._line: viser.LineSegmentsHandle | None = None
         self._old = False
 
@@ -146,10 +157,13 @@ class RobotDrawing:
         if robot is None:
             return None
         self._draw_report(robot, old=state.link.health is not LinkHealth.OK)
+        name = robot_name(_NAME, state, now_s)
+        if self._name.text != name:
+            self._name.text = name
         has = state.robot_model
         self._model.show(has.model if has is not None else None, robot.component)
         arrived = state.phase is Phase.ARRIVED
-        self._draw_path(None if arrived else shown_path(state))
+        self._draw_path(None if arrived else shown_points(state))
         ghost = None if arrived else predict(state, now_s)
         self._draw_ghost(ghost)
         return ghost
@@ -169,14 +183,16 @@ class RobotDrawing:
             self._point.color = palette.OLD if old else palette.REMOTE
             self._target.color = palette.OLD if old else palette.TARGET
 
-    def _draw_path(self, path: PlannedPath | None) -> None:
-        if path is self._path:
+    def _draw_path(self, points: NDArray[np.float64] | None) -> None:
+        if unmoved(self._path, points):
             return
-        self._path = path
-        points = points_of(path) if path is not None else None
+        self._path = points
         if points is not None and len(points) > 1:
             lines = shapes.segments(points[:, :2], LINE_Z_M)
-            self._line = add_lines(self._scene, f"{self._frame_name}/path", lines, palette.PREDICTED, 3.0)
+            if self._line is not None and self._line.points.shape == lines.shape:
+                self._line.points = lines.astype(np.float32)  # in place: a new node would flicker
+            else:
+                self._line = add_lines(self._scene, f"{self._predicted}/path", lines, palette.PREDICTED, 3.0)
         elif self._line is not None:
             self._line.remove()
             self._line = None

@@ -1,0 +1,79 @@
+"""The action line offers the one to four actions of the present state, and the steps say where the job stands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from msgspec import structs
+
+from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.link.link_monitor import LinkHealth
+from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.teaching.samples import sample_strokes
+from farhand.local_site.teaching.task_library import TaskLibrary
+from farhand.local_site.view.panels.actions import offered, step, steps_html
+from tests.local_site.robot_end import TASK
+from tests.local_site.view.panels.test_truth import LOST, ROBOT_IN
+
+OK = replace(LOST, health=LinkHealth.OK)
+
+
+@pytest.fixture
+def taught(nothing_yet: ConsoleState, tmp_path) -> ConsoleState:
+    """Taught, and the robot has it."""
+    library = TaskLibrary(TASK, tmp_path / "taught")
+    library.learn(sample_strokes(TASK))
+    learned = library.learned
+    assert learned is not None
+    task = replace(
+        nothing_yet.tasks[0], learned_sha256=learned.sha256, confirmed_sha256=learned.sha256, robot_does=True
+    )
+    return replace(
+        nothing_yet, link=OK, in_control=True, learned=learned, demonstrations=library.demonstrations, tasks=(task,),
+        robot_model=learned, confirmed_sha256=learned.sha256, can_undo=True,
+    )  # fmt: skip
+
+
+def labels(picture: ConsoleState, mode: ControlMode, phase: Phase = Phase.NONE, **changes: Any) -> list[str]:
+    robot = structs.replace(ROBOT_IN, mode=mode, phase=phase)
+    return [spec.label for spec in offered(replace(picture, robot=robot, **changes))]
+
+
+def test_each_mode_has_its_next_step_first_and_at_most_four_actions(taught: ConsoleState) -> None:
+    first = {
+        ControlMode.DISARMED: "Arm", ControlMode.HOLD: "Preview", ControlMode.DIRECT: "Clutch",
+        ControlMode.AUTONOMOUS: "Pause", ControlMode.PAUSED: "Resume", ControlMode.STOPPED: "Reset",
+    }  # fmt: skip
+    for mode, label in first.items():
+        phase = Phase.APPROACHING if mode is ControlMode.AUTONOMOUS else Phase.NONE
+        shown = labels(taught, mode, phase)
+        assert shown[0] == label and len(shown) <= 4, (mode, shown)
+    assert labels(taught, ControlMode.HOLD, plan_id=3)[0] == "Execute"
+    assert labels(taught, ControlMode.AUTONOMOUS, Phase.APPROACHING) == ["Pause", "Abort"]
+    assert labels(taught, ControlMode.AUTONOMOUS, Phase.ARRIVED) == ["Retract", "Clutch"]
+
+
+def test_a10_without_a_link_nothing_is_offered_that_could_only_be_refused_later(taught: ConsoleState) -> None:
+    for mode in ControlMode:
+        assert labels(taught, mode, link=LOST) == []
+
+
+def test_while_a_demonstration_is_recorded_it_is_ended_or_discarded(taught: ConsoleState) -> None:
+    assert labels(taught, ControlMode.DISARMED, recording=True) == ["End", "Undo"]
+    missed = labels(taught, ControlMode.DISARMED, recording=True, miss="44 mm beside the bore")
+    assert missed == ["End", "Keep anyway", "Undo"]
+
+
+def test_nothing_taught_offers_to_record_or_to_load_samples(nothing_yet: ConsoleState) -> None:
+    shown = labels(replace(nothing_yet, link=OK, in_control=True), ControlMode.DISARMED)
+    assert shown == ["Record", "Load samples"]
+
+
+def test_the_steps_are_done_present_or_locked_with_the_reason(taught: ConsoleState) -> None:
+    armed = replace(taught, robot=structs.replace(ROBOT_IN, mode=ControlMode.HOLD, phase=Phase.NONE))
+    assert step(armed) == 3 and step(replace(armed, plan_id=3)) == 4
+    html = steps_html(armed)
+    assert html.count("✓") == 3 and 'aria-current="step"' in html
+    assert "Locked: first preview what it will do." in html
