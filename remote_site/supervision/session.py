@@ -22,6 +22,8 @@ from farhand.remote_site.supervision.freshness import Freshness
 from farhand.remote_site.supervision.lease import Lease
 
 _INPUT_TTL_MAX_S = 1.0
+_SLOWED_S = 0.25
+"""Time between two reports that a lossy QUIC link slows down [s]: an echo may be that much older."""
 _OTHER_VERSION_S = 10.0
 """Time for which a site of another version counts as there: it renews its lease each second [s]."""
 _SILENCE_S = 0.5
@@ -42,6 +44,10 @@ class OperatorSession:
         telemetry_s = period_s(
             keys.TELEMETRY, config.telemetry_hz, MAX_TELEMETRY_BYTES, config.link.rate_bps
         )  # fmt: skip
+        if config.link.listen.startswith(
+            "quic/"
+        ):  # on a lossy link reports come less often, see `link/pace.py`
+            telemetry_s = max(telemetry_s, _SLOWED_S)
         self._freshness = Freshness(clock, config.max_age_s, telemetry_s)
         # On a link so narrow that reports are rare, even the newest report is old.
         self._silence_s = max(_SILENCE_S, 2.0 * telemetry_s + 0.1)
