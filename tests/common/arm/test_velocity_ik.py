@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from farhand.common.arm.cell import Cell
 from farhand.common.arm.engine import mink
-from farhand.common.arm.kinematics import Kinematics
+from farhand.common.arm.kinematics import Kinematics, difference
 from farhand.common.arm.velocity_ik import VelocityIk, ramped
+from farhand.deploy.places import find_robot
 from tests.cells import JACO
 
 HOME = np.array(JACO.robot.home_rad)
@@ -96,3 +98,18 @@ def test_no_joint_is_told_to_accelerate_more_than_its_drive_can():
     assert told == pytest.approx(wanted * told[4] / wanted[4])
     assert (np.abs(told) <= 0.01 * most).all()
     assert (ramped(before, 0.02 * wanted, most, 0.01) == 0.02 * wanted).all()
+
+
+@pytest.mark.parametrize("name", ["panda", "baxter-left"])
+def test_a_redundant_arm_returns_to_its_rest_posture_while_its_tip_stands_still(name: str):
+    cell = Cell(robot=find_robot(name))
+    kinematics, home = Kinematics(cell), np.array(cell.robot.home_rad)
+    spare = np.linalg.svd(kinematics.jacobian())[2][-1]  # the joint motion that does not move the tip
+    kinematics.update(home + 0.3 * spare)
+    ik, tip, joints = VelocityIk(kinematics), kinematics.tip, kinematics.joints_rad
+    away = np.abs(joints - home).max()
+    for _ in range(500):
+        joints = joints + 0.01 * ik.solve(10.0 * difference(kinematics.tip, tip)).joint_velocities
+        kinematics.update(joints)
+    assert np.linalg.norm(difference(kinematics.tip, tip)) < 1e-3
+    assert np.abs(joints - home).max() < max(0.25 * away, 0.03)

@@ -95,3 +95,11 @@ def test_an_error_that_the_arm_cannot_give_way_to_fails(seed: int):
     noise = replace(TYPICAL, bias_m=0.04, bias_rad=0.15)
     conditions = Conditions(noise=noise, compliance=STIFF, correcting=False, attempts=0)
     assert not Trial(taught(), conditions, seed).run().success
+
+
+@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.parametrize("arm", ["panda", "baxter-right"])
+def test_what_one_arm_was_taught_another_one_executes(arm: str, seed: int):
+    """Seven joints in air, taught on six under water."""
+    record = Trial(taught(), Conditions(noise=TYPICAL), seed, arm=arm).run()
+    assert record.success and record.peak_n < 100.0
