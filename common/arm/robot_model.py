@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -63,12 +64,15 @@ def _read(robot: RobotFile) -> MjSpec:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise robot.invalid("model", f"an MJCF or URDF file that MuJoCo reads: {_line(error)}") from error
+    if path.suffix == ".urdf":  # its fixed joints would be dissolved, and the flange with them
+        spec.compiler.fusestatic, spec.compiler.balanceinertia, spec.strippath = False, True, True
     folder = (
         robot.path("assets") if robot.assets else path.parent / (spec.meshdir or spec.compiler.meshdir or "")
     )
     for mesh in spec.meshes:
-        if mesh.file and not (folder / mesh.file).is_file():
-            raise robot.invalid("assets", f"the folder with the mesh {mesh.file}, got {folder}")
+        file = Path(mesh.file).name if spec.strippath else mesh.file
+        if file and not (folder / file).is_file():
+            raise robot.invalid("assets", f"the folder with the mesh {file}, got {folder}")
     spec.meshdir = str(folder)
     for number, geom in enumerate(spec.geoms):
         geom.name = geom.name or f"geom_{number}"

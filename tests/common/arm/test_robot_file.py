@@ -10,6 +10,7 @@ import pytest
 
 from farhand.common.arm.cell import Cell
 from farhand.common.arm.engine import kinova, mjcf, mujoco
+from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.robot_file import RobotFile, load_robot
 from farhand.common.arm.robot_model import arm_spec
 from farhand.common.arm.simulation.description import MOST_BYTES, describe
@@ -219,3 +220,38 @@ def test_a_file_that_changes_is_read_again(tmp_path: Path):
     shutil.copy(tmp_path / "small.toml", tmp_path / "other.toml")
     with pytest.raises(InvalidConfiguration, match="'other', as the file"):
         load_robot(tmp_path / "other.toml")
+
+
+URDF = """
+<robot name="small">
+  <link name="base"><collision><geometry><cylinder radius="0.06" length="0.1"/></geometry></collision></link>
+  <link name="column">
+    <inertial><origin xyz="0 0 0.1"/><mass value="3"/><inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+  </link>
+  <link name="upper">
+    <inertial><origin xyz="0 0 0.15"/><mass value="2"/><inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+  </link>
+  <link name="lower">
+    <inertial><origin xyz="0 0 0.1"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><box size="0.06 0.06 0.2"/></geometry></collision>
+  </link>
+  <link name="hand">
+    <inertial><origin xyz="0 0 0.02"/><mass value="0.5"/><inertia ixx="0.002" iyy="0.002" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><sphere radius="0.04"/></geometry></collision>
+  </link>
+  <joint name="turn" type="revolute"><parent link="base"/><child link="column"/><origin xyz="0 0 0.1"/><axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="30" velocity="1"/></joint>
+  <joint name="bend" type="revolute"><parent link="column"/><child link="upper"/><origin xyz="0 0 0.2" rpy="0 1.5707963267948966 0"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="30" velocity="1"/></joint>
+  <joint name="nod" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="30" velocity="1"/></joint>
+  <joint name="flange" type="fixed"><parent link="lower"/><child link="hand"/><origin xyz="0 0 0.2"/></joint>
+</robot>
+"""
+
+
+def test_a_urdf_is_the_same_arm(tmp_path: Path):
+    (tmp_path / "urdf").mkdir()
+    of_urdf = robot(tmp_path / "urdf", ARM.replace("small.xml", "small.urdf"), URDF, "small.urdf")
+    urdf, mjcf_ = (Kinematics(Cell(robot=each)) for each in (of_urdf, robot(tmp_path)))
+    np.testing.assert_allclose(urdf.tip, mjcf_.tip, atol=1e-9)
+    np.testing.assert_allclose(urdf.jacobian(), mjcf_.jacobian(), atol=1e-9)
+    assert urdf.tool_weight()[0] == pytest.approx(mjcf_.tool_weight()[0])
+    np.testing.assert_allclose(urdf.model.jnt_range, mjcf_.model.jnt_range)
