@@ -105,6 +105,8 @@ GAP = 0.07
 """Space between the boards, in board widths."""
 MARGIN = 0.03
 """Space around both, in board widths."""
+_FREE = 0.77
+"""Share of the canvas's height between the views and the legend above and the cards below, which cover no board."""
 VIEWS = ("Both", "Mine", "Robot")
 """Names of the views; the first one shows all."""
 
@@ -154,6 +156,6 @@ def view_of(board_m: tuple[float, float], size_px: tuple[float, float], view: st
     """
     (width_m, height_m), (width_px, height_px) = board_m, size_px
     across_m = ((2.0 + GAP if view == VIEWS[0] else 1.0) + 2.0 * MARGIN) * width_m
-    scale = min(width_px / across_m, height_px / (height_m + 2.0 * MARGIN * width_m))
+    scale = min(width_px / across_m, _FREE * height_px / (height_m + 2.0 * MARGIN * width_m))
     beside_m = {"Mine": -0.5, "Robot": 0.5}.get(view, 0.0) * (1.0 + GAP) * width_m
     return View((beside_m, 0.5 * height_m), scale, size_px)
