@@ -131,6 +131,17 @@ class OperatorPage:
                 return
         self.says(name, words)
 
+    def pick(self, label: str, option: Locator) -> None:
+        """Pick an option of a list in the drawer."""
+        chosen = self.page.get_by_role("combobox", name=label, include_hidden=True)
+        with self.reachable(chosen):
+            chosen.click()
+            option.click()
+
+    def not_offered(self, label: str) -> None:
+        """Wait until a button is drawn nowhere: its action is impossible now."""
+        expect(self.button(label)).to_have_count(0, timeout=WAIT_MS)
+
     def choose_task(self, name: str) -> None:
         """Have everything be about another task."""
         self.page.get_by_role("combobox", name="Task").click()

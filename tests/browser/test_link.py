@@ -10,7 +10,7 @@ from tests.browser.operator_page import WAIT_MS, OperatorPage
 
 
 def test_the_delay_slider_changes_the_age_of_the_data_at_once(tab: OperatorPage) -> None:
-    expect(tab.page.get_by_text("Link (simulated)")).to_be_visible(timeout=WAIT_MS)
+    expect(tab.page.get_by_text("Link (simulated)")).to_be_attached(timeout=WAIT_MS)
     tab.slide("One-way delay [ms]", 500)
     tab.says("age", re.compile(r"^(0\.[5-9]|[1-9])"))
     tab.slide("One-way delay [ms]", 0)
@@ -47,5 +47,4 @@ def test_a_link_that_dies_and_comes_back_interrupts_neither_the_robot_nor_the_op
 
 
 def choose(tab: OperatorPage, profile: str) -> None:
-    tab.page.get_by_role("combobox", name="Profile").click()
-    tab.page.get_by_role("option", name=profile, exact=True).click()
+    tab.pick("Profile", tab.page.get_by_role("option", name=profile, exact=True))
