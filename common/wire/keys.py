@@ -115,3 +115,4 @@ ALL = (
     EVENT,
     PATH,
 )
+"""All channels of the sites; `RIGHT` belongs to the link itself."""

@@ -163,7 +163,7 @@ async def _zero(*_: Any, **__: Any) -> int:
     return 0
 
 
-def _one_demonstration(_seed: int) -> Any:
+def _one_demonstration(_seed: int, _cell: Any) -> Any:
     from farhand.local_site.teaching.demonstration import Demonstration
 
     return Demonstration.load("d.npz")

@@ -56,10 +56,10 @@ def test_a_stop_goes_out_at_once_in_the_sites_name():
     assert bench.status == StopStatus(10.0)
 
 
-def test_it_is_resent_every_fifth_of_a_second_with_one_id_until_the_robot_stands():
+def test_it_is_resent_soon_and_then_every_fifth_of_a_second_with_one_id_until_the_robot_stands():
     bench = Bench()
     bench.lane.press()
-    for since_s, n_sent in ((0.19, 1), (0.21, 2), (0.4, 2), (0.42, 3), (5.0, 4), (5.1, 4)):
+    for since_s, n_sent in ((0.09, 1), (0.11, 2), (0.2, 2), (0.22, 3), (5.0, 4), (5.19, 4)):
         bench.at(10.0 + since_s)
         assert len(bench.sent) == n_sent
     assert len({stop.stop_id for stop in bench.sent}) == 1

@@ -136,7 +136,7 @@ def test_a_place_that_could_not_be_kept_is_set_aside_and_told(file: Path, monkey
         memory.close()
     assert memory.error is not None and memory.error.errno == code
     later = PlantMemory(file)
-    assert later.load(2) is None and "could not be kept" in sentence(later.unknown_place)
+    assert later.load(2) is None and "could not be saved" in sentence(later.unknown_place)
     later.remember(PlantState((0.3, 0.3)))
     later.close()
     assert remembered(file) == PlantState((0.3, 0.3))

@@ -159,10 +159,10 @@ def test_an_execution_follows_the_tasks_policy_when_the_link_is_lost(policy, mod
         assert bench.robot.phase is Phase.ARRIVED
     elif policy == "retract":
         assert bench.position_m[1] > where[1] + 0.1
-        assert said(bench.events("retracting")[0]).startswith("the link is lost for 3.0 s")
+        assert said(bench.events("retracting")[0]).startswith("the link has been lost for 3.0 s")
         assert "retracting ended" in said(bench.events("holding")[0])
     else:
-        assert said(bench.events("paused")[0]).startswith("the link is lost for 3.0 s")
+        assert said(bench.events("paused")[0]).startswith("the link has been lost for 3.0 s")
         bench.run(5.0)
         assert bench.mode is ControlMode.PAUSED  # the link came back: who resumes is the operator
 
