@@ -9,6 +9,7 @@ from typing import Literal
 import viser
 
 from farhand.common.control_mode import Action, ControlMode
+from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import Wish
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
@@ -128,7 +129,8 @@ class Buttons:
     def draw(self, state: ConsoleState, elsewhere: tuple[ButtonSpec, ...] = ()) -> None:
         """Draw what may be pressed and is not drawn elsewhere, and mark what is pending."""
         for spec, handle in self._handles:
-            visible = spec not in elsewhere and (spec.enabled(state) or spec.pending(state))
+            lost = spec in ROBOT and state.link.health is LinkHealth.LOST
+            visible = spec not in elsewhere and not lost and (spec.enabled(state) or spec.pending(state))
             if handle.visible != visible:
                 handle.visible = visible
             show_state(handle, spec, state, primary=spec is STOP)

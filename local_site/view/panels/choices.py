@@ -9,6 +9,7 @@ import viser
 
 from farhand.common.clock import elapsed_s
 from farhand.common.control_mode import Action, ControlMode
+from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import SLOWEST_PACE
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState, TaskStanding
@@ -46,6 +47,7 @@ _HIDDEN = (55, 65, 81)
 _STILL_S = 0.3
 """Rest of the slider after which its value is sent, because a drag has dozens of values [s]."""
 _STEP_PERCENT = 5.0
+_AFTER_THE_BUTTONS = 1000.0
 _PACED = (ControlMode.HOLD, ControlMode.AUTONOMOUS, ControlMode.PAUSED)
 """Modes in which the robot moves by itself, or is about to."""
 
@@ -64,7 +66,7 @@ class PaceSlider:
         self._wanted: float | None = None
         self._moved_s = 0.0
         self._slider = gui.add_slider(
-            "Speed [%]", 100.0 * SLOWEST_PACE, 100.0, step=_STEP_PERCENT, initial_value=100.0,
+            "Speed [%]", 100.0 * SLOWEST_PACE, 100.0, step=_STEP_PERCENT, initial_value=100.0, order=_AFTER_THE_BUTTONS,
             hint="Of what the robot does by itself: executions, Retract, Go to ready. Not of your own driving.",
         )  # fmt: skip
 
@@ -76,7 +78,7 @@ class PaceSlider:
     def draw(self, state: ConsoleState, now_s: float) -> None:
         """Send the chosen value once the slider rests; otherwise show the reported one."""
         robot, sending = state.robot, Action.SET_PACE in state.pending
-        moves = state.mode in _PACED
+        moves = state.mode in _PACED and state.link.health is not LinkHealth.LOST
         if self._slider.visible != moves:
             self._slider.visible = moves
         if self._wanted is not None:

@@ -58,7 +58,7 @@ def moment(state: ConsoleState, now_s: float) -> Moment:
         force_n=arm.force_n if arm is not UNSET else None,
         depth_mm=1e3 * float(reported_tip(robot)[2]) if robot is not None and arm is not UNSET else None,
         age_s=age_s + now_s - state.now_s if age_s is not None and math.isfinite(age_s) else None,
-        heard=state.link.health is LinkHealth.OK,
+        heard=robot is None or state.link.health is LinkHealth.OK,
     )
 
 

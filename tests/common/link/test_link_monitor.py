@@ -141,3 +141,21 @@ def test_reports_that_are_old_from_the_first_are_not_ok_either() -> None:
         monitor.heartbeat_sent(7, 1.0)
         monitor.received(report(1, echo=7), 1.0 + round_trip_s)
         assert monitor.view(1.0 + round_trip_s).health is health
+
+
+def made_at(time_s: float, seq: int, echo: int) -> Telemetry:
+    return replace(report(seq, echo=echo), stamp=Stamp("one", round(1e9 * time_s)))
+
+
+def test_a1_a_report_that_an_outage_held_up_is_as_old_as_it_is() -> None:
+    monitor = LinkMonitor()
+    for seq in range(1, 21):
+        now_s = 100.0 + 0.1 * seq
+        monitor.heartbeat_sent(seq, now_s - 0.6)
+        monitor.received(made_at(now_s - 0.3, seq, echo=seq), now_s)
+    usual = monitor.view(102.0).age_s
+    monitor.received(made_at(101.8, 21, echo=20), 112.0)
+    held_up = monitor.view(112.0)
+    assert usual is not None and abs(usual - 0.3) < 0.05
+    assert held_up.age_s is not None and abs(held_up.age_s - 10.2) < 0.05
+    assert held_up.health is LinkHealth.LOST
