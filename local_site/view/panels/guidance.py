@@ -5,6 +5,7 @@ from __future__ import annotations
 import viser
 
 from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.model.ways import OUTSIDE, chosen_way
 from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.words import PRESS_AGAIN
@@ -13,6 +14,7 @@ from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words import Words, words_of
 
 _REFUSAL_S = 12.0
+_WITHOUT_LINK = {"continue": "goes on to its end", "hold": "pauses", "retract": "retracts"}
 _ASKED = frozenset(map(str, Action)) | {
     "record", "end", "undo", "load samples", "samples", "recover", "go to", "start anew", "delete", "send model",
     "send library", "new place", "align",
@@ -65,6 +67,8 @@ def advice(state: ConsoleState) -> str:
         return "Wait for the robot's first report."
     if state.asked_by:
         return f"{state.asked_by} asks for the control of the robot: press Hand over, or go on."
+    if state.link.health is LinkHealth.LOST and not state.recording:
+        return _lost_advice(state)
     if state.mode is ControlMode.STOPPED:
         return "Stopped. Press Reset when it is safe to go on."
     if state.miss:
@@ -72,6 +76,13 @@ def advice(state: ConsoleState) -> str:
     if state.recording:
         return f"{words.teach}, then press End."
     return _moving_advice(state, words) or _teaching_advice(state, words) or _executing_advice(state)
+
+
+def _lost_advice(state: ConsoleState) -> str:
+    """Return what can be done while nothing new is heard of the robot, and what it does meanwhile."""
+    executes = state.mode in (ControlMode.AUTONOMOUS, ControlMode.PAUSED)
+    meanwhile = f" Without the link the execution {_WITHOUT_LINK[state.task.lost_link]}." if executes else ""
+    return f"Nothing new is heard of the robot: only STOP is sent, until it arrives.{meanwhile}"
 
 
 def _moving_advice(state: ConsoleState, words: Words) -> str:

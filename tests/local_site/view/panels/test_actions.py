@@ -14,6 +14,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.teaching.task_library import TaskLibrary
 from farhand.local_site.view.panels.actions import offered, step, steps_html
+from farhand.local_site.view.panels.guidance import advice
 from tests.local_site.robot_end import TASK
 from tests.local_site.view.panels.test_truth import LOST, ROBOT_IN
 
@@ -58,6 +59,9 @@ def test_each_mode_has_its_next_step_first_and_at_most_four_actions(taught: Cons
 def test_a10_without_a_link_nothing_is_offered_that_could_only_be_refused_later(taught: ConsoleState) -> None:
     for mode in ControlMode:
         assert labels(taught, mode, link=LOST) == []
+        lost = replace(taught, robot=structs.replace(ROBOT_IN, mode=mode), link=LOST)
+        assert "only STOP is sent, until it arrives" in advice(lost)
+    assert "the execution goes on to its end" in advice(replace(taught, robot=ROBOT_IN, link=LOST))
 
 
 def test_while_a_demonstration_is_recorded_it_is_ended_or_discarded(taught: ConsoleState) -> None:
