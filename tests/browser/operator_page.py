@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 from playwright.sync_api import Browser, Locator, Page, Playwright, expect
+from playwright.sync_api import TimeoutError as PlaywrightTimeout
 
 from farhand.local_site.view.scene.board.boards import board_origin_m, view_of
 from tests.browser.board_picture import await_boards
@@ -108,13 +109,13 @@ class OperatorPage:
         if hidden:
             self.page.locator("#fh-menu").click()
 
-    def press(self, label: str) -> None:
+    def press(self, label: str, within_ms: float = WAIT_MS) -> None:
         """Press a button once it may be pressed."""
         if label == "STOP":
             self.page.locator("#fh-stop").click()
             return
         with self.reachable(self.button(label)):
-            self.button(label).click()
+            self.button(label).click(timeout=within_ms)
 
     def command(self, label: str, mode: str) -> None:
         """Press a button and wait for the robot's report of the mode that it leads to."""
@@ -124,8 +125,11 @@ class OperatorPage:
     def insist(self, label: str, name: str, words: str | re.Pattern[str]) -> None:
         """Press a button until the page says this: on a busy machine a command may come too late, and is refused."""
         for _ in range(4):
-            if label == "STOP" or (self.button(label).count() and self.button(label).is_enabled()):
-                self.press(label)
+            with suppress(PlaywrightTimeout):  # the button of what is no longer possible is gone
+                if label == "STOP" or (
+                    self.button(label).count() and self.button(label).is_enabled(timeout=WAIT_MS / 6.0)
+                ):
+                    self.press(label, WAIT_MS / 6.0)
             with suppress(AssertionError):
                 expect(self.tp(name)).to_have_text(words, timeout=WAIT_MS / 6.0)
                 return

@@ -154,6 +154,15 @@ def test_a_cut_link(place: Place) -> None:
     await_codes(set())
 
 
+def test_an_operator_without_the_lease(place: Place) -> None:
+    await_codes(set())
+    with place.another_operator("second") as second:
+        second.until("the robot reports")
+        answer = await_codes({"no-lease"})
+    assert answer["troubles"][0]["name"] == "second"
+    assert "operator" in answer["troubles"][0]["text"]
+
+
 def test_a_robot_that_is_suspended_is_stale(place: Place) -> None:
     place.robot.send(signal.SIGSTOP)
     answer = await_codes({"stale"})
@@ -175,15 +184,6 @@ def test_what_the_operators_site_alone_can_tell_of_a_suspended_robot(
         await_codes({"stale"})
         place.robot.send(signal.SIGCONT)
         await_codes(set())
-
-
-def test_an_operator_without_the_lease(place: Place) -> None:
-    await_codes(set())  # a robot that was suspended has freed the lease: its holder takes it back first
-    with place.another_operator("second") as second:
-        second.until("the robot reports")
-        answer = await_codes({"no-lease"})
-    assert answer["troubles"][0]["name"] == "second"
-    assert "operator" in answer["troubles"][0]["text"]
 
 
 def test_a_full_disk(place: Place) -> None:
