@@ -97,10 +97,11 @@ class LinkMonitor:
             return LinkView(LinkHealth.NEVER, float("inf"), newest, None, 0, 0)
         silent_s = now_s - self._arrived_s
         excess_s = silent_s + self._ways_s[-1] - min(self._ways_s)
-        age_s = None
-        if newest is not None:
-            # A report that an outage held up is older than its silence and the newest round trip tell.
-            age_s = max(silent_s + 0.5 * newest, excess_s + 0.5 * min(self._round_trips))
+        age_s = None if newest is None else silent_s + 0.5 * newest
+        if age_s is not None and excess_s >= _OLD_S:
+            # A report that an outage held up is older than its silence and the newest round trip tell; a small
+            # excess may be the two clocks' drift.
+            age_s = max(age_s, excess_s + 0.5 * min(self._round_trips))
         limits = [
             (silent_s, _LATE_S, _LOST_S),
             (excess_s, _OLD_S, _TOO_OLD_S),
