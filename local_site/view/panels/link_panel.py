@@ -138,6 +138,7 @@ class LinkPanel:
     def _hear(self, register: Callable[[Callable[..., Any]], Any], handle: Callable[[], None]) -> None:
         async def heard(event: viser.GuiEvent[Any]) -> None:
             if event.client_id is not None:
+                self._changed_s = elapsed_s()  # else drawing may show the old value again before it is taken
                 self._act(event.client_id, handle)
 
         register(heard)
