@@ -26,14 +26,7 @@ def find_task(name_or_file: str) -> AnyTask:
     Raises:
         InvalidConfiguration: When there is none, or it is malformed.
     """
-    name_or_file = _FORMER_NAMES.get(name_or_file, name_or_file)
-    path = Path(name_or_file)
-    if path.suffix != ".toml":
-        path = _TASKS / f"{name_or_file}.toml"
-        if not re.match(PATTERN, name_or_file) or not path.is_file():
-            known = ", ".join(sorted(file.stem for file in _TASKS.glob("*.toml")))
-            raise InvalidConfiguration("task", "", f"{known}, or a .toml file; got {name_or_file!r}")
-    return load_task(path)
+    return load_task(_file_of("task", _TASKS, _FORMER_NAMES.get(name_or_file, name_or_file)))
 
 
 def find_tasks(names: str) -> TaskSet:
@@ -67,13 +60,23 @@ def find_robot(name_or_file: str) -> RobotFile:
         InvalidConfiguration: When there is none, or it is malformed.
     """
     name_or_file = name_or_file or (_ROBOTS / "default").read_text(encoding="utf-8").strip()
+    return load_robot(_file_of("robot", _ROBOTS, name_or_file))
+
+
+def _file_of(kind: str, folder: Path, name_or_file: str) -> Path:
+    """Return a file as given, or the one of that name among those that come with Farhand.
+
+    Raises:
+        InvalidConfiguration: When there is no such name.
+    """
     path = Path(name_or_file)
-    if path.suffix != ".toml":
-        path = _ROBOTS / f"{name_or_file}.toml"
-        if not re.match(PATTERN, name_or_file) or not path.is_file():
-            known = ", ".join(sorted(file.stem for file in _ROBOTS.glob("*.toml")))
-            raise InvalidConfiguration("robot", "", f"{known}, or a .toml file; got {name_or_file!r}")
-    return load_robot(path)
+    if path.suffix == ".toml":
+        return path
+    path = folder / f"{name_or_file}.toml"
+    if not re.match(PATTERN, name_or_file) or not path.is_file():
+        known = ", ".join(sorted(file.stem for file in folder.glob("*.toml")))
+        raise InvalidConfiguration(kind, "", f"{known}, or a .toml file; got {name_or_file!r}")
+    return path
 
 
 def find_cell(task: AnyTask, robot: str = "") -> Cell | None:

@@ -33,6 +33,8 @@ from farhand.remote_site.reproduction.warm_up import warm_up
 from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.plant_memory import PERIOD_S, PlantMemory, PlantState
 
+_log = loop_logger(__name__)
+
 LINE_PERIOD_S = 60.0
 """Time that one line covers [s]."""
 
@@ -75,9 +77,6 @@ class TickTimes:
                 fields[f"{name}_{part}_ms"] = round(1e3 * float(value), 3)
             times_s.clear()
         self._write(kind="ticks", **fields)
-
-
-_log = loop_logger(__name__)
 
 
 class RemoteSite:

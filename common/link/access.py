@@ -36,7 +36,7 @@ _PATIENCE_US = 100_000
 """Longest wait of a robot for a listener with a full queue, before the listener is dropped [us]."""
 
 
-def guarded(configuration: dict[str, Any], vehicle: str, listen: str, sites: str) -> dict[str, Any]:
+def with_access_rules(configuration: dict[str, Any], vehicle: str, listen: str, sites: str) -> dict[str, Any]:
     """Return the configuration of a robot with access rules, because anybody may connect to its port.
 
     A connected site may send on `op/SITE/*` and hear `rov/*`, and nothing else: no stranger can read the operators'

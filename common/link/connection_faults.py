@@ -196,9 +196,8 @@ def find_refusal(endpoint: str, folder: Path) -> str:
             except TimeoutError:
                 return f"{where} does not speak TLS: does the robot listen at a quic/ or tls/ endpoint?"
             with encrypted:
-                encrypted.recv(
-                    1
-                )  # what the robot thinks of this site's certificate comes after the handshake
+                # The robot's verdict on this site's certificate comes after the handshake.
+                encrypted.recv(1)
     except ssl.SSLCertVerificationError as error:
         words = _OF_ROBOT.get(
             error.verify_code, f"the robot's certificate is not accepted: {error.verify_message}"

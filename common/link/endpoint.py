@@ -9,7 +9,7 @@ import msgspec
 
 from farhand.common.address import endpoint_fault
 from farhand.common.clock import Wait
-from farhand.common.link.access import guarded
+from farhand.common.link.access import with_access_rules
 from farhand.common.link.certificates import (
     CA_FILE,
     CERTIFICATE_FILE,
@@ -102,9 +102,10 @@ def scheme_of(endpoint: str) -> str:
 def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
     """Return the transport's configuration: one explicit connection, and no discovery.
 
-    A listening site is guarded, too: see `access.guarded`.
+    A listening site has access rules, too: see `with_access_rules`.
     """
     handshake_ms = round(settings.handshake_timeout_s * 1000)
+    endpoints = (settings.listen, settings.connect, *_beside(settings.listen))
     configuration = {
         "mode": "peer",
         "namespace": settings.vehicle,
@@ -130,13 +131,7 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
             "shared_memory": {"enabled": False},
             "link": {
                 # A mistyped endpoint must not send secrets in the clear.
-                "protocols": sorted(
-                    {
-                        scheme_of(end)
-                        for end in (settings.listen, settings.connect, *_beside(settings.listen))
-                        if end
-                    }
-                ),
+                "protocols": sorted({scheme_of(end) for end in endpoints if end}),
                 "tls": _tls(settings.certificate_folder) if settings.certificates else {},
                 # By default a stranger's gigabyte would be assembled in memory before anybody looks at it.
                 "rx": {"max_message_size": MAX_BYTES + _ENVELOPE_BYTES},
@@ -158,7 +153,7 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
         },
     }
     return (
-        guarded(configuration, settings.vehicle, settings.listen, settings.sites)
+        with_access_rules(configuration, settings.vehicle, settings.listen, settings.sites)
         if settings.listen
         else configuration
     )

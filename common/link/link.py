@@ -250,7 +250,7 @@ class ZenohLink:
                 wanted = wanted and take(item)
             except Exception:
                 _log.exception("a message on %s could not be handled", channel.key)
-                return
+                wanted = False
             if wanted is False:
                 time.sleep(max(_PAUSE_S, _PAUSES * (time.thread_time() - began_s)))
 

@@ -36,6 +36,8 @@ from farhand.evaluation.study import reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.samples import sample_strokes
 
+Array = NDArray[np.float64]
+
 Case = dict[str, Any]
 
 LEAST_HZ, SLACK_S, ONE_WAYS = 0.5, 3.0, 2.0
@@ -155,7 +157,6 @@ def _precision(told: dict[str, list[Case]]) -> str:
 _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
-Array = NDArray[np.float64]
 Measure = Callable[[TPHSMM], dict[str, float]]
 
 KINDS = ("planar", "poses")

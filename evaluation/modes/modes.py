@@ -18,6 +18,8 @@ from farhand.remote_site.supervision.guards import ForceGuard, SightGuard
 from farhand.remote_site.supervision.recordings import Recordings
 from farhand.remote_site.supervision.session import OperatorSession
 
+Case = dict[str, Any]
+
 _M = ControlMode
 
 
@@ -85,8 +87,6 @@ MUTANTS: dict[str, Callable[[], Any]] = {
 def _never_heard_of(_self: CommandLog, _command_id: str) -> CommandReply | None:
     return None
 
-
-Case = dict[str, Any]
 
 _DEPTH_OF_TWO = 8
 _SHORT_DEPTH = 3

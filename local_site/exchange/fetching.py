@@ -17,6 +17,8 @@ from farhand.common.wire.messages import BlobReply, BlobRequest
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.exchange.requests import Requests
 
+_log = loop_logger(__name__)
+
 Done = Callable[[bytes | None], None]
 
 _GIVE_UP_S = 600.0
@@ -106,8 +108,6 @@ class BlobFetcher:
         self._open.remove(fetch)
         fetch.done(content)
 
-
-_log = loop_logger(__name__)
 
 _DRAWING_ATTEMPTS = 5
 

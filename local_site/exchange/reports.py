@@ -22,6 +22,8 @@ from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import Event, EventsReply, EventsRequest, Message, PlannedPath, Telemetry
 from farhand.local_site.exchange.requests import Requests
 
+_log = loop_logger(__name__)
+
 _GIVE_UP_S = 60.0
 
 
@@ -163,7 +165,6 @@ def _moves(robot: Telemetry) -> bool:
     )
 
 
-_log = loop_logger(__name__)
 M = TypeVar("M", bound=Message)
 
 

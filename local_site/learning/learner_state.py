@@ -24,6 +24,8 @@ from farhand.local_site.learning.motion import Motion
 from farhand.local_site.learning.way_statistics import WayStatistics
 from farhand.local_site.learning.ways import apart, less_by_chance, model_of, per_part, symmetric
 
+Array = NDArray[np.float64]
+
 Arrays = TypeVar("Arrays", bound=tuple[np.ndarray, ...])
 
 
@@ -55,8 +57,6 @@ def filled(larger: Arrays, smaller: Arrays) -> Arrays:
         target[tuple(slice(n) for n in source.shape)] = source
     return larger
 
-
-Array = NDArray[np.float64]
 
 # A duration seen once says little about its spread: at least this fraction, and a sample at 50 Hz.
 _DURATION_FLOOR = 0.15

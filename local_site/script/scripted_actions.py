@@ -20,6 +20,8 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intents import Intent
 from farhand.local_site.exchange.notices import Notice
 
+_log = logging.getLogger(__name__)
+
 OutageKind = Literal["stall", "reset", "blackhole"]
 
 
@@ -94,8 +96,6 @@ class RealTime:
         """See `OperatorsTime.pause`."""
         threading.Event().wait(duration_s)
 
-
-_log = logging.getLogger(__name__)
 
 PATIENCE_S = 60.0
 ATTEMPTS = 3

@@ -19,6 +19,8 @@ from enum import Enum, auto
 import numpy as np
 from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
+
 # No progress: less than this distance within this time, under more than this force.
 _PROGRESS_M, _WITHIN_S, _FORCE_N = 0.0015, 1.0, 15.0
 # Believed depths between which a plug can jam, and the least depth at which it can have reached the bottom.
@@ -65,8 +67,6 @@ class JamDetector:
         straight = np.hypot(*force_n[:2]) < _STRAIGHT_N and np.hypot(*torque_nm[:2]) < _STRAIGHT_NM
         return Stuck.AT_BOTTOM if straight and depth_m > _BOTTOM_M else Stuck.JAMMED
 
-
-Array = NDArray[np.float64]
 
 # Hysteresis: on the axis within the first distance, off it beyond the second, which exceeds the noise of sight.
 _ON_AXIS_M, _OFF_AXIS_M = 0.020, 0.030

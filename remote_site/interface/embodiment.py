@@ -30,6 +30,8 @@ from farhand.remote_site.interface.plant import EffectorState, Plant
 from farhand.remote_site.interface.sensing import Perception, Sensing
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 
+Array = NDArray[np.float64]
+
 Joints = Annotated[tuple[float, ...], Meta(min_length=MIN_JOINTS, max_length=MAX_JOINTS)]
 Wrench = Annotated[tuple[float, ...], Meta(min_length=6, max_length=6)]
 Pose = Annotated[tuple[float, ...], Meta(min_length=7, max_length=7)]
@@ -49,9 +51,6 @@ class ArmMemory(Struct, frozen=True, forbid_unknown_fields=True):
     receptacle: Pose
     time_s: float
     tare: Wrench
-
-
-Array = NDArray[np.float64]
 
 
 class Guidance(NamedTuple):

@@ -17,6 +17,8 @@ from scipy.spatial.transform import Rotation
 from farhand.common.model.task_frame import TaskFrame
 from farhand.remote_site.interface.plant import Plant
 
+Array = NDArray[np.float64]
+
 
 class Perception(Protocol):
     """Sight of the surroundings, local to the remote site and without delay."""
@@ -29,8 +31,6 @@ class Perception(Protocol):
         """Return the true origin of the first frame, None if it is unknown, as on a machine. Shape (D,) [m]."""
         ...
 
-
-Array = NDArray[np.float64]
 
 PREDICTED_S = 0.3
 """Time for which an unseen frame is extrapolated [s]."""

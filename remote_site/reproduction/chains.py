@@ -5,7 +5,7 @@ certain enough at the actual start, its course becomes a chain of short componen
 which leads to the terminal component of its demonstrations. Otherwise only the paper's components are known,
 and the motion begins at the nearest of them.
 
-Most probable chain of components to an end (Sec. III-B).
+`successors` is the most probable chain of components to an end (Sec. III-B).
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM
 from farhand.common.model.ways import N_PHASES, Way, between_coarse, chosen_way
+
+Integers = NDArray[np.int64]
 
 Array = NDArray[np.float64]
 
@@ -93,8 +95,6 @@ def _grown(matrix: Array, rows: int, columns: int) -> Array:
     larger[: len(matrix), : len(matrix)] = matrix
     return larger
 
-
-Integers = NDArray[np.int64]
 
 # Without time spent, visits decide.
 _TINY = 1e-6

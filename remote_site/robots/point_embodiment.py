@@ -27,6 +27,8 @@ from farhand.remote_site.perception.simulated_sight import OscillatingTarget, Si
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 from farhand.remote_site.robots.plant_memory import PlantState
 
+Array = NDArray[np.float64]
+
 _RECORD_S = 10.0
 """Time after the arrival over which the error is accumulated [s]."""
 
@@ -68,8 +70,6 @@ class TrackingRecord:
         """See `Record.fields`."""
         return {"tracked_s": self.tracked_s, "rms_error_m": self.rms_m, "end_error_m": self.newest_m}
 
-
-Array = NDArray[np.float64]
 
 CONTROL_HZ = 50.0
 """Default control rate [Hz]."""

@@ -16,6 +16,8 @@ from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.supervision.guards import Trip
 from farhand.remote_site.supervision.mode_machine import ModeMachine
 
+_log = loop_logger(__name__)
+
 _KEPT_S = 5.0
 
 
@@ -56,9 +58,6 @@ class BlackBox:
                 velocity_m_s=velocity.tolist(), frame_origin_m=origin.tolist(), component=component, way=way,
             )  # fmt: skip
         self._rows.clear()
-
-
-_log = loop_logger(__name__)
 
 
 class Failsafe:

@@ -21,6 +21,9 @@ from farhand.local_site.teaching.goal import goal_miss
 from farhand.local_site.teaching.revisions import Revision
 from farhand.local_site.view.panels.html import Html, clock, text
 
+Submit = Callable[[intents.Intent], None]
+Act = Callable[[int, Callable[[], None]], None]
+
 _SHOWN = 80
 _LATE_S = 2.0
 """An event that was so long on its way was held up by an outage, and is shown when it happened [s]."""
@@ -81,9 +84,6 @@ def robot_clock(notice: Notice) -> str:
         return "this site's own; its clock"
     return f"{notice.robot_s:.2f} s on the robot's clock; the time shown is this site's"
 
-
-Submit = Callable[[intents.Intent], None]
-Act = Callable[[int, Callable[[], None]], None]
 
 _NONE: str = "nothing was taught yet"
 

@@ -14,6 +14,8 @@ from farhand.common.wire.scene_description import Mesh
 from farhand.local_site.view.scene import shapes
 from farhand.local_site.view.scene.palette import Rgb
 
+Array = NDArray[np.float64]
+
 GRID_Z_M, MODEL_Z_M, LINE_Z_M, TARGET_Z_M, MARK_Z_M, MAT_Z_M = 0.001, 0.002, 0.005, 0.006, 0.008, 0.01
 """What lies over what; the mat over all of it, so that nothing hangs over the edge of a board [m]."""
 HIDDEN_Z_M, ASIDE_Z_M = -0.05, -0.06
@@ -61,8 +63,6 @@ def show(node: viser.SceneNodeHandle, visible: bool) -> None:
     if node.visible != visible:
         node.visible = visible
 
-
-Array = NDArray[np.float64]
 
 Limits = tuple[float, float]
 
