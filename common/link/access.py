@@ -129,10 +129,15 @@ class AccessWatch:
         self._thread = threading.Thread(target=self._run, name="access", daemon=True)
         self._thread.start()
 
-    def answer(self, site: str) -> bytes:
-        """Return what a site may do, as JSON: a `Right`, or null for a name that is not in the list."""
-        right = Right(role="operator") if self._rights is None else self._rights.get(site)
-        return msgspec.json.encode(right)
+    def answers(self) -> Callable[[str], bytes]:
+        """Return a function that tells a site its right as of now, as JSON: a `Right`, or null if it is not in the list.
+
+        Each session takes its own, so that no site is told of a right before the transport enforces it.
+        """
+        rights = self._rights
+        return lambda site: msgspec.json.encode(
+            Right(role="operator") if rights is None else rights.get(site)
+        )
 
     def close(self) -> None:
         """End the thread."""

@@ -195,9 +195,12 @@ class ZenohLink:
 
     @staticmethod
     def _tell_rights(access: AccessWatch) -> Callable[[zenoh.Session], Any]:
-        key = keys.RIGHT.of("*")
-        answer = in_reader(lambda query: reply_to(query, access.answer(site_in(query))))
-        return lambda session: session.declare_queryable(key, answer)
+        def declare(session: zenoh.Session) -> Any:
+            answers = access.answers()
+            hear = in_reader(lambda query: reply_to(query, answers(site_in(query))))
+            return session.declare_queryable(keys.RIGHT.of("*"), hear)
+
+        return declare
 
     def _put(self, channel: Channel, data: bytes, reliably: bool, attachment: bytes | None) -> None:
         """Put a message now. Called by the thread of its urgency alone, as it may wait for the network."""

@@ -1,7 +1,10 @@
-"""What an operator's process says when the robot refuses it over an encrypted link."""
+"""Processes over an encrypted link: what a refused operator says, and what a revocation leaves alone."""
 
 from __future__ import annotations
 
+import json
+import shutil
+import time
 from pathlib import Path
 
 import pytest
@@ -10,7 +13,8 @@ from farhand.common.address import free_port
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 from farhand.deploy.pki.registry import Registry
-from tests.farhand_process import farhand
+from farhand.evaluation.harness.farhand_process import PATIENCE_S
+from tests.farhand_process import farhand, running
 
 HOST = "127.0.0.1"
 
@@ -40,3 +44,34 @@ def test_the_operators_process_says_why_when_it_gives_up(tmp_path: Path, dialled
         link.close()
     assert done.returncode == 1
     assert words in done.stderr.splitlines()[-1]
+
+
+def test_an_execution_whose_operator_is_revoked_goes_on_to_its_end(tmp_path: Path):
+    registry = Registry.create(tmp_path / "pki", "fleet")
+    robot, issued = (
+        registry.issue("rov1", "robot", (HOST,), 30),
+        registry.issue("shore-1", "operator", (), 30),
+    )
+    mine = shutil.copytree(issued, tmp_path / "shore-1")  # a revocation deletes the key that was issued
+    endpoint = f"quic/{HOST}:{free_port('quic')}"
+    with (
+        running(
+            "remote", "--listen", endpoint, "--task", "planar", "--certificates", robot,
+            "--sites", tmp_path / "pki" / "sites.json", "--data-dir", tmp_path / "robot",
+        ) as rov,
+        running(
+            "local", "--demo", "--connect", endpoint, "--task", "planar", "--certificates", mine,
+            "--site-name", "shore-1", "--data-dir", tmp_path / "operator",
+        ) as shore,
+    ):  # fmt: skip
+        shore.until("execute: the robot is in AUTONOMOUS")
+        registry.revoke("shore-1")
+        rov.until("the link is opened again")
+        log = tmp_path / "robot" / "robot" / "rov1" / "events.jsonl"
+        until_s, events, arrived = time.monotonic() + PATIENCE_S, [], []
+        while not arrived:
+            assert time.monotonic() < until_s, events
+            events = [json.loads(line) for line in log.read_text().splitlines()]
+            arrived = [e for e in events if (e["kind"], e.get("action")) == ("completed", "execute")]
+    assert arrived[0]["succeeded"]
+    assert not {"disarmed", "stopped", "paused"} & {event["kind"] for event in events}
