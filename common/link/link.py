@@ -139,7 +139,7 @@ class ZenohLink:
         copied = self._quic if channel.both_ways else None
         attachment = copied.copy_attachment(question) if copied is not None else None
         # In the network's own thread: a thread per question would cost more than the question.
-        handler = zenoh.handlers.Callback(question.on_reply, question.on_end, indirect=False)
+        handler = zenoh.handlers.Callback(self._on_reply(question), question.on_end, indirect=False)
 
         def get() -> None:
             try:
@@ -230,6 +230,14 @@ class ZenohLink:
         return lambda data: outbox.submit(
             lambda: self._put_on(channel, key, data, reliably=False, blocks=False, attachment=question_id)
         )
+
+    def _on_reply(self, question: Question) -> Callable[[zenoh.Reply], None]:
+        def hear(reply: zenoh.Reply) -> None:
+            if reply.ok is not None and self._quic is not None:
+                self._quic.heard()  # an error comes from this side, if the other one is not connected
+            question.on_reply(reply)
+
+        return hear
 
     def _set_limit(self, channel: Channel, bytes_per_s: float, which: int = 1) -> None:
         """Set a channel's budget for the link as configured (0) or as found (1); the smaller one counts."""

@@ -130,6 +130,7 @@ class QuicDelivery:
 
     def answered(self, sample: zenoh.Sample) -> None:
         """Process an answer to a copy."""
+        self.heard()
         if sample.attachment is not None:
             self._copies.answered(sample.attachment.to_bytes(), sample.payload.to_bytes())
 

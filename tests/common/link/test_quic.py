@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.link.interface import Request
@@ -46,7 +47,7 @@ def test_what_must_arrive_does_once_and_in_order_over_a_link_that_loses_doubles_
             there.send(keys.TELEMETRY, k.to_bytes(4, "big") + bytes(260))
             if k == N // 2:
                 relay.do(Relay.rebind)  # goes on from another port under the connection
-            assert here.ask_and_wait(keys.LEASE, b"%d" % k, PATIENCE_S) == (b"%d" % k)[::-1]
+            assert ask_until_answered(here, b"%d" % k) == (b"%d" % k)[::-1]
         assert events.until(lambda items: N in items)
         arrived = [k for k in events.items if k]
         assert arrived == list(range(1, N + 1))
@@ -137,3 +138,15 @@ def test_on_a_lossy_link_a_command_is_handled_once_and_answered_while_the_stream
     finally:
         here.close()
         relay.close()
+
+
+def test_an_answer_ends_the_silence_so_that_the_next_question_is_asked_at_once(registry: Registry, robot):
+    _, port = robot
+    here = operator(registry.folder_of("shore-1"), port)
+    try:
+        ask_until_answered(here)
+        begun_s = time.monotonic()
+        while time.monotonic() - begun_s < 1.5:  # nothing but answers is heard for longer than a silence
+            assert here.ask_and_wait(keys.LEASE, b"abc", PATIENCE_S) == b"cba"
+    finally:
+        here.close()
