@@ -15,6 +15,8 @@ from farhand.common.clock import elapsed_s
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.errors import FarhandError
 from farhand.common.wire.messages import ExecutionReport
+from farhand.common.wire.reasons import Code, Reason
+from farhand.common.wire.words import sentence
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intents import Intent
@@ -99,6 +101,7 @@ class RealTime:
 
 PATIENCE_S = 60.0
 ATTEMPTS = 3
+_DENIALS = (Code.UNLISTED, Code.REVOKED, Code.OBSERVER)
 
 
 class JobFailed(FarhandError):
@@ -135,11 +138,14 @@ class ScriptedActions:
         """Wait until the picture satisfies a condition.
 
         Raises:
-            JobFailed: On a time-out.
+            JobFailed: On a time-out, or as soon as the robot says that this site may not command it.
         """
-        if not self._console.wait_for(holds, patience_s):
+        if not self._console.wait_for(lambda p: holds(p) or _denial(p) is not None, patience_s):
             raise JobFailed(f"waited {patience_s:.0f} s for {what}: {self.last_words()}")
-        return self.picture
+        state = self.picture
+        if (denial := _denial(state)) is not None and not holds(state):
+            raise JobFailed(sentence(denial))
+        return state
 
     def command(self, action: Action, mode: ControlMode) -> None:
         """Give a command and wait for the robot's report of the mode; retry a limited number of times.
@@ -165,7 +171,9 @@ class ScriptedActions:
             return len(p.command_round_trips_s) > n_answers and p.mode is mode
 
         self.submit(intents.CommandRobot(action))
-        self._console.wait_for(lambda p: done(p) or self._refusals(action, p) > n_refusals, PATIENCE_S)
+        self._console.wait_for(
+            lambda p: done(p) or self._refusals(action, p) > n_refusals or _denial(p) is not None, PATIENCE_S
+        )
         if done(self.picture):
             took_s = self.picture.command_round_trips_s[-1]
             self.say(f"{action}: the robot is in {mode.name}, answered after {took_s:.3f} s")
@@ -226,3 +234,9 @@ class ScriptedActions:
     @staticmethod
     def _told(action: Action, state: ConsoleState) -> list[Notice]:
         return [notice for notice in state.notices if notice.what == action]
+
+
+def _denial(state: ConsoleState) -> Reason | None:
+    """Return why this site may never command the robot, None if it may."""
+    why = state.why_not_in_control
+    return why if why is not None and why.code in _DENIALS else None

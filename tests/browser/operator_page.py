@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 
@@ -105,17 +106,27 @@ class OperatorPage:
         hidden = not it.is_visible()
         if hidden:
             self.page.locator("#fh-menu").click()
-        yield
-        if hidden:
-            self.page.locator("#fh-menu").click()
+        try:
+            yield
+        finally:
+            if hidden:
+                self.page.locator("#fh-menu").click()
 
     def press(self, label: str, within_ms: float = WAIT_MS) -> None:
         """Press a button once it may be pressed."""
         if label == "STOP":
             self.page.locator("#fh-stop").click()
             return
-        with self.reachable(self.button(label)):
-            self.button(label).click(timeout=within_ms)
+        button, give_up_s = self.button(label), time.monotonic() + within_ms / 1000.0
+        while True:
+            left_ms = 1000.0 * (give_up_s - time.monotonic())
+            try:
+                with self.reachable(button):
+                    button.click(timeout=max(1.0, min(left_ms, WAIT_MS / 12.0)))
+                    return
+            except PlaywrightTimeout:  # it may have moved between the action line and the drawer
+                if left_ms <= 0.0:
+                    raise
 
     def command(self, label: str, mode: str) -> None:
         """Press a button and wait for the robot's report of the mode that it leads to."""

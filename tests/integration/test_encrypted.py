@@ -46,7 +46,7 @@ def test_the_operators_process_says_why_when_it_gives_up(tmp_path: Path, dialled
     assert words in done.stderr.splitlines()[-1]
 
 
-def test_an_execution_whose_operator_is_revoked_goes_on_to_its_end(tmp_path: Path):
+def test_an_execution_whose_operator_is_revoked_goes_on_to_its_end_and_the_operator_is_told(tmp_path: Path):
     registry = Registry.create(tmp_path / "pki", "fleet")
     robot, issued = (
         registry.issue("rov1", "robot", (HOST,), 30),
@@ -73,5 +73,7 @@ def test_an_execution_whose_operator_is_revoked_goes_on_to_its_end(tmp_path: Pat
             assert time.monotonic() < until_s, events
             events = [json.loads(line) for line in log.read_text().splitlines()]
             arrived = [e for e in events if (e["kind"], e.get("action")) == ("completed", "execute")]
+        shore.until("the robot refuses this site: shore-1 was revoked on")
+        assert shore.wait() == 1
     assert arrived[0]["succeeded"]
     assert not {"disarmed", "stopped", "paused"} & {event["kind"] for event in events}
