@@ -191,6 +191,7 @@ class Relay:
             "settings": msgspec.to_builtins(self._settings),
             "outage": {"kind": self._outage, "remaining_s": remaining_s},
             "connections": streams.connections + datagrams.flows,
+            "transport": "udp" if datagrams.flows else "tcp" if streams.connections else "",
             "accepted": streams.accepted + datagrams.accepted,
             "refused": streams.refused,
             "rebinds": datagrams.rebinds,

@@ -1,4 +1,4 @@
-"""Panel of the simulated link: profiles, delay, jitter, and cuts. Shown only while a link process answers.
+"""Panel of the simulated link: profiles, delay, jitter, loss, cuts and changes of its ports. Shown only while a link process answers.
 
 Thread that talks to the link process, so that the page never waits for it.
 """
@@ -18,6 +18,7 @@ from farhand.common.event_loop import Mailbox
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.log import loop_logger
 from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.panels.words import loss_words
 
 _log = loop_logger(__name__)
 
@@ -76,7 +77,7 @@ class LinkWorker:
             _log.debug("%s", error)
 
 
-DELAY_MS, JITTER_MS, CUT_S = (0.0, 3000.0), (0.0, 500.0), (1.0, 60.0)
+DELAY_MS, JITTER_MS, LOSS_PERCENT, CUT_S = (0.0, 3000.0), (0.0, 500.0), (0.0, 50.0), (1.0, 60.0)
 _PROFILES = ("lan", "geo", "leo", "acoustic")
 _CUSTOM = "custom"
 _SETTLE_S = 1.5
@@ -103,13 +104,23 @@ class LinkPanel:
             self._profile = gui.add_dropdown("Profile", (*_PROFILES, _CUSTOM), initial_value=_CUSTOM)
             self._delay = gui.add_slider("One-way delay [ms]", *DELAY_MS, step=10.0, initial_value=0.0)
             self._jitter = gui.add_slider("Jitter [ms]", *JITTER_MS, step=5.0, initial_value=0.0)
+            self._loss = gui.add_slider(
+                "Loss [%]", *LOSS_PERCENT, step=0.5, initial_value=0.0, visible=False,
+                hint="Share of the datagrams that are lost, in each direction",
+            )  # fmt: skip
+            self._without_loss = Html(gui)
             self._cut_s = gui.add_slider("Cut for [s]", *CUT_S, step=1.0, initial_value=5.0)
             self._cut = gui.add_button("Cut", color="orange")
+            self._rebind = gui.add_button(
+                "Change ports", color="gray", visible=False, hint="Continue from other ports, as after a satellite hand-over"
+            )  # fmt: skip
             self._state = Html(gui)
         self._hear(self._profile.on_update, self._take_profile)
         self._hear(self._delay.on_update, self._take_delay)
         self._hear(self._jitter.on_update, self._take_delay)
+        self._hear(self._loss.on_update, self._take_loss)
         self._hear(self._cut.on_click, self._cut_link)
+        self._hear(self._rebind.on_click, lambda: self._worker.submit(RelayControl.rebind))
 
     @property
     def link_name(self) -> str:
@@ -129,11 +140,22 @@ class LinkPanel:
         outage = status["outage"]
         cut = "" if outage["kind"] == "none" else f"cut: {math.ceil(outage['remaining_s'])} s left"
         self._state.show(element("cut", self._worker.problem or cut, "fh-cut", tag="div"))
+        self._offer_loss(status)
         if now_s - self._changed_s > _SETTLE_S:
             settings = status["settings"]["uplink"]
             _set(self._profile, status.get("profile") or _CUSTOM)
             _set(self._delay, clamp(settings["delay_ms"], DELAY_MS))
             _set(self._jitter, clamp(settings["jitter_ms"], JITTER_MS))
+            _set(self._loss, clamp(settings["loss"], LOSS_PERCENT))
+
+    def _offer_loss(self, status: dict[str, Any]) -> None:
+        """Offer what only datagrams can suffer while the link carries some; otherwise say why it is not offered."""
+        transport = status.get("transport", "")  # an older link process does not tell it
+        for handle in (self._loss, self._rebind):
+            if handle.visible != (transport == "udp"):
+                handle.visible = transport == "udp"
+        words = loss_words(transport, bool(status["settings"]["uplink"]["gemodel_p"]))
+        self._without_loss.show(element("loss", words, "fh-hint", tag="div"))
 
     def _hear(self, register: Callable[[Callable[..., Any]], Any], handle: Callable[[], None]) -> None:
         async def heard(event: viser.GuiEvent[Any]) -> None:
@@ -159,6 +181,13 @@ class LinkPanel:
         change: dict[str, Any] = {"delay_ms": delay_ms, "jitter_ms": jitter_ms}
         if jitter_ms:
             change["distribution"] = "uniform"
+        self._worker.submit(lambda control: control.set(uplink=change, downlink=change))
+
+    def _take_loss(self) -> None:
+        self._changed_s = elapsed_s()
+        loss = clamp(self._loss.value, LOSS_PERCENT)
+        _set(self._loss, loss)
+        change = {"loss": loss, "gemodel_p": 0.0}  # losses in bursts are another model of the same thing
         self._worker.submit(lambda control: control.set(uplink=change, downlink=change))
 
     def _cut_link(self) -> None:

@@ -1,4 +1,4 @@
-"""Texts of the page that differ between a board and an arm.
+"""Texts of the page: those that differ between a board and an arm, and those that name a reason or an outcome.
 
 Text above the operator's own arm: while it is led, the place of its plug.
 """
@@ -104,3 +104,17 @@ def _along(arrow: str, way_m: float) -> str:
 
 def _is_in(arm: ArmView) -> bool:
     return arm.depth_m > _IN_M and arm.lateral_m < _BESIDE_M
+
+
+def loss_words(transport: str, in_bursts: bool) -> str:
+    """Return what to know about the simulated link's loss; empty where its slider tells all.
+
+    Args:
+        transport: Transport of the present connections, "tcp" or "udp"; empty without any.
+        in_bursts: True if datagrams are lost in bursts, which the slider does not show.
+    """
+    if transport == "tcp":
+        return "A TCP connection loses no packets: loss and a change of ports need --transport quic."
+    if transport == "udp" and in_bursts:
+        return "Loss comes in bursts, as set at the link's control socket; the slider replaces them."
+    return ""

@@ -128,7 +128,7 @@ def test_after_a_rebind_the_remote_site_hears_the_sender_at_another_port_and_ans
             bench.remote.transport.sendto(b"answer", after)
             await bench.local.until_heard(1)
             assert bench.local.heard == [b"answer"]
-            assert bench.relay.status()["rebinds"] == 1
+            assert (bench.relay.status()["rebinds"], bench.relay.status()["transport"]) == (1, "udp")
 
     run(scenario)
 
@@ -203,7 +203,9 @@ def test_a_tcp_connection_says_what_it_ignores(run, linked, caplog):
         settings = LinkSettings(downlink=DirectionSettings(loss=10, duplicate=1))
         async with linked(settings) as bench:
             assert bench.relay.status()["streams_ignore"] == []
+            assert bench.relay.status()["transport"] == ""
             await bench.assert_open(await bench.dial())
+            assert bench.relay.status()["transport"] == "tcp"
             assert bench.relay.status()["streams_ignore"] == ["downlink.loss", "downlink.duplicate"]
             assert "carried without downlink.loss, downlink.duplicate: TCP repairs them" in caplog.text
 
