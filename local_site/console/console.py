@@ -28,6 +28,7 @@ from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.console.console_parts import ConsoleParts
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.dispatcher import Dispatcher
+from farhand.local_site.console.executions import ExecutionHistory
 from farhand.local_site.console.sending import Sending
 from farhand.local_site.console.teaching import Teaching
 from farhand.local_site.console.teleoperation import Teleoperation
@@ -89,6 +90,7 @@ class Console:
         self._models = ModelSender(self._inquiries, now_s, self._commanding.session, rate_bps)
         self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(monitor, self._events, self._on_restart)
+        self._executions = ExecutionHistory(self._inquiries, library)
         self._place = place or make_workcell(library.task)
         self._catalogue = RobotCatalogue(self._inquiries, library, site_name, self._tell, rate_bps, known)
         self._teaching = Teaching(library, self._place, self._tell)
@@ -98,7 +100,7 @@ class Console:
         limit_flows(link, rate_bps)
         self._parts = ConsoleParts(
             library, self._place, self._catalogue, self._teaching, self._sending, self._models, self._commanding,
-            self._stop, self._reports, monitor, self._notices,
+            self._stop, self._reports, self._executions, monitor, self._notices,
         )  # fmt: skip
         self._dispatcher = Dispatcher(self._parts, Teleoperation(link), now_s)
         self._changed = threading.Condition()
@@ -196,6 +198,7 @@ class Console:
         self._stop.tick()  # in virtual time, nobody else runs the queue
         self._commanding.tick(self._reports.robot, now_s)
         self._sending.tick(self._commanding.robot_tasks)
+        self._executions.tick()
 
     # Reports of the robot -----------------------------------------------------------------------
 
@@ -208,6 +211,8 @@ class Console:
 
     def _on_restart(self) -> None:
         self._models.forget_confirmed()
+        if self._reports.robot is not None:
+            self._executions.on_restart(self._reports.robot.stamp.boot)
         self._tell("restart", "the robot was restarted: send the models again", good=False)
 
     def _on_model_lost(self) -> None:
@@ -221,7 +226,9 @@ class Console:
         self._tell("suspended", f"{why}: earlier requests are not repeated", good=False)
 
     def _on_event(self, event: Event) -> None:
-        self._commanding.on_event(event, self._now_s())
+        now_s = self._now_s()
+        self._commanding.on_event(event, now_s)
+        self._executions.on_event(event, now_s - self._parts.monitor.late_s(event.stamp, now_s))
         self._catalogue.on_event(event)
 
     def _tell(self, what: str, text: str, good: bool = True) -> None:

@@ -8,6 +8,7 @@ from farhand.common.link.link_monitor import LinkMonitor
 from farhand.local_site.console.catalogue import RobotCatalogue
 from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.console.console_state import ConsoleState, TaskStanding
+from farhand.local_site.console.executions import ExecutionHistory
 from farhand.local_site.console.sending import Sending
 from farhand.local_site.console.teaching import Teaching
 from farhand.local_site.exchange.model_sender import ModelSender
@@ -32,6 +33,7 @@ class ConsoleParts:
         commanding: Control of the robot, and pending commands.
         stop: Newest stop of this site.
         reports: Newest reports of the robot.
+        executions: Executions that the robot has told of.
         monitor: State of the link.
         notices: Messages for the operator.
     """
@@ -45,6 +47,7 @@ class ConsoleParts:
     commanding: Commanding
     stop: StopLane
     reports: Reports
+    executions: ExecutionHistory
     monitor: LinkMonitor
     notices: Notices
 
@@ -87,6 +90,7 @@ class ConsoleParts:
             stroke_frames=library.stroke_frames,
             own_frames=tuple(self.place.frames),
             own_arm=self.place.view,
+            executions=self.executions.known,
             path=reports.path,
             path_received_s=reports.path_received_s,
             plan_id=reports.plan_id,

@@ -16,6 +16,7 @@ from farhand.common.task import AnyTask
 from farhand.common.wire.messages import PlannedPath, Telemetry, Wish
 from farhand.common.wire.reasons import Reason
 from farhand.common.wire.scene_description import SceneDescription
+from farhand.local_site.console.executions import Executions
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.teaching.demonstration import Demonstration
@@ -112,6 +113,7 @@ class ConsoleState:
         stroke_frames: Task frames in which each stroke was made. Each of length P.
         own_frames: Present task frames of the workcell. Length P.
         own_arm: Snapshot of the operator's arm; None where a hand alone demonstrates.
+        executions: Executions that the robot has told of.
         path: Newest path.
         path_received_s: Time of its arrival, on the console's clock [s].
         plan_id: Id of the newest preview, 0 without one.
@@ -154,6 +156,7 @@ class ConsoleState:
     stroke_frames: tuple[tuple[TaskFrame, ...], ...]
     own_frames: tuple[TaskFrame, ...]
     own_arm: ArmView | None
+    executions: Executions
     path: PlannedPath | None
     path_received_s: float
     plan_id: int

@@ -3,7 +3,7 @@ if (!window.farhand) {
   const LOOK_MS = 200;
   const SILENT_AFTER_LOOKS = 8; // not a time: a page that was busy itself has not heard what it could hear
   const NARROW_BUTTONS = ["Pause", "Resume", "Abort"];
-  const TABS = ["Timeline", "Demonstrations", "Model", "Link", "Events"];
+  const TABS = ["Timeline", "Executions", "Demonstrations", "Model", "Link", "Events"];
   const farhand = (window.farhand = { beat: null, heard: performance.now(), looks: 0 });
 
   const add = (tag, attributes, parent = document.body) => {

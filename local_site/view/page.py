@@ -21,12 +21,14 @@ from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.actions import ActionLine
 from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec
 from farhand.local_site.view.panels.charts import LinkHistory, TransitionGraph
-from farhand.local_site.view.panels.choices import AutoSendSwitch, Legend, PaceSlider, Standings, TaskChoice
+from farhand.local_site.view.panels.choices import Legend, PaceSlider, TaskChoice
+from farhand.local_site.view.panels.drawer import Drawer
 from farhand.local_site.view.panels.guidance import AdvicePanel
 from farhand.local_site.view.panels.html import Html, element
-from farhand.local_site.view.panels.link_panel import LinkPanel, LinkWorker
-from farhand.local_site.view.panels.list_panels import DemonstrationList, EventPanel, LibraryPanel
+from farhand.local_site.view.panels.link_panel import LinkWorker
+from farhand.local_site.view.panels.list_panels import EventPanel
 from farhand.local_site.view.panels.status_strip import StatusStrip
+from farhand.local_site.view.panels.tables import DemonstrationList, ExecutionList
 from farhand.local_site.view.panels.timeline import Timeline
 from farhand.local_site.view.redraw import Redraw
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
@@ -73,7 +75,9 @@ class Page:
         self._worker = LinkWorker(control) if control is not None else None
         self._build_head(self._server.gui)
         self._build_foot(self._server.gui)
-        self._build_drawer(self._server.gui)
+        self._drawer = Drawer(
+            self._server.gui, console.submit, self._act, self._on_press, self._worker
+        )  # fmt: skip
         self._scene = self._make_scene(task, own)
         self._build_view(self._server.gui)
         self._tabs = Tabs(
@@ -128,7 +132,7 @@ class Page:
         self._beat, self._strip = Html(gui), StatusStrip(gui)
         stop = Buttons(gui, (buttons.STOP,), self._on_press)
         self._server.incoming.open_to_everybody(*stop.handles)
-        self._buttons = [stop]
+        self._stop = stop
         with gui.add_folder("Task"):
             self._task = TaskChoice(gui, self._shown, self._console.submit, self._act)
         with gui.add_folder("Next"):
@@ -143,24 +147,8 @@ class Page:
     def _build_foot(self, gui: viser.GuiApi) -> None:
         """Build the tabs at the bottom: what was, what was taught, and how the link is."""
         self._happened, self._timeline = EventPanel(gui), Timeline(gui)
-        self._demonstrations = DemonstrationList(gui)
+        self._executions, self._demonstrations = ExecutionList(gui), DemonstrationList(gui)
         self._graph, self._history = TransitionGraph(gui), LinkHistory(gui)
-
-    def _build_drawer(self, gui: viser.GuiApi) -> None:
-        """Build the drawer: what is possible but not the next step."""
-        with gui.add_folder("Teach"):
-            self._buttons.append(Buttons(gui, buttons.TEACH, self._on_press))
-            self._auto_send = AutoSendSwitch(gui, self._console.submit, self._act)
-        with gui.add_folder("Library"):
-            self._standings = Standings(gui)
-            self._buttons.append(Buttons(gui, (buttons.SEND_LIBRARY,), self._on_press))
-            self._library = LibraryPanel(gui, self._console.submit, self._act)
-            self._buttons.append(Buttons(gui, buttons.LIBRARY, self._on_press))
-        with gui.add_folder("Robot"):
-            self._buttons.append(Buttons(gui, buttons.ROBOT, self._on_press))
-        self._link = LinkPanel(gui, self._worker, self._act) if self._worker is not None else None
-        with gui.add_folder("Control"):
-            self._buttons.append(Buttons(gui, buttons.CONTROL, self._on_press))
 
     def _build_view(self, gui: viser.GuiApi) -> None:
         """Build what stands over the canvas: the views, each tab's own, and the legend, which hides and shows."""
@@ -245,21 +233,17 @@ class Page:
             ghost = self._scene.draw(state, now_s)
         self._server.flush()
         self._line.draw(state)
-        for group in self._buttons:
-            group.draw(state, self._line.present)
-        self._auto_send.draw(state)
+        self._stop.draw(state)
+        self._drawer.draw(state, self._line.present, now_s)
         self._task.draw(state)
-        self._standings.draw(state)
-        self._library.draw(state)
         self._legend.draw()
         self._pace.draw(state, now_s)
         self._guidance.draw(state)
         self._happened.draw(state)
         self._strip.draw(state, ghost, now_s)
         self._timeline.draw(state, now_s)
+        self._executions.draw(state)
         self._demonstrations.draw(state)
         self._graph.draw(state)
-        self._history.draw(state, self._link.link_name if self._link else "link", now_s)
-        if self._link is not None:
-            self._link.draw(now_s)
+        self._history.draw(state, self._drawer.link_name, now_s)
         self._tabs.draw()

@@ -18,7 +18,9 @@ _equal = operator.attrgetter(
     "task", "tasks", "sending_library", "recording", "n_demonstrations", "can_recover", "auto_send", "revisions",
     "revision", "plan_id", "stop", "robot_records", "fetching", "scene_fetching", "miss",
 )  # fmt: skip
-_identical = operator.attrgetter("learned", "robot_model", "forming", "own_arm", "path", "robot_scene")
+_identical = operator.attrgetter(
+    "learned", "robot_model", "forming", "own_arm", "path", "robot_scene", "executions"
+)
 
 
 class Redraw:

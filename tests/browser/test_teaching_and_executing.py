@@ -135,6 +135,10 @@ def test_the_robot_executes_what_was_taught_and_arrives_in_the_u(tab: OperatorPa
     await_point(tab, U)
     active = int(tab.tp("graph").get_attribute("data-active") or -1)
     assert 0 <= active < tab.number("components")
+    tab.page.get_by_role("tab", name="Executions").click()
+    expect(tab.tp("outcome").first).to_have_text("arrived", timeout=WAIT_MS)
+    expect(tab.tp("outcome").first).to_be_visible()
+    tab.says("executions-count", re.compile(r"^(\d+) of \d+ ended as they should$"))
     tab.command("Clutch", "HOLD")
 
 

@@ -20,6 +20,7 @@ from farhand.common.wire.messages import (
     Command,
     CommandReply,
     Event,
+    ExecutionReport,
     Heartbeat,
     LeaseReply,
     LeaseRequest,
@@ -28,6 +29,7 @@ from farhand.common.wire.messages import (
     ModelTransfer,
     MoveTarget,
     OperatorInput,
+    ReportRequest,
     Stamp,
     Stop,
     Telemetry,
@@ -62,11 +64,14 @@ class RobotEnd:
         self.lease_refusal: Reason | None = None
         self.on_command: Callable[[Command], None] = lambda command: None
         self._t_ns = self._seq = 0
+        self.measured = ExecutionReport(stamp=self.now())
+        """Its answer to who asks what it measured."""
         self._heard: list[Message] = []
         self._changed = threading.Condition()
         link.serve(keys.LEASE, self._serving(LeaseRequest, self._on_lease))
         link.serve(keys.COMMAND, self._serving(Command, self._on_command))
         link.serve(keys.MODEL, self._serving(ModelTransfer, self._on_model))
+        link.serve(keys.REPORT, self._serving(ReportRequest, lambda _: self.measured))
         for channel, kind in (
             (keys.STOP, Stop),
             (keys.INPUT, OperatorInput),

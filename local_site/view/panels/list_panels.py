@@ -7,17 +7,13 @@ from collections import deque
 from collections.abc import Callable
 from datetime import datetime
 
-import numpy as np
 import viser
 
 from farhand.common.clock import elapsed_s
-from farhand.common.task import AnyTask
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.permission import refusal_of
 from farhand.local_site.exchange.notices import Notice
-from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.goal import goal_miss
 from farhand.local_site.teaching.revisions import Revision
 from farhand.local_site.view.panels.html import Html, clock, text
 
@@ -86,43 +82,6 @@ def robot_clock(notice: Notice) -> str:
 
 
 _NONE: str = "nothing was taught yet"
-
-
-class DemonstrationList:
-    """Table of the demonstrations of the present revision: whence each is, how long it took, and how it ended.
-
-    Args:
-        gui: GUI of the server.
-    """
-
-    def __init__(self, gui: viser.GuiApi):
-        self._html = Html(gui)
-        self._shown: tuple[object, ...] | None = None
-
-    def draw(self, state: ConsoleState) -> None:
-        """Show the demonstrations, the newest last."""
-        if self._shown == (shown := (state.task.name, *map(id, state.demonstrations))):
-            return
-        self._shown = shown
-        rows = "".join(_row(number, each, state.task) for number, each in enumerate(state.demonstrations, 1))
-        head = "<tr><th>no.</th><th>from</th><th>seconds</th><th>length</th><th>end</th></tr>"
-        table = (
-            f"<table>{head}{rows}</table>" if rows else '<div class="fh-empty">nothing was taught yet</div>'
-        )
-        self._html.show(
-            f'<div class="fh-lower" data-tab="demonstrations" data-tp="demonstrations"><div class="fh-list">{table}</div></div>'
-        )
-
-
-def _row(number: int, made: Demonstration, task: AnyTask) -> str:
-    length_m = float(np.linalg.norm(np.diff(made.position_m, axis=0), axis=1).sum())
-    miss = goal_miss(task, made.frames_at(-1)[-1].to_local(made.points[-1]))
-    kind, end = ("fh-bad", miss) if miss else ("", "at the goal")
-    whence = made.source or "this page"
-    return (
-        f"<tr><td>{number}</td><td>{text(whence[:40])}</td><td>{made.time_s[-1] - made.time_s[0]:.1f} s</td>"
-        f'<td>{1e3 * length_m:.0f} mm</td><td class="{kind}">{text(end)}</td></tr>'
-    )
 
 
 class LibraryPanel:

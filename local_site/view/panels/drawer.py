@@ -1,0 +1,62 @@
+"""Drawer of the page: what is possible, but not the next step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import viser
+
+from farhand.local_site.console import intents
+from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.view.panels import buttons
+from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec, OnPress
+from farhand.local_site.view.panels.choices import AutoSendSwitch, Standings
+from farhand.local_site.view.panels.link_panel import LinkPanel, LinkWorker
+from farhand.local_site.view.panels.list_panels import LibraryPanel
+
+Submit = Callable[[intents.Intent], None]
+Act = Callable[[int, Callable[[], None]], None]
+
+
+class Drawer:
+    """Folders of the drawer. Used by the page's thread.
+
+    Args:
+        gui: GUI of the server.
+        submit: Hands an intent to the console.
+        act: Has a tab's action done, from the server's thread; only enqueues.
+        on_press: Called with the tab and the pressed button, from the server's thread; only enqueues.
+        worker: Talks to the simulated link; None without one.
+    """
+
+    def __init__(
+        self, gui: viser.GuiApi, submit: Submit, act: Act, on_press: OnPress, worker: LinkWorker | None
+    ):
+        with gui.add_folder("Teach"):
+            self._buttons = [Buttons(gui, buttons.TEACH, on_press)]
+            self._auto_send = AutoSendSwitch(gui, submit, act)
+        with gui.add_folder("Library"):
+            self._standings = Standings(gui)
+            self._buttons.append(Buttons(gui, (buttons.SEND_LIBRARY,), on_press))
+            self._library = LibraryPanel(gui, submit, act)
+            self._buttons.append(Buttons(gui, buttons.LIBRARY, on_press))
+        with gui.add_folder("Robot"):
+            self._buttons.append(Buttons(gui, buttons.ROBOT, on_press))
+        self._link = LinkPanel(gui, worker, act) if worker is not None else None
+        with gui.add_folder("Control"):
+            self._buttons.append(Buttons(gui, buttons.CONTROL, on_press))
+
+    @property
+    def link_name(self) -> str:
+        """Name of the link, for people."""
+        return self._link.link_name if self._link is not None else "link"
+
+    def draw(self, state: ConsoleState, elsewhere: tuple[ButtonSpec, ...], now_s: float) -> None:
+        """Show a state of the console, without the buttons that are drawn elsewhere."""
+        for group in self._buttons:
+            group.draw(state, elsewhere)
+        self._auto_send.draw(state)
+        self._standings.draw(state)
+        self._library.draw(state)
+        if self._link is not None:
+            self._link.draw(now_s)
