@@ -88,6 +88,7 @@ class Code(StrEnum):
     NOTHING_TAUGHT = "nothing taught"
     NO_SUCH_REVISION = "no such revision"
     CURRENT_REVISION = "current revision"
+    NO_SUCH_DEMONSTRATION = "no such demonstration"
     NO_SUCH_TASK = "no such task"
     ROBOT_EXECUTES = "robot executes"
     NO_OWN_ARM = "no own arm"

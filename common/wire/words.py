@@ -74,6 +74,7 @@ WORDS: dict[Code, str] = {
     Code.NOTHING_TAUGHT: "nothing was learned yet: record a demonstration first",
     Code.NO_SUCH_REVISION: "revision {number:.0f} is not kept any more",
     Code.CURRENT_REVISION: "revision {number:.0f} is the current one: choose another one first",
+    Code.NO_SUCH_DEMONSTRATION: "this demonstration is not in the current revision any more: choose another one",
     Code.NO_SUCH_TASK: "no task {task:quoted} is known here, only {has}",
     Code.ROBOT_EXECUTES: "the robot executes {task}: end that first, by Clutch or Abort",
     Code.NO_OWN_ARM: "no arm is on a board, only a hand",

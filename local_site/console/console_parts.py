@@ -73,6 +73,7 @@ class ConsoleParts:
             sending_library=self.sending.sending_library,
             recording=library.recording,
             demonstrations=library.demonstrations,
+            demonstration_names=library.demonstration_names,
             can_undo=library.can_undo,
             can_recover=self.teaching.left_over is not None or self.catalogue.recordings.can_recover,
             fetching=self.catalogue.recordings.fetching,

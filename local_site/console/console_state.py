@@ -94,6 +94,7 @@ class ConsoleState:
         sending_library: True while the library is being sent.
         recording: True while a demonstration is recorded.
         demonstrations: Learned demonstrations, in their order.
+        demonstration_names: Names of their files.
         can_undo: True if a demonstration can be undone.
         can_recover: True if a demonstration recorded here, or by the robot, was not learned yet.
         fetching: Share of a robot's recording that has arrived, from 0 to 1; None while none is fetched.
@@ -139,6 +140,7 @@ class ConsoleState:
     sending_library: bool
     recording: bool
     demonstrations: tuple[Demonstration, ...]
+    demonstration_names: tuple[str, ...]
     can_undo: bool
     can_recover: bool
     fetching: float | None

@@ -104,6 +104,19 @@ class Delete:
 
 
 @dataclass(frozen=True)
+class RemoveDemonstration:
+    """Request to remove one of the current demonstrations.
+
+    Args:
+        name: Name of its file: a number would mean another one after a removal.
+    """
+
+    label: ClassVar[str] = "delete demonstration"
+
+    name: str
+
+
+@dataclass(frozen=True)
 class Choose:
     """Request to choose another task for teaching, previews and executions.
 
@@ -219,6 +232,7 @@ Teach = (
     | SelectRevision
     | StartAnew
     | Delete
+    | RemoveDemonstration
     | ResetArm
     | Align
 )

@@ -25,6 +25,7 @@ _ACTS: dict[type[intents.Intent], Act] = {
     intents.SelectRevision: Act.GO_TO,
     intents.StartAnew: Act.START_ANEW,
     intents.Delete: Act.DELETE,
+    intents.RemoveDemonstration: Act.REMOVE,
 }
 
 
@@ -115,6 +116,8 @@ def _teaching_refusal(intent: intents.Intent, state: ConsoleState) -> Reason | N
             return command_refusal(Action.END_RECORDING, state)
         case intents.SelectRevision(number) | intents.Delete(number):
             return teaching_refusal(_ACTS[type(intent)], state, number)
+        case intents.RemoveDemonstration(name):
+            return teaching_refusal(Act.REMOVE, state, name=name)
     return teaching_refusal(_ACTS[type(intent)], state)
 
 

@@ -59,6 +59,10 @@ class Teaching:
                 self._tell("recover", "the demonstration that was left over was learned")
             case intents.SelectRevision() | intents.StartAnew() | intents.Delete():
                 self._go_back(intent)
+            case intents.RemoveDemonstration(name):
+                number = self._task.demonstration_names.index(name) + 1
+                self._task.remove(name)
+                self._tell("delete demonstration", f"demonstration {number} was deleted: Undo brings it back")
             case intents.ResetArm() | intents.Align():
                 self._move_arm(intent)
 
@@ -102,6 +106,8 @@ class Teaching:
         self._task.undo()
         n = before - len(self._task.demonstrations)
         undone = "the last demonstration was undone" if n == 1 else f"the last {n} demonstrations were undone"
+        if n < 0:
+            undone = "the deleted demonstration is back"
         self._tell("undo", "the recording under way was discarded" if recording else undone)
 
     @property

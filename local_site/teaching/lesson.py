@@ -60,6 +60,8 @@ class Lesson:
         """Losses found at the start, for the operator: files that could not be read or kept."""
         self.demonstrations: tuple[StoredDemonstration, ...] = ()
         """Current demonstrations in the order in which they were learned."""
+        self.before_removal: tuple[StoredDemonstration, ...] = ()
+        """Demonstrations before the last change, if it was a removal."""
         self.learner = self._learner_of(())
         """Learner of these demonstrations; it learns the demonstration in progress as well."""
         self.learned: LearnedModel | None = None
@@ -111,22 +113,30 @@ class Lesson:
         pairs = [(each, prepared(each, self.settings)) for each in demonstrations]
         return [each for each, motion in pairs if not any(motion.same_motion(one) for one in known)]
 
+    def remove(self, name: str) -> None:
+        """Remove one demonstration, and learn the others again; `undo` brings it back.
+
+        Args:
+            name: Name of its file.
+
+        Raises:
+            NotSaved: When it was removed, but not on disk.
+        """
+        before = self.demonstrations
+        try:
+            self.relearn(tuple(each for each in before if each.name != name))
+        finally:
+            if self.demonstrations is not before:
+                self.before_removal = before
+
     def undo(self) -> None:
-        """Undo the newest demonstration, or the newest ones together if they were learned together.
+        """Undo a removal, else the newest demonstration, or the newest ones together if they were learned together.
 
         Raises:
             NotSaved: When it was undone, but not on disk.
         """
-        names = tuple(each.name for each in self.demonstrations)
-        starts = [
-            len(r.demonstrations)
-            for r in self.revisions
-            if r.demonstrations == names[: len(r.demonstrations)]
-        ]
-        if self.revisions and self.revisions[0].number == 1:
-            starts.append(0)  # the state before the first revision
-        before = [n for n in starts if n < len(names)]
-        self.relearn(self.demonstrations[: max(before, default=len(names) - 1)])
+        n_before = self._archive.revisions.n_before(tuple(each.name for each in self.demonstrations))
+        self.relearn(self.before_removal or self.demonstrations[:n_before])
 
     def relearn(self, demonstrations: tuple[StoredDemonstration, ...]) -> None:
         """Learn these demonstrations in place of all others.
@@ -199,7 +209,7 @@ class Lesson:
         content = encode(learner.model()) if demonstrations else b""
         model = decode(content) if content else None  # bit for bit what the robot will have
         sha256 = content_hash(content) if content else ""
-        self.learner, self.demonstrations = learner, demonstrations
+        self.learner, self.demonstrations, self.before_removal = learner, demonstrations, ()
         try:
             self._archive.commit(demonstrations, sha256, content)
         finally:

@@ -37,6 +37,7 @@ class Act(StrEnum):
     GO_TO = "go to"
     START_ANEW = "start anew"
     DELETE = "delete"
+    REMOVE = "remove"
 
 
 class TaughtState(Protocol):
@@ -58,6 +59,11 @@ class TaughtState(Protocol):
         ...
 
     @property
+    def demonstration_names(self) -> tuple[str, ...]:
+        """Names of the current demonstrations, in their order."""
+        ...
+
+    @property
     def revision(self) -> int:
         """Number of the current revision, 0 before the first."""
         ...
@@ -68,13 +74,14 @@ class TaughtState(Protocol):
         ...
 
 
-def teaching_refusal(act: Act, taught: TaughtState, number: int = 0) -> Reason | None:
+def teaching_refusal(act: Act, taught: TaughtState, number: int = 0, name: str = "") -> Reason | None:
     """Return why an action is not possible now; None if it is.
 
     Args:
         act: Action.
         taught: State of the task's demonstrations.
         number: Number of the revision that the action names, if it names one.
+        name: Name of the demonstration that the action names, if it names one.
     """
     if act is Act.END:
         return None if taught.recording else because(Code.NOT_RECORDING)
@@ -86,8 +93,12 @@ def teaching_refusal(act: Act, taught: TaughtState, number: int = 0) -> Reason |
         return None if taught.can_recover else because(Code.NOTHING_TO_RECOVER)
     if act is Act.START_ANEW:
         return None if taught.can_undo else because(Code.NOTHING_TAUGHT)
-    if act not in (Act.GO_TO, Act.DELETE):
-        return None
+    if act is Act.REMOVE:
+        return None if name in taught.demonstration_names else because(Code.NO_SUCH_DEMONSTRATION)
+    return _revision_refusal(number, taught) if act in (Act.GO_TO, Act.DELETE) else None
+
+
+def _revision_refusal(number: int, taught: TaughtState) -> Reason | None:
     if number not in {each.number for each in taught.revisions}:
         return because(Code.NO_SUCH_REVISION, number=number)
     return because(Code.CURRENT_REVISION, number=number) if number == taught.revision else None

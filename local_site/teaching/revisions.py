@@ -89,6 +89,15 @@ class Revisions:
         """Return the revision with this number, if it is kept."""
         return next((revision for revision in self.kept if revision.number == number), None)
 
+    def n_before(self, names: tuple[str, ...]) -> int:
+        """Return how many of these demonstrations an earlier revision had: those after them were learned together."""
+        starts = [
+            len(r.demonstrations) for r in self.kept if r.demonstrations == names[: len(r.demonstrations)]
+        ]
+        if self.kept and self.kept[0].number == 1:
+            starts.append(0)  # the state before the first revision
+        return max((n for n in starts if n < len(names)), default=max(len(names) - 1, 0))
+
     def commit(self, demonstrations: tuple[str, ...], sha256: str) -> None:
         """Make the revision with these demonstrations current; add one if none has exactly these.
 

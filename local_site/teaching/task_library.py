@@ -60,8 +60,8 @@ class TaskLibrary:
 
     @property
     def can_undo(self) -> bool:
-        """True if a demonstration can be undone."""
-        return self.recording or bool(self._taught.demonstrations)
+        """True if a demonstration, or the removal of one, can be undone."""
+        return self.recording or bool(self._taught.demonstrations or self._taught.before_removal)
 
     @property
     def can_recover(self) -> bool:
@@ -72,6 +72,11 @@ class TaskLibrary:
     def demonstrations(self) -> tuple[Demonstration, ...]:
         """Demonstrations of the current revision."""
         return tuple(each.demonstration for each in self._taught.demonstrations)
+
+    @property
+    def demonstration_names(self) -> tuple[str, ...]:
+        """Names of the files of these demonstrations."""
+        return tuple(each.name for each in self._taught.demonstrations)
 
     @property
     def strokes(self) -> tuple[Array, ...]:
@@ -195,8 +200,17 @@ class TaskLibrary:
         self._recording.set_aside()
         self._discard()
 
+    def remove(self, name: str) -> None:
+        """Remove one demonstration, see `Lesson.remove`.
+
+        Raises:
+            NotNow: When there is no such demonstration, or another one is being recorded.
+        """
+        self._check(Act.REMOVE, name=name)
+        self._taught.remove(name)
+
     def undo(self) -> None:
-        """Undo the last demonstration, or the last ones together if they were learned together, bit for bit.
+        """Undo the last demonstration, the last ones that were learned together, or a removal, bit for bit.
 
         Raises:
             NotNow: When there is no demonstration.
@@ -237,8 +251,8 @@ class TaskLibrary:
         self._check(Act.DELETE, number)
         self._taught.delete(number)
 
-    def _check(self, act: Act, number: int = 0) -> None:
-        if (why := teaching_refusal(act, self, number)) is not None:
+    def _check(self, act: Act, number: int = 0, name: str = "") -> None:
+        if (why := teaching_refusal(act, self, number, name)) is not None:
             raise NotNow(why)
 
     def _discard(self) -> None:

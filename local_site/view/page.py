@@ -76,7 +76,7 @@ class Page:
         self._build_head(self._server.gui)
         self._build_foot(self._server.gui)
         self._drawer = Drawer(
-            self._server.gui, console.submit, self._act, self._on_press, self._worker
+            self._server.gui, console.submit, self._act, self._on_press, self._server.save_in, self._worker
         )  # fmt: skip
         self._scene = self._make_scene(task, own)
         self._build_view(self._server.gui)

@@ -15,7 +15,7 @@ AT_REST_S = 0.25
 """Time between two redraws while only ages change [s]."""
 _equal = operator.attrgetter(
     "mode", "phase", "link.health", "in_control", "why_not_in_control", "wish", "asked_by", "pending", "notices",
-    "task", "tasks", "sending_library", "recording", "n_demonstrations", "can_recover", "auto_send", "revisions",
+    "task", "tasks", "sending_library", "recording", "demonstration_names", "can_recover", "auto_send", "revisions",
     "revision", "plan_id", "stop", "robot_records", "fetching", "scene_fetching", "miss",
 )  # fmt: skip
 _identical = operator.attrgetter(

@@ -82,6 +82,18 @@ class PageServer(viser.ViserServer):
         """Address to open in a browser."""
         return self._door.address(self.bound_port)
 
+    def save_in(self, tab: int, name: str, content: bytes) -> None:
+        """Have a tab's browser save a file, if the tab is still open.
+
+        Args:
+            tab: Number of the tab.
+            name: Name of the file.
+            content: Content of the file.
+        """
+        client = self.get_clients().get(tab)
+        if client is not None:
+            client.send_file_download(name, content, save_immediately=True)
+
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refuse to share the page: that would open the operator's console to the internet."""
         return None

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from playwright.sync_api import Browser, expect
 
 from tests.browser.operator_page import WAIT_MS, OperatorPage
-from tests.browser.stack import farhand_up, other_still_task, still_task
+from tests.browser.stack import Stack, farhand_up, other_still_task, still_task
 
 
 def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
@@ -34,6 +35,7 @@ def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
             choose_revision(tab, "2: 0 demonstrations")
             tab.press("Delete")
             tab.tells("revision 2 was deleted")
+            delete_save_and_undo(tab, stack, three)
             assert tab.problems == []
         with farhand_up(tmp_path / "data", task=tasks) as stack:
             tab.open(stack.address)
@@ -44,6 +46,27 @@ def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
             tab.says("demos", "0")
     finally:
         context.close()
+
+
+def delete_save_and_undo(tab: OperatorPage, stack: Stack, three: bytes) -> None:
+    """Save the second demonstration and the model, delete the demonstration, and have it back."""
+    tab.pick("Demonstration", tab.page.get_by_role("option").filter(has_text=re.compile("^2: ")))
+    second = sorted(stack.model_file.parent.glob("demonstration-*.npz"))[1]
+    assert saved(tab, "Download demonstration") == second.read_bytes()
+    assert saved(tab, "Download model") == three
+    tab.press("Delete demonstration")
+    tab.says("demos", "2")
+    tab.tells("demonstration 2 was deleted: Undo brings it back")
+    tab.press("Undo")
+    tab.says("demos", "3")
+    assert stack.model_file.read_bytes() == three
+
+
+def saved(tab: OperatorPage, label: str) -> bytes:
+    """The file that the browser saves after a press of a button."""
+    with tab.page.expect_download(timeout=WAIT_MS) as download:
+        tab.press(label)
+    return download.value.path().read_bytes()
 
 
 def send_both(tab: OperatorPage) -> None:

@@ -11,6 +11,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec, OnPress
 from farhand.local_site.view.panels.choices import AutoSendSwitch, Standings
+from farhand.local_site.view.panels.file_panel import FilePanel, Save
 from farhand.local_site.view.panels.link_panel import LinkPanel, LinkWorker
 from farhand.local_site.view.panels.list_panels import LibraryPanel
 
@@ -26,11 +27,18 @@ class Drawer:
         submit: Hands an intent to the console.
         act: Has a tab's action done, from the server's thread; only enqueues.
         on_press: Called with the tab and the pressed button, from the server's thread; only enqueues.
+        save: Has a tab's browser save a file.
         worker: Talks to the simulated link; None without one.
     """
 
     def __init__(
-        self, gui: viser.GuiApi, submit: Submit, act: Act, on_press: OnPress, worker: LinkWorker | None
+        self,
+        gui: viser.GuiApi,
+        submit: Submit,
+        act: Act,
+        on_press: OnPress,
+        save: Save,
+        worker: LinkWorker | None,
     ):
         with gui.add_folder("Teach"):
             self._buttons = [Buttons(gui, buttons.TEACH, on_press)]
@@ -40,6 +48,8 @@ class Drawer:
             self._buttons.append(Buttons(gui, (buttons.SEND_LIBRARY,), on_press))
             self._library = LibraryPanel(gui, submit, act)
             self._buttons.append(Buttons(gui, buttons.LIBRARY, on_press))
+        with gui.add_folder("Demonstrations"):
+            self._files = FilePanel(gui, submit, act, save)
         with gui.add_folder("Robot"):
             self._buttons.append(Buttons(gui, buttons.ROBOT, on_press))
         self._link = LinkPanel(gui, worker, act) if worker is not None else None
@@ -58,5 +68,6 @@ class Drawer:
         self._auto_send.draw(state)
         self._standings.draw(state)
         self._library.draw(state)
+        self._files.draw(state)
         if self._link is not None:
             self._link.draw(now_s)

@@ -128,6 +128,22 @@ def test_the_revisions_are_shown_and_gone_back_to(tmp_path: Path):
         it.told("revision 1 is not kept any more")
 
 
+def test_one_demonstration_is_deleted_by_name_and_undo_brings_it_back(tmp_path: Path):
+    with desk(tmp_path) as it:
+        it.console.submit(intents.LoadSamples())
+        three = it.until(lambda p: p.n_demonstrations == 3)
+        second = intents.RemoveDemonstration(three.demonstration_names[1])
+        for _ in range(2):  # as by a double click
+            it.console.submit(second)
+        it.told("delete demonstration: refused: this demonstration is not in the current revision any more")
+        assert it.picture.demonstration_names == (three.demonstration_names[0], three.demonstration_names[2])
+        it.console.submit(intents.Undo())
+        again = it.told("undo: the deleted demonstration is back")
+        assert again.demonstration_names == three.demonstration_names
+        assert again.learned is not None and three.learned is not None
+        assert again.learned.sha256 == three.learned.sha256
+
+
 def test_a_model_is_sent_by_itself_whenever_it_changes_if_so_chosen(tmp_path: Path):
     with desk(tmp_path) as it:
         it.connected()

@@ -209,3 +209,46 @@ def test_a_kill_at_any_moment_loses_nothing_that_was_said_to_be_kept(tmp_path: P
         assert load(tmp_path / TASK.name / "newest.farhand") == library.learned.model
         named = {name for revision in library.revisions for name in revision.demonstrations}
         assert named <= demonstration_files(tmp_path)
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_one_demonstration_is_removed_and_undo_brings_it_back_bit_for_bit(tmp_path: Path, which: int):
+    library, others = TaskLibrary(TASK, tmp_path / "all"), TaskLibrary(TASK, tmp_path / "others")
+    lengths = [60, 45, 50]
+    for n in lengths:
+        teach(library, n)
+    whole, names = library.learned, library.demonstration_names
+    for k, n in enumerate(lengths):
+        if k != which:
+            teach(others, n)
+    library.remove(names[which])
+    assert library.demonstration_names == tuple(name for k, name in enumerate(names) if k != which)
+    assert library.learned is not None and others.learned is not None and whole is not None
+    assert library.learned.content == others.learned.content
+    with pytest.raises(NotNow, match="not in the current revision any more"):
+        library.remove(names[which])  # a second press means the same one
+    later = TaskLibrary(TASK, tmp_path / "all")
+    assert later.learned is not None and later.learned.content == others.learned.content
+    library.undo()
+    assert library.learned.content == whole.content and library.demonstration_names == names
+    assert demonstration_files(tmp_path / "all") == set(names)
+
+
+def test_the_only_demonstration_can_be_removed_and_had_again(tmp_path: Path):
+    library = TaskLibrary(TASK, tmp_path)
+    sha256 = teach(library)
+    library.remove(library.demonstration_names[0])
+    assert library.learned is None and library.can_undo
+    library.undo()
+    assert library.learned is not None and library.learned.sha256 == sha256
+
+
+def test_what_is_learned_after_a_removal_is_undone_first_as_ever(tmp_path: Path):
+    library = TaskLibrary(TASK, tmp_path)
+    for n in (60, 45):
+        teach(library, n)
+    library.remove(library.demonstration_names[0])
+    rest = library.learned
+    teach(library, 50)
+    library.undo()
+    assert rest is not None and library.learned is not None and library.learned.content == rest.content

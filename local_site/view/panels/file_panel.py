@@ -1,0 +1,92 @@
+"""Demonstrations one by one: delete one, and save one, or the model, as a file of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import viser
+
+from farhand.local_site.console import intents
+from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.console.permission import refusal_of
+from farhand.local_site.teaching.demonstration import Demonstration
+
+Submit = Callable[[intents.Intent], None]
+Act = Callable[[int, Callable[[], None]], None]
+Save = Callable[[int, str, bytes], None]
+"""Has a tab's browser save a file: the tab, the file's name, and its content."""
+
+_NONE: tuple[str, ...] = ("none yet",)
+
+
+class FilePanel:
+    """Choice of a demonstration, with what can be done to it. Its callbacks only enqueue.
+
+    Args:
+        gui: GUI of the server.
+        submit: Hands an intent to the console.
+        act: Has a tab's action done, from the server's thread.
+        save: Has a tab's browser save a file.
+    """
+
+    def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act, save: Save):
+        self._act, self._save = act, save
+        self._state: ConsoleState | None = None
+        self._names: dict[str, str] = {}
+        """Name of each demonstration by its label; another object whenever they change."""
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Demonstration", _NONE, visible=False)
+        self._delete = gui.add_button("Delete demonstration", color="gray", visible=False)
+        self._download = gui.add_button("Download demonstration", color="gray", visible=False)
+        self._download_model = gui.add_button("Download model", color="gray", visible=False)
+        # Chosen when it is pressed, not when it is done: a second press means the same one, and is refused.
+        self._on(self._delete, lambda _: partial(submit, intents.RemoveDemonstration(self._chosen())))
+        self._on(self._download, lambda tab: partial(self._save_demonstration, tab, self._chosen()))
+        self._on(self._download_model, lambda tab: partial(self._save_model, tab))
+
+    def draw(self, state: ConsoleState) -> None:
+        """Show the current demonstrations; one stays chosen until it is gone, at first the newest."""
+        self._state = state
+        before, names = tuple(self._names.values()), state.demonstration_names
+        if names != before:
+            chosen = self._chosen()
+            labels = tuple(_label(*each) for each in enumerate(state.demonstrations, 1)) or _NONE
+            at = names.index(chosen) if chosen in names and chosen != before[-1] else -1
+            self._names = dict(zip(labels, names, strict=False))
+            self._choice.options = labels
+            self._choice.value = labels[at]
+        removable = refusal_of(intents.RemoveDemonstration(self._chosen()), state) is None
+        for handle, possible in (
+            (self._choice, bool(state.demonstrations)),
+            (self._download, bool(state.demonstrations)),
+            (self._delete, removable),
+            (self._download_model, state.learned is not None),
+        ):
+            if handle.visible != possible:
+                handle.visible = possible
+
+    def _chosen(self) -> str:
+        return self._names.get(self._choice.value, "")
+
+    def _save_demonstration(self, tab: int, name: str) -> None:
+        state = self._state
+        if state is not None and name in state.demonstration_names:
+            made = state.demonstrations[state.demonstration_names.index(name)]
+            self._save(tab, f"{state.task.name}-{name}", made.encode())
+
+    def _save_model(self, tab: int) -> None:
+        state = self._state
+        if state is not None and state.learned is not None:
+            self._save(tab, f"{state.task.name}-revision-{state.revision}.farhand", state.learned.content)
+
+    def _on(self, button: viser.GuiButtonHandle, job: Callable[[int], Callable[[], None]]) -> None:
+        async def pressed(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            if event.client_id is not None:
+                self._act(event.client_id, job(event.client_id))
+
+        button.on_click(pressed)
+
+
+def _label(number: int, made: Demonstration) -> str:
+    seconds = made.time_s[-1] - made.time_s[0]
+    return f"{number}: {(made.source or 'this page')[:40]}, {seconds:.1f} s"
