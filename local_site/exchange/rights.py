@@ -28,6 +28,7 @@ class RightsWatch:
     ):
         self._link, self._site_name = link, site_name
         self._is_heard, self._refused = is_heard, refused
+        self._newest: Reason | None = None
         self._answered, self._closed = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="rights", daemon=True)
         self._thread.start()
@@ -45,13 +46,7 @@ class RightsWatch:
             self._answered.clear()
             self._link.ask(keys.RIGHT, b"", _TIMEOUT_S, self._take)
             self._answered.wait(_TIMEOUT_S + 1.0)
-            self._closed.wait(_AGAIN_S if self._told else 0.0)
-
-    @property
-    def _told(self) -> bool:
-        return self._newest is not None
-
-    _newest: Reason | None = None
+            self._closed.wait(_AGAIN_S if self._newest is not None else 0.0)
 
     def _take(self, answer: bytes | None) -> None:
         self._newest = explain_right(answer, self._site_name) if answer is not None else None

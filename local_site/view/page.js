@@ -99,10 +99,13 @@ if (!window.farhand) {
     show(calm, [does, said("link") === "OK" ? "" : `link ${said("link")}`, said("refusal")].filter(Boolean).join(", "));
     const title = `${alarming ? `! ${alarming}` : does} · Farhand`;
     if (document.title !== title) document.title = title;
-    // viser gives its sliders no name
-    for (const thumb of document.querySelectorAll('[role=slider][aria-label=""]')) {
-      const label = document.querySelector(`label[for="${thumb.closest(".mantine-Slider-root")?.id}"]`);
-      if (label) thumb.setAttribute("aria-label", label.textContent);
+    // viser gives its sliders and the numbers beside them no name
+    const unnamed = '[role=slider][aria-label=""], input.mantine-NumberInput-input:not([aria-label])';
+    for (const control of document.querySelectorAll(unnamed)) {
+      let around = control.parentElement;
+      while (around && !around.querySelector("label")) around = around.parentElement;
+      const label = around?.querySelector("label");
+      if (label) control.setAttribute("aria-label", label.textContent);
     }
   };
 

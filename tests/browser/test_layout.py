@@ -1,6 +1,8 @@
-"""What is written on the page can be read: no two texts overlap, nothing is cut off."""
+"""The page can be read by everybody: no two texts overlap, nothing is cut off, and axe-core finds nothing serious."""
 
 from __future__ import annotations
+
+from axe_playwright_python.sync_playwright import Axe
 
 from tests.browser.operator_page import OperatorPage
 
@@ -49,6 +51,13 @@ def assert_legible(tab: OperatorPage) -> None:
     tab.page.set_viewport_size(before)
 
 
+def assert_accessible(tab: OperatorPage) -> None:
+    """Names, roles, contrast, keyboard: by axe-core, in the window's present size."""
+    found = Axe().run(tab.page).response["violations"]
+    serious = [rule for rule in found if rule["impact"] in ("serious", "critical")]
+    assert [(rule["help"], [node["html"] for node in rule["nodes"]]) for rule in serious] == []
+
+
 def overlapping(boxes: list[dict]) -> list[tuple[str, str]]:
     """Pairs of texts of different elements whose boxes share more than a pixel either way."""
     return [
@@ -69,12 +78,16 @@ def test_the_overlap_is_found() -> None:
     assert overlapping([box, over]) == [("a", "c")]
 
 
-def test_every_state_is_legible(tab: OperatorPage) -> None:
+def test_every_state_is_legible_and_accessible(tab: OperatorPage) -> None:
     assert_legible(tab)
+    tab.page.locator("#fh-menu").click()
+    assert_accessible(tab)
+    tab.page.locator("#fh-menu").click()
     tab.taught()
     tab.press("Record")
     tab.says("recording", "RECORDING")
     assert_legible(tab)
+    assert_accessible(tab)
     tab.press("Undo")
     tab.command("Arm", "HOLD")
     tab.press("Preview")
@@ -82,11 +95,13 @@ def test_every_state_is_legible(tab: OperatorPage) -> None:
     tab.command("Execute", "AUTONOMOUS")
     tab.says("phase", "ARRIVED")
     assert_legible(tab)
+    assert_accessible(tab)
     tab.slide("Cut for [s]", 12)
     tab.press("Cut")
     tab.says("link", "LOST")
     tab.press("STOP")
     tab.says("pending", "none")
     assert_legible(tab)
+    assert_accessible(tab)
     tab.says("mode", "STOPPED")
     assert_legible(tab)

@@ -53,7 +53,7 @@ class EventPanel:
         lines = [self._line(notice, newest=notice is notices[-1]) for notice in reversed(notices)]
         self._html.show(
             '<div class="fh-lower fh-log"><div class="fh-caption">events, the newest first</div>'
-            f'<div class="fh-messages" data-tp="messages">{"".join(lines)}</div></div>'
+            f'<div class="fh-messages" data-tp="messages" tabindex="0">{"".join(lines)}</div></div>'
         )
 
     def _line(self, notice: Notice, newest: bool) -> str:
