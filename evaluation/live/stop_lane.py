@@ -112,7 +112,7 @@ class _Site:
         try:
             console.start()
             page.start()
-            ours.send((page.address, page._buttons[0].handles[0]._impl.uuid))
+            ours.send((page.address, page._stop.handles[0]._impl.uuid))
             assert ours.recv() == "connected"
             return self._press_while_blocked(console, ours, n, moments)
         finally:
