@@ -11,6 +11,7 @@ exceptions (of the transport, the decoder, the file system) are converted where 
     │   └── InvalidConfiguration
     ├── LinkError               the transport could not be opened, or nobody answered
     │   └── PortTaken           another process has the port
+    ├── DriverFailed            a driver of the user's own could not be imported, made or started
     └── ProcessFailed           a child process ended on its own
 """
 
@@ -73,6 +74,10 @@ class LinkError(FarhandError):
 
 class PortTaken(LinkError):
     """Port on which another process listens."""
+
+
+class DriverFailed(FarhandError):
+    """Driver of the user's own that could not be imported, made or started."""
 
 
 class ProcessFailed(FarhandError):

@@ -41,6 +41,12 @@ class Up:
     jaco when not given."""
     own_arm: str = ""
     """The operator's own arm, in the same way; it need not be the robot's."""
+    plant: str = ""
+    """Machine of your own for a point's task: name of an installed driver; a simulated one when not given."""
+    perception: str = ""
+    """Sight of your own for a point's task, in the same way."""
+    remote_config: Path | None = None
+    """TOML file of the robot's site, as of `farhand remote --config`; it has the drivers' options."""
     seed: int = 0
     """Seed of all random numbers."""
     data_dir: str = ""
@@ -51,7 +57,17 @@ class Up:
         from farhand.deploy.up import Together, run_up
 
         return run_up(
-            Together(self.task, self.link, self.seed, self.transport, self.robot, self.own_arm),
+            Together(
+                self.task,
+                self.link,
+                self.seed,
+                self.transport,
+                self.robot,
+                self.own_arm,
+                self.plant,
+                self.perception,
+                self.remote_config,
+            ),
             self.port,
             self.data_dir,
         )
@@ -61,7 +77,7 @@ class Up:
 class Demo:
     """Run the whole job on this machine by a script: demonstrate, send, arm, drive, clutch, preview, execute.
 
-    The exit status is 0 only if every task succeeded.
+    The exit status is 0 only if every task succeeded, or was done and nobody can judge it.
     """
 
     task: str = "hot-stab"
@@ -74,6 +90,12 @@ class Demo:
     jaco when not given."""
     own_arm: str = ""
     """The operator's own arm, in the same way; it need not be the robot's."""
+    plant: str = ""
+    """Machine of your own for a point's task: name of an installed driver; a simulated one when not given."""
+    perception: str = ""
+    """Sight of your own for a point's task, in the same way; without a simulation's truth the result is not judged."""
+    remote_config: Path | None = None
+    """TOML file of the robot's site, as of `farhand remote --config`; it has the drivers' options."""
     seed: int = 0
     """Seed of the hand's tremor, the target's phase, the noise and the link's jitter."""
     transport: Literal["tcp", "quic"] = "tcp"
@@ -92,7 +114,10 @@ class Demo:
         from farhand.deploy.up import Together, run_demo
 
         parse_outage(self.outage)
-        together = Together(self.task, self.link, self.seed, self.transport, self.robot, self.own_arm)
+        together = Together(
+            self.task, self.link, self.seed, self.transport, self.robot, self.own_arm,
+            self.plant, self.perception, self.remote_config,
+        )  # fmt: skip
         return run_demo(together, self.outage, self.json, self.data_dir)
 
 
@@ -180,6 +205,11 @@ class Remote:
     when not given. The other site needs the same tasks."""
     robot: str | None = None
     """Robot of an arm's task: name of one that comes with Farhand, or a robot file; jaco when not given."""
+    plant: str | None = None
+    """Machine of your own for a point's task: name of an installed driver, whose options the file has; a simulated one when
+    not given."""
+    perception: str | None = None
+    """Sight of your own for a point's task, in the same way."""
     data_dir: str | None = None
     """Folder of the events and of the simulated robot's state; ~/.local/share/farhand when not given."""
     seed: int | None = None
@@ -197,6 +227,8 @@ class Remote:
             link_rate_bps=self.link_rate_bps,
             task=self.task,
             robot=self.robot,
+            plant_use=self.plant,
+            perception_use=self.perception,
             data_dir=self.data_dir,
             seed=self.seed,
         )

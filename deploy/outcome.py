@@ -108,11 +108,14 @@ def summary(result: dict[str, Any]) -> list[str]:
     return [line for task in result.get("tasks", [result]) for line in _of_task(task, result["link"])]
 
 
+_JUDGED = {True: "SUCCESS", False: "FAILED", None: "DONE, NOT JUDGED"}
+
+
 def _of_task(task: dict[str, Any], link: dict[str, Any]) -> list[str]:
     execution = task["execution"]
     ended = _inserted(execution) if "depth_m" in execution else _tracked(execution)
     return [
-        f"task {task['task']}: {'SUCCESS' if task['success'] else 'FAILED'}",
+        f"task {task['task']}: {_JUDGED[task['success']]}",
         f"  learned     {task['n_components']} components, {task['n_paths']} paths from "
         f"{task['n_demonstrations']} demonstrations; {task['model_bytes']} B",
         f"  link        {link['profile']}, command round trip {link['command_round_trip_s']:.3f} s"
@@ -129,7 +132,7 @@ def _arrival(execution: dict[str, Any]) -> str:
 def _tracked(execution: dict[str, Any]) -> str:
     rms_m, side_m = execution["rms_error_m"], execution["board_side_m"]
     if rms_m is None:
-        return "unknown"
+        return "at an unknown distance: only a simulation's perception knows the target's true place"
     return (
         f"{rms_m * 1e3:.1f} mm ({100 * rms_m / side_m:.2f} % of the board) RMS from the moving target over "
         f"{execution['rms_over_s']:.0f} s"

@@ -37,7 +37,7 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
     Args:
         kind: Type of the configuration.
         file: TOML file; None for none.
-        overrides: Values of fields; those of the link have the prefix `link_`; None overrides nothing.
+        overrides: Values of fields; those of a table have its name before them (`link_`); None overrides nothing.
 
     Raises:
         InvalidConfiguration: Naming the field.
@@ -49,7 +49,7 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
     for name, value in overrides.items():
         if value is None:
             continue
-        section, field = ("link", name.removeprefix("link_")) if name in _LINK_FIELDS else ("", name)
+        section, field = name.split("_", 1) if name in _IN_SECTIONS else ("", name)
         check_values({name: value}, "command line")
         (plain[section] if section else plain)[field] = value
     try:
@@ -58,13 +58,15 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
         raise InvalidConfiguration("command line", *field_of(error)) from error
 
 
-_LINK_FIELDS = (
+_IN_SECTIONS = (
     "link_listen",
     "link_connect",
     "link_vehicle",
     "link_rate_bps",
     "link_certificates",
     "link_sites",
+    "plant_use",
+    "perception_use",
 )
 
 
@@ -72,11 +74,13 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
     """Serve one robot until SIGTERM or Ctrl-C."""
     from farhand.deploy.places import data_folder, find_cell, find_tasks
     from farhand.remote_site.config import RemoteConfig
+    from farhand.remote_site.robots.installed import check_drivers
     from farhand.remote_site.site import RemoteSite
 
     follow_parent()
     config = configured(RemoteConfig, config_file, **overrides)
     tasks = find_tasks(config.task)
+    check_drivers(config, tasks.first)
     cell = find_cell(tasks.first, config.robot)
     site = RemoteSite(config, tasks, data_folder(config.data_dir), cell)
     _check_certified_name(config.link, "vehicle", config.link.vehicle)
@@ -106,7 +110,7 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
     """Run the scripted job once.
 
     Returns:
-        0 only when the task succeeded.
+        0 only when the task succeeded, or was done and nobody can judge it.
     """
     from farhand.deploy.places import check_writable
     from farhand.local_site.config import LocalConfig
@@ -123,7 +127,7 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
     sys.stdout.write(text + "\n")
     if json_file is not None:
         write_whole(json_file, f"{json.dumps(result, indent=2)}\n".encode())
-    return 0 if result["success"] else 1
+    return 1 if result["success"] is False else 0  # None: done, and nobody can judge it
 
 
 def _local_site(config: LocalConfig) -> tuple[LocalSite, Identity]:

@@ -18,6 +18,7 @@ from typing import TypeVar
 from farhand.common.address import bind, free_port
 from farhand.common.errors import InvalidConfiguration, ProcessFailed
 from farhand.common.impairment.link_profile import find_profile, load_profiles
+from farhand.common.task import AnyTask
 from farhand.common.temporary_folder import temporary_folder
 from farhand.common.whole_file import write_whole
 from farhand.deploy.child import Child, say_ready
@@ -25,6 +26,7 @@ from farhand.deploy.link.link_process import PROFILES_FILE
 from farhand.deploy.outcome import summary
 from farhand.deploy.pki.throw_away import Identities, Transport, throw_away_identities
 from farhand.deploy.places import check_writable, data_folder, find_cell, find_tasks, site_name
+from farhand.deploy.processes import configured
 from farhand.deploy.status_door import last_words
 
 _log = logging.getLogger(__name__)
@@ -48,6 +50,9 @@ class Together:
         transport: Scheme of the endpoints.
         robot: Name or file of the robot; empty for the usual one.
         own_arm: Name or file of the operator's arm; empty for the usual one.
+        plant: Name of an installed driver; empty for what `remote_config` says.
+        perception: Name of an installed driver in the same way.
+        remote_config: File of the robot's site; None for none.
     """
 
     task: str
@@ -56,19 +61,33 @@ class Together:
     transport: Transport = "tcp"
     robot: str = ""
     own_arm: str = ""
+    plant: str = ""
+    perception: str = ""
+    remote_config: Path | None = None
 
     def check(self) -> None:
         """Refuse settings in one line before the start that would end the processes one by one.
 
         Raises:
-            InvalidConfiguration: When there is no such task or profile, or the tasks are not for the same robot.
+            InvalidConfiguration: When there is no such task, profile or driver, or the tasks are not for the same
+                robot.
+            DriverFailed: When a driver cannot be imported.
         """
         tasks = find_tasks(self.task)
+        if self.plant or self.perception or self.remote_config is not None:
+            self._check_drivers(tasks.first)
         for name in {self.robot, self.own_arm} - {""}:
             find_cell(tasks.first, name)
         self.rate_bps()
         if self.seed < 0:
             raise InvalidConfiguration("command line", "seed", f"zero or more, got {self.seed}")
+
+    def _check_drivers(self, task: AnyTask) -> None:
+        from farhand.remote_site.config import RemoteConfig
+        from farhand.remote_site.robots.installed import check_drivers  # takes a second, and is rarely needed
+
+        chosen = {"plant_use": self.plant or None, "perception_use": self.perception or None}
+        check_drivers(configured(RemoteConfig, self.remote_config, **chosen), task)
 
     def rate_bps(self) -> float:
         """Return the rate of the simulated link's slower direction [bit/s]; 0: more than enough.
@@ -194,6 +213,9 @@ async def _start_and_wait(
             "remote",
             f"--listen={end}:{remote_port}",
             *_named("robot", settings.robot),
+            *_named("plant", settings.plant),
+            *_named("perception", settings.perception),
+            *_named("config", str(settings.remote_config or "")),
             *identities.robot,
             *shared,
         ],
@@ -239,8 +261,8 @@ async def _start_and_wait(
     raise ProcessFailed(ended.exit_message())
 
 
-def _named(option: str, robot: str) -> list[str]:
-    return [f"--{option}={robot}"] if robot else []
+def _named(option: str, value: str) -> list[str]:
+    return [f"--{option}={value}"] if value else []
 
 
 async def _patiently(starting: asyncio.Future[T], children: Sequence[Child]) -> T:

@@ -9,12 +9,13 @@ import textwrap
 from pathlib import Path
 
 import farhand
+import farhand.testing
 
 PAGE = Path(__file__).parent / "api.md"
 _HEAD = """# API
 
 Made from the docstrings of the public names by `python -m docs.api_page`; a test holds the page to them. Everything is
-imported from `farhand`: `from farhand import TaskFrame, OnlineLearner, roll_out`. Arrays are numpy's; shapes use the letters of
+imported from `farhand`: `from farhand import TaskFrame, OnlineLearner, roll_out`; the checks at the end from `farhand.testing`. Arrays are numpy's; shapes use the letters of
 [notation](notation.md): P task frames, K components, C coordinates of a point, T numbers of a tangent. A wrong argument raises
 `InvalidInput`, which names the field and what was expected.
 
@@ -23,11 +24,12 @@ imported from `farhand`: `from farhand import TaskFrame, OnlineLearner, roll_out
 
 def page() -> str:
     """Return the whole page as Markdown."""
-    return _HEAD + "\n".join(_entry(name) for name in farhand.__all__)
+    names = [(farhand, name) for name in farhand.__all__]
+    names += [(farhand.testing, name) for name in farhand.testing.__all__]
+    return _HEAD + "\n".join(_entry(name, getattr(module, name)) for module, name in names)
 
 
-def _entry(name: str) -> str:
-    value = getattr(farhand, name)
+def _entry(name: str, value: object) -> str:
     if not (inspect.isclass(value) or inspect.isfunction(value)):
         return f"## {name}\n`{name} = {value!r}`\n"
     lines = [f"## {name}", f"```python\n{_signature(name, value)}\n```", _prose(inspect.getdoc(value) or "")]

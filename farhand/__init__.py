@@ -1,7 +1,7 @@
 """Supervisory teleoperation: demonstrate a motion here, let a far-away arm execute the learned model.
 
-The names below are the public face for library users: the method, and what a robot of one's own implements. They
-are imported when first used, so that `import farhand` costs nothing.
+The names below are the public face for library users: the method, and what a robot of one's own implements
+(`farhand.testing` checks it). They are imported when first used, so that `import farhand` costs nothing.
 
 The packages are folders of the repository's top level, linked here so that an installed Farhand occupies one
 name only: `common` (what both sites agree on), `local_site`, `remote_site`, `deploy` and `evaluation`.
@@ -25,10 +25,15 @@ if TYPE_CHECKING:
     from farhand.local_site.learning.online_learner import OnlineLearner as OnlineLearner
     from farhand.local_site.teaching.demonstration import Demonstration as Demonstration
     from farhand.local_site.teaching.offline_learning import learn as learn
+    from farhand.remote_site.interface.driver import Closable as Closable
+    from farhand.remote_site.interface.driver import Haltable as Haltable
+    from farhand.remote_site.interface.driver import Monitored as Monitored
+    from farhand.remote_site.interface.driver import Startable as Startable
     from farhand.remote_site.interface.embodiment import Embodiment as Embodiment
     from farhand.remote_site.interface.plant import EffectorState as EffectorState
     from farhand.remote_site.interface.plant import Plant as Plant
     from farhand.remote_site.interface.sensing import Perception as Perception
+    from farhand.remote_site.interface.sensing import TrueTarget as TrueTarget
     from farhand.remote_site.reproduction.executor import Executor as Executor
     from farhand.remote_site.reproduction.executor_settings import ExecutorSettings as ExecutorSettings
     from farhand.remote_site.reproduction.rollout import Rollout as Rollout
@@ -53,6 +58,11 @@ _PUBLIC = {
     "EffectorState": "farhand.remote_site.interface.plant",
     "Plant": "farhand.remote_site.interface.plant",
     "Perception": "farhand.remote_site.interface.sensing",
+    "TrueTarget": "farhand.remote_site.interface.sensing",
+    "Startable": "farhand.remote_site.interface.driver",
+    "Closable": "farhand.remote_site.interface.driver",
+    "Haltable": "farhand.remote_site.interface.driver",
+    "Monitored": "farhand.remote_site.interface.driver",
     "Embodiment": "farhand.remote_site.interface.embodiment",
     "FarhandError": "farhand.common.errors",
     "InvalidInput": "farhand.common.errors",

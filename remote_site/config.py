@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from msgspec import Meta, Struct
 
 from farhand.common.clock import Wait
 from farhand.common.link.endpoint import EndpointSettings
+
+
+class DriverChoice(Struct, frozen=True, forbid_unknown_fields=True):
+    """Choice of a driver among those that installed packages bring along, by entry points."""
+
+    use: str = ""
+    """Name of the driver; empty: the simulated one."""
+    options: dict[str, Any] = {}
+    """Options of the driver, handed to it as they are."""
 
 
 class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -18,6 +27,10 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
     robot: str = ""
     """Name of a robot that comes with Farhand, or a robot file; empty: the first of them. Of an arm alone."""
+    plant: DriverChoice = DriverChoice()
+    """Machine of a point's task, from the entry points `farhand.plants`."""
+    perception: DriverChoice = DriverChoice()
+    """Sight of a point's task, from the entry points `farhand.perceptions`."""
     seed: Annotated[int, Meta(ge=0)] = 0
     """Seed of the simulated measurement noise and of the target's phase."""
     control_hz: Annotated[float, Meta(ge=10, le=1000)] | None = None

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,10 +27,14 @@ from farhand.common.wire.messages import EventKind, PlannedPath
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.common.wire.words import sentence
 from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.interface.driver import call_all, halts_of
+from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.model_trial import ModelTrials
 from farhand.remote_site.motion.planner import Planner, PlanRequest
 from farhand.remote_site.reproduction.warm_up import warm_up
 from farhand.remote_site.robot import Robot
+from farhand.remote_site.robots.embodiments import embodiment_of
+from farhand.remote_site.robots.installed import in_operation
 from farhand.remote_site.robots.plant_memory import PERIOD_S, PlantMemory, PlantState
 
 _log = loop_logger(__name__)
@@ -77,6 +81,15 @@ class TickTimes:
                 fields[f"{name}_{part}_ms"] = round(1e3 * float(value), 3)
             times_s.clear()
         self._write(kind="ticks", **fields)
+
+
+class _Boot(NamedTuple):
+    """Beginning of one life of the robot."""
+
+    clock: BootClock
+    embodiment: Embodiment
+    remembered: PlantState | None
+    reasons: list[Reason]
 
 
 class RemoteSite:
@@ -135,6 +148,7 @@ class RemoteSite:
 
         Raises:
             LinkError: When the endpoint cannot be opened.
+            DriverFailed: When a driver of the user's own cannot be started.
         """
         # The planner and the link's threads must not delay a control tick.
         sys.setswitchinterval(5e-4)
@@ -156,6 +170,20 @@ class RemoteSite:
         self, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None], why: Reason | None
     ) -> Reason | None:
         """Run one life of the robot, until it is stopped or must restart; return the reason of a restart."""
+        clock, task = BootClock(), self._tasks.first
+        remembered = memory.load(task.space.n_dims)
+        reasons = (
+            [why] if self._config.plant.use else [why, memory.unknown_place]
+        )  # a machine measures its place
+        embodiment = embodiment_of(task, self._config, clock, remembered, self._cell)
+        with in_operation(embodiment.hardware, self._config, task, clock.now_s()):
+            boot = _Boot(clock, embodiment, remembered, [reason for reason in reasons if reason])
+            return self._serve(boot, memory, event_log, ready)
+
+    def _serve(
+        self, boot: _Boot, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None]
+    ) -> Reason | None:
+        """Open the link and run the loop of one life."""
 
         def tell_dropped(text: str) -> None:
             robot.tell_dropped(text)  # needs the link first
@@ -166,21 +194,22 @@ class RemoteSite:
             robot.take_path(request, path, note)  # needs the planner first
 
         planner, trials = Planner(take_path), ModelTrials()
-        remembered = memory.load(self._tasks.first.space.n_dims)
+        hardware = boot.embodiment.hardware
         try:
             robot = Robot(
-                self._config, self._tasks, BootClock(), link, planner.request, event_log.append,
-                remembered, try_model=trials.submit_trial, cell=self._cell,
+                self._config, self._tasks, boot.clock, link, planner.request, event_log.append,
+                boot.remembered, boot.embodiment, try_model=trials.submit_trial,
             )  # fmt: skip
-            for reason in filter(None, (why, memory.unknown_place)):
+            for reason in boot.reasons:
                 robot.supervisor.machine.tell(EventKind.RESTARTED, reason, succeeded=False)
             _log.info("the robot is ready: %s", self._config.link.listen)
             self._ticked_s, self._robot = time.monotonic(), robot
             ready()
-            return self._loop(
-                robot, memory, TickTimes(event_log.append, robot.embodiment.hardware.control_hz)
-            )
+            return self._loop(robot, memory, TickTimes(event_log.append, hardware.control_hz))
         finally:
+            call_all(
+                halts_of(hardware.plant, hardware.perception)
+            )  # first: nobody controls the machine any more
             trials.close()
             planner.close()
             link.close()

@@ -3,11 +3,13 @@
 import re
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from farhand.deploy.places import find_point_task
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.samples import sample_strokes
+from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.plant import Plant
 from farhand.remote_site.reproduction.executor import Executor
@@ -15,13 +17,23 @@ from farhand.remote_site.robots.point_embodiment import point_embodiment
 
 PAGE = (Path(__file__).parent.parent / "docs" / "extending.md").read_text(encoding="utf-8")
 DT_S = 0.02
+(TABLES,) = re.findall(r"```toml\n(task = .*?)```", PAGE, re.DOTALL)
+SITE = msgspec.toml.decode(TABLES, type=RemoteConfig)
+
+
+def test_the_file_of_the_site_chooses_the_drivers_that_the_package_brings():
+    assert (SITE.plant.use, SITE.perception.use) == ("my-table", "my-camera")
+    for driver in (SITE.plant, SITE.perception):
+        assert f"\n{driver.use} = " in PAGE and driver.options
 
 
 def example() -> Embodiment:
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     names: dict[str, type] = {}
     exec(code, names)
-    return point_embodiment(find_point_task("planar"), names["MyPlant"](), names["MySight"]())
+    task, options = find_point_task("planar"), SITE
+    plant = names["Table"](task, options.plant.options)
+    return point_embodiment(task, plant, names["Camera"](task, options.perception.options))
 
 
 def test_the_plant_and_the_sight_execute_what_was_learned():

@@ -440,7 +440,7 @@ class ExecutionReport(Message, frozen=True, kw_only=True):
     model_sha256: Sha256 = ""
     arrived_after_s: float | None = None
     tracked_s: float = 0.0
-    """Time since the arrival that the errors below cover [s]."""
+    """Time since the arrival that was recorded, and that the errors below cover where they are known [s]."""
     rms_error_m: float | None = None
     """Distance of the effector to the target's true centre (a simulation knows it), RMS [m]."""
     end_error_m: float | None = None

@@ -162,6 +162,8 @@ class Code(StrEnum):
     NOT_FINITE_COMPUTED = "not finite computed"
     MEASUREMENT_WRONG = "measurement wrong"
     CANNOT_MOVE = "cannot move"
+    MACHINE_FAULT = "machine fault"
+    STANDS_STILL = "stands still"
 
 
 class Value(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):

@@ -145,6 +145,8 @@ WORDS: dict[Code, str] = {
     Code.NOT_FINITE_COMPUTED: "a computed number is not finite",
     Code.MEASUREMENT_WRONG: "a measurement is wrong: {text}",
     Code.CANNOT_MOVE: "the robot cannot be moved: {text}",
+    Code.MACHINE_FAULT: "the robot's machine tells a fault: {text}",
+    Code.STANDS_STILL: "the robot stands still for {still_s:.0f} s although it is told to move",
 }
 """Sentence for each code."""
 

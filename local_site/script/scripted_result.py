@@ -40,16 +40,23 @@ def job_result(task: AnyTask, state: ConsoleState, report: ExecutionReport) -> d
 
 
 def whole_result(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Combine the results of all tasks: the only one, or a list that succeeded if each of them did."""
+    """Combine the results of all tasks: the only one, or a list that succeeded if each of them did.
+
+    A list of which none failed and one is not judged is not judged (None).
+    """
     if len(results) == 1:
         return results[0]
-    return {"success": all(result["success"] for result in results), "tasks": list(results)}
+    judged = [result["success"] for result in results]
+    return {"success": False if False in judged else None if None in judged else True, "tasks": list(results)}
 
 
-def succeeded(task: AnyTask, report: ExecutionReport) -> bool:
-    """Judge the task: a point by its distance from the target, an arm by the robot's report."""
+def succeeded(task: AnyTask, report: ExecutionReport) -> bool | None:
+    """Judge the task: a point by its distance from the target, an arm by the robot's report.
+
+    None: it was done, and nobody knows where the target really is.
+    """
     if isinstance(task, PointTask):
-        return report.rms_error_m is not None and report.rms_error_m < task.success_rms_m
+        return None if report.rms_error_m is None else report.rms_error_m < task.success_rms_m
     return report.succeeded is True
 
 

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.common.errors import InvalidInput
 from farhand.common.model.manifold import Manifold
 
 Array = NDArray[np.float64]
@@ -82,13 +83,34 @@ class EffectorState:
         return all(np.isfinite(vector).all() for vector in measured if vector is not None)
 
 
+def check_state(state: EffectorState, n_coordinates: int, n_tangent: int) -> None:
+    """Check what a plant's `read` returned, in form.
+
+    Args:
+        state: State of the effector.
+        n_coordinates: Numbers C of a point.
+        n_tangent: Numbers T of a tangent.
+
+    Raises:
+        InvalidInput: When it is no `EffectorState`, or one of its vectors has another shape.
+    """
+    if not isinstance(state, EffectorState):
+        raise InvalidInput("plant", "read", f"an EffectorState, got {type(state).__name__}")
+    for name, vector, n in (
+        ("point", state.point, n_coordinates),
+        ("velocity", state.velocity, n_tangent),
+        ("load", state.load, n_tangent),
+    ):
+        if getattr(vector, "shape", None) != (n,) and not (name == "load" and vector is None):
+            found = f"shape {vector.shape}" if isinstance(vector, np.ndarray) else type(vector).__name__
+            raise InvalidInput("plant", f"read: {name}", f"an array of shape ({n},), got {found}")
+
+
 class Plant(Protocol):
     """Interface of a robot's machine; your own machine needs one class with these four methods.
 
-    It moves a position or a pose: its points have C coordinates, its tangents T numbers.
-
-    A plant whose machine can stop without the control loop has one more method, `halt()`: it is called after
-    `brake`, in every period in which the loop fails with an unforeseen error.
+    It moves a position or a pose: its points have C coordinates, its tangents T numbers. It keeps the limits of its
+    task whatever it is told. What it may have besides: `Startable`, `Closable`, `Haltable`, `Monitored`.
     """
 
     def read(self) -> EffectorState:

@@ -8,28 +8,59 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from farhand.common.errors import InvalidInput
 from farhand.common.model.task_frame import TaskFrame
-from farhand.remote_site.interface.plant import Plant
+from farhand.remote_site.interface.driver import Monitored
+from farhand.remote_site.interface.plant import Plant, check_state
 
 Array = NDArray[np.float64]
 
 
 class Perception(Protocol):
-    """Sight of the surroundings, local to the remote site and without delay."""
+    """Sight of the surroundings, local to the remote site and without delay.
+
+    What it may have besides: `Startable`, `Closable`, `Haltable`, `Monitored`, and `TrueTarget` in a simulation.
+    """
 
     def observe(self, now_s: float) -> list[TaskFrame] | None:
         """Return the task frames as estimated now, in the order of the task's `frame_names`; None while unseen."""
         ...
 
-    def true_origin_m(self, now_s: float) -> NDArray[np.float64] | None:
-        """Return the true origin of the first frame, None if it is unknown, as on a machine. Shape (D,) [m]."""
+
+@runtime_checkable
+class TrueTarget(Protocol):
+    """Knowledge of where the target really is, as a simulation's perception has it."""
+
+    def true_origin_m(self, now_s: float) -> Array | None:
+        """Return the true origin of the first frame, None if it is unknown now. Shape (D,) [m]."""
         ...
+
+
+def check_frames(frames: list[TaskFrame], n_frames: int, n_dims: int) -> None:
+    """Check what a perception's `observe` returned, in form.
+
+    Args:
+        frames: Task frames.
+        n_frames: Number P of task frames of the task.
+        n_dims: Dimension D.
+
+    Raises:
+        InvalidInput: When it is no list of so many frames of that dimension.
+    """
+    if not isinstance(frames, list) or any(not isinstance(frame, TaskFrame) for frame in frames):
+        raise InvalidInput("perception", "observe", f"a list of TaskFrame, or None; got {frames!r:.80}")
+    if len(frames) != n_frames:
+        expected = f"{n_frames} task frames, as the task's frame_names has, got {len(frames)}"
+        raise InvalidInput("perception", "observe", expected)
+    for frame in frames:
+        if frame.b.shape != (n_dims,):
+            raise InvalidInput("perception", "observe", f"frames of {n_dims} dimensions, got {frame.n_dims}")
 
 
 PREDICTED_S = 0.3
@@ -62,14 +93,19 @@ class Sensing:
         n_frames: Number of task frames.
         control_hz: Rate at which `update` is called [Hz].
         now_s: Present time [s].
+
+    Raises:
+        InvalidInput: When a measurement is not of the agreed form, here and in `update`.
     """
 
     def __init__(self, plant: Plant, perception: Perception, n_frames: int, control_hz: float, now_s: float):
-        self._plant, self._perception = plant, perception
+        self._plant, self._perception, self._n_frames = plant, perception, n_frames
+        self._monitored = [driver for driver in (plant, perception) if isinstance(driver, Monitored)]
         self._seen: deque[TaskFrame] = deque(maxlen=max(1, round(_MEAN_FRAME_S * control_hz)))
         self._recent: deque[tuple[float, list[TaskFrame]]] = deque()
         self._seen_s = -np.inf
-        self.effector = plant.read()
+        self.effector = first = plant.read()
+        self._shape, self._n_dims = (first.point.size, first.velocity.size), first.n_dims
         self.seen = [TaskFrame.identity(self.effector.position_m.size)] * n_frames
         """Task frames as seen, or as predicted while unseen."""
         self.frames = self.seen
@@ -84,13 +120,16 @@ class Sensing:
 
     def update(self, now_s: float) -> None:
         """Measure the effector and the task frames."""
-        self.effector = self._plant.read()
+        effector = self._plant.read()
+        check_state(effector, *self._shape)
+        self.effector = effector
         observed = self._perception.observe(now_s)
         self.seen_again = None
         if observed is None:
             self.unseen_s = now_s - self._seen_s
             self.seen = self.frames = self._predicted()
             return
+        check_frames(observed, self._n_frames, self._n_dims)
         if 0.0 < self.unseen_s < np.inf:
             self.seen_again = SeenAgain(now_s - self._seen_s, *apart(self.seen[0], observed[0]))
         self.seen = self.frames = observed
@@ -99,6 +138,11 @@ class Sensing:
         self._recent.append((now_s, observed))
         while self._recent[0][0] < now_s - _VELOCITY_S - 1e-9:
             self._recent.popleft()
+
+    @property
+    def fault(self) -> str:
+        """Fault that the machine or its sight tells, in words; empty for none."""
+        return next((str(told) for driver in self._monitored if (told := driver.fault)), "")
 
     def mean_frame(self) -> TaskFrame:
         """Return the first frame averaged over its movement."""

@@ -6,17 +6,16 @@ from enum import Enum, auto
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from farhand.common.errors import FarhandError
-from farhand.common.log import loop_logger
 from farhand.common.wire.reasons import Code, Reason, because
+from farhand.remote_site.interface.driver import call_all, halts_of
 from farhand.remote_site.interface.embodiment import Embodiment, Guidance
 from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.coupling import Coupling
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.manoeuvre import Manoeuvre
-
-_log = loop_logger(__name__)
 
 _STANDING_M_S = 2e-3
 
@@ -49,11 +48,14 @@ class Motion:
 
     def __init__(self, embodiment: Embodiment, sensing: Sensing):
         self.embodiment, self._plant, self._sensing = embodiment, embodiment.hardware.plant, sensing
+        self._halts = halts_of(embodiment.hardware.plant, embodiment.hardware.perception)
         self.mover: Mover | None = None
         """The present cause of motion, also while paused."""
         self.paused = False
         self.failure: Reason | None = None
         """Reason of the last failed period's failure."""
+        self.asked: NDArray[np.float64] | None = None
+        """Acceleration that an execution asked of the plant in the last period. Shape (T,) [m/s^2, rad/s^2]."""
         self._interrupted = False
 
     @property
@@ -93,16 +95,16 @@ class Motion:
             dt_s: The period [s].
             wait: True if an execution must wait, for lack of sight.
         """
+        self.asked = None
         try:
             return self._step(guidance, now_s, dt_s, wait)
         except FarhandError as error:
-            return self._failed(because(Code.CANNOT_MOVE, text=str(error)))
+            return self._failed(because(Code.CANNOT_MOVE, text=str(error)), dt_s)
 
     def _step(self, guidance: Guidance, now_s: float, dt_s: float, wait: bool) -> Outcome:
         mover, effector = self.mover, self._sensing.effector
         if not effector.is_finite:
-            self._plant.brake(dt_s)
-            return self._failed(because(Code.NOT_FINITE_MEASURED))
+            return self._failed(because(Code.NOT_FINITE_MEASURED), dt_s)
         if mover is None or self.paused or (wait and isinstance(mover, Execution)):
             return self.brake(dt_s)
         if isinstance(mover, Execution):
@@ -120,16 +122,12 @@ class Motion:
         return Outcome.STANDING if standing else Outcome.MOVING
 
     def halt(self, dt_s: float) -> None:
-        """Brake after an unforeseen error, and have the plant halt if it can. Never raises."""
+        """Brake after a fault or an error, and have the machine halt if it can. Never raises."""
         self._interrupted = True
-        for stop in (partial(self._plant.brake, dt_s), getattr(self._plant, "halt", None)):
-            try:
-                if stop is not None:
-                    stop()
-            except Exception:
-                _log.exception("could not stop the plant")
+        call_all((partial(self._plant.brake, dt_s), *self._halts))
 
-    def _failed(self, why: Reason) -> Outcome:
+    def _failed(self, why: Reason, dt_s: float) -> Outcome:
+        self.halt(dt_s)  # before anything is logged or announced
         self.failure = why
         return Outcome.FAILED
 
@@ -163,9 +161,9 @@ class Motion:
             self._interrupted = False
         acceleration = execution.step(dt_s)
         if not np.isfinite(acceleration).all():
-            self._plant.brake(dt_s)
-            return self._failed(because(Code.NOT_FINITE_COMPUTED))
+            return self._failed(because(Code.NOT_FINITE_COMPUTED), dt_s)
         self._plant.accelerate(acceleration, dt_s)
+        self.asked = acceleration
         execution.measure(now_s, dt_s)
         if execution.arrived_after_s is None:
             return Outcome.UNDER_WAY

@@ -201,5 +201,5 @@ class SimulatedPerception:
         return [TaskFrame.at(self.newest.point)]
 
     def true_origin_m(self, now_s: float) -> Array:
-        """See `Perception.true_origin_m`."""
+        """See `TrueTarget.true_origin_m`."""
         return TaskFrame.at(self._truth(now_s)).b

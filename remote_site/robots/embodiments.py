@@ -8,8 +8,9 @@ from farhand.common.errors import InvalidConfiguration
 from farhand.common.task import AnyTask, PointTask
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
+from farhand.remote_site.robots.installed import PERCEPTION, PLANT, make
 from farhand.remote_site.robots.plant_memory import PlantState
-from farhand.remote_site.robots.point_embodiment import SimulatedPoint
+from farhand.remote_site.robots.point_embodiment import SimulatedPoint, point_embodiment
 
 
 def embodiment_of(
@@ -19,20 +20,29 @@ def embodiment_of(
     remembered: PlantState | None,
     cell: Cell | None,
 ) -> Embodiment:
-    """Return the simulated robot that a task is for.
+    """Return the robot that a task is for, with the configured drivers; what has none is simulated.
 
     Args:
         task: The first task.
-        config: Control rate and seed.
+        config: Control rate, seed and drivers.
         clock: The robot's time.
         remembered: State in its last boot, None in its first.
         cell: Arm in front of its receptacle; None for a point.
 
     Raises:
-        InvalidConfiguration: When the robot cannot run at the configured control rate.
+        InvalidConfiguration: When the robot cannot run at the configured control rate, or a driver is not installed.
+        DriverFailed: When a driver cannot be imported or made.
     """
     if isinstance(task, PointTask):
-        return SimulatedPoint(task, config, clock, remembered).embodiment
+        plant, sight = make(PLANT, config, task), make(PERCEPTION, config, task)
+        point = SimulatedPoint(task, config, clock, remembered)
+        simulated = point.embodiment.hardware
+        if plant is None and sight is None:
+            return point.embodiment
+        return point_embodiment(
+            task, plant or simulated.plant, sight or simulated.perception, simulated.control_hz,
+            world=point if sight is None else None,
+        )  # fmt: skip
     if cell is None:
         raise InvalidConfiguration("remote configuration", "robot", f"a robot: {task.name} is an arm's task")
     from farhand.remote_site.robots.simulated_arm import SimulatedArm  # a point needs no physics

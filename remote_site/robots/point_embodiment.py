@@ -22,7 +22,7 @@ from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import ArmMemory, Belief, Check, Embodiment, Guidance, World
 from farhand.remote_site.interface.goals import SPEED, FixedGoal, ManoeuvreGoal, giving_way
 from farhand.remote_site.interface.plant import EffectorState, Plant, PointPlant
-from farhand.remote_site.interface.sensing import Perception, Sensing
+from farhand.remote_site.interface.sensing import Perception, Sensing, TrueTarget
 from farhand.remote_site.perception.simulated_sight import OscillatingTarget, SimulatedPerception
 from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 from farhand.remote_site.robots.plant_memory import PlantState
@@ -37,11 +37,11 @@ class TrackingRecord:
     """Distance to the true target after the arrival.
 
     Args:
-        perception: Knows the true target, if anybody can.
+        perception: Sight of the robot; a simulation's is a `TrueTarget` as well.
     """
 
     def __init__(self, perception: Perception):
-        self._perception = perception
+        self._target = perception if isinstance(perception, TrueTarget) else None
         self._sum_squares = 0.0
         self._n = 0
         self.tracked_s = 0.0
@@ -49,17 +49,20 @@ class TrackingRecord:
 
     def measure(self, effector: EffectorState, arrived: bool, now_s: float, dt_s: float) -> None:
         """See `Record.measure`."""
-        truth_m = self._perception.true_origin_m(now_s) if arrived else None
-        if truth_m is not None:
-            self.add(float(np.linalg.norm(effector.position_m - truth_m)), dt_s)
+        if not arrived:
+            return
+        truth_m = self._target.true_origin_m(now_s) if self._target is not None else None
+        self.add(None if truth_m is None else float(np.linalg.norm(effector.position_m - truth_m)), dt_s)
 
-    def add(self, distance_m: float, dt_s: float) -> None:
-        """Record one control period."""
-        self.newest_m = distance_m
+    def add(self, distance_m: float | None, dt_s: float) -> None:
+        """Record one control period; the distance is None where nobody knows it [m]."""
         if self.tracked_s < _RECORD_S:
-            self._sum_squares += distance_m**2
-            self._n += 1
             self.tracked_s += dt_s
+            if distance_m is not None:
+                self._sum_squares += distance_m**2
+                self._n += 1
+        if distance_m is not None:
+            self.newest_m = distance_m
 
     @property
     def rms_m(self) -> float | None:

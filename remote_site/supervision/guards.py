@@ -8,6 +8,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from farhand.common.control_mode import ControlMode, Guard, Phase
 from farhand.common.task import Limits, Task
 from farhand.common.wire.reasons import Code, Reason, because
@@ -17,7 +20,15 @@ from farhand.remote_site.interface.sensing import PREDICTED_S, Sensing
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.supervision.session import OperatorSession
 
+Array = NDArray[np.float64]
+
 FORCE_FOR_S = 0.05
+STILL_S = 2.0
+"""Time without motion after which an execution has no effect on the machine [s]."""
+STILL_M = 0.001
+"""Motion that counts as none [m]."""
+STILL_ASKED_M_S = 0.2
+"""Speed that the accelerations of that time should have made, at least [m/s]."""
 SIGHT_PATIENCE_S = 5.0
 """An execution continues if its target is seen again within this time; later it is paused [s]."""
 SIGHT_MOVED_M = 0.020
@@ -49,6 +60,37 @@ class ForceGuard:
         if self._above_s >= FORCE_FOR_S:
             return because(Code.FORCE, force_n=force_n, limit_n=self._limits.force_n)
         return None
+
+
+class StandstillGuard:
+    """Guard against a machine that does not do what it is told: a drive that is off, a lost bus.
+
+    It trips where an execution's accelerations would have made the effector fast, and it has not left its place. An
+    effector that follows a virtual body, or touches something, is not judged.
+
+    Args:
+        limits: Limits of the task.
+    """
+
+    def __init__(self, limits: Limits):
+        self._limits = limits
+        self._place_m: Array | None = None
+        self._asked_m_s: Array = np.zeros(0)
+        self._still_s = 0.0
+
+    def reason(self, asked_m_s2: Array | None, effector: EffectorState, dt_s: float) -> Reason | None:
+        """Return the reason to trip now, after a period with this acceleration of an execution (None: without one)."""
+        if asked_m_s2 is None or effector.setpoint is not None:
+            self._place_m = None
+            return None
+        place_m, touches = effector.position_m, (effector.contact_n or 0.0) >= self._limits.contact_n
+        if self._place_m is None or touches or math.dist(place_m, self._place_m) > STILL_M:
+            self._place_m, self._still_s, self._asked_m_s = place_m, 0.0, np.zeros(effector.n_dims)
+        self._still_s += dt_s
+        self._asked_m_s += asked_m_s2[: effector.n_dims] * dt_s
+        if self._still_s < STILL_S or math.hypot(*self._asked_m_s) < STILL_ASKED_M_S:
+            return None
+        return because(Code.STANDS_STILL, still_s=self._still_s)
 
 
 class SightGuard:
@@ -142,6 +184,7 @@ class Guards:
         self._deadline_s = deadline_s
         limits = motion.embodiment.skill.task.limits  # all tasks of one robot have the same
         self._force, self._sight, self._link = ForceGuard(limits), SightGuard(sensing), LinkGuard()
+        self._standstill = StandstillGuard(limits)
 
     @property
     def must_wait(self) -> bool:
@@ -163,6 +206,9 @@ class Guards:
         moving = mode in (ControlMode.DIRECT, ControlMode.AUTONOMOUS)
         if moving and late_s > self._deadline_s:
             return Trip(Guard.FAULT, because(Code.LOOP_LATE, late_s=late_s))
+        asked = self._motion.asked if self._motion.executing else None
+        if (still := self._standstill.reason(asked, self._sensing.effector, dt_s)) is not None:
+            return Trip(Guard.FAULT, still)
         return (
             self._force_trip(moving, dt_s)
             or self._coupling_trip(now_s)

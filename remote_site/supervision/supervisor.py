@@ -198,7 +198,7 @@ class Supervisor:
         self.embodiment.skill.apply(belief.guidance)
         fault = trip is not None and trip.guard is Guard.FAULT
         if fault:
-            self.motion.brake(dt_s)  # before anything is logged or announced
+            self.motion.halt(dt_s)  # before anything is logged or announced
         if trip is not None:
             self._trip(trip)
         self.recordings.sample()
@@ -206,10 +206,12 @@ class Supervisor:
             self._move(belief.guidance, now_s, dt_s)
 
     def _believe(self, now_s: float, dt_s: float) -> tuple[Belief, Trip | None]:
-        """Sense, and return the belief; a measurement without meaning is a fault."""
+        """Sense, and return the belief; a measurement without meaning is a fault, as is one that a driver tells."""
         sensing = self.sensing
         try:
             sensing.update(now_s)
+            if told := sensing.fault:
+                return Belief(sensing.seen), Trip(Guard.FAULT, because(Code.MACHINE_FAULT, text=told))
             if not sensing.effector.is_finite:  # it must not enter any estimate
                 return Belief(sensing.seen), Trip(Guard.FAULT, because(Code.NOT_FINITE_MEASURED))
             belief = self.embodiment.skill.believe(sensing, self.motion.executing, now_s, dt_s)

@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import pytest
+
 from farhand.deploy.outcome import summary
+from farhand.local_site.script.scripted_result import whole_result
 
 RESULT = {
     "task": "planar", "success": True, "n_demonstrations": 3, "n_components": 9, "n_paths": 3, "model_bytes": 5000,
@@ -24,6 +27,22 @@ def test_a_failure_an_outage_and_an_unknown_error_are_said():
     }
     text = "\n".join(summary(failed))
     assert "FAILED" in text and "cut by stall:10" in text and "unknown" in text
+
+
+def test_what_nobody_can_judge_is_said_to_be_done():
+    unknown = RESULT["execution"] | {"rms_error_m": None}
+    text = "\n".join(summary(RESULT | {"success": None, "execution": unknown}))
+    assert "DONE, NOT JUDGED" in text and "only a simulation's perception knows" in text
+    assert "FAILED" not in text and "SUCCESS" not in text
+
+
+@pytest.mark.parametrize(
+    ("each", "whole"),
+    [((True, True), True), ((True, None), None), ((None, False), False), ((True, False), False)],
+)
+def test_a_job_fails_with_one_task_and_is_judged_with_all(each: tuple, whole: bool | None):
+    result = whole_result([RESULT | {"success": one} for one in each])
+    assert result["success"] is whole and len(result["tasks"]) == 2
 
 
 def test_of_several_tasks_each_is_told():

@@ -41,7 +41,19 @@ def test_a_target_that_nobody_can_see_leaves_the_error_unknown():
 
     record = TrackingRecord(Unknown())
     record.measure(EffectorState(np.zeros(2), np.zeros(2)), True, 0.0, DT_S)
-    assert record.tracked_s == 0.0 and record.fields()["rms_error_m"] is None
+    assert record.tracked_s == DT_S, "its end is known all the same"
+    assert record.fields()["rms_error_m"] is None and record.newest_m is None
+
+
+def test_a_machine_knows_no_true_target():
+    class Camera:
+        def observe(self, now_s: float) -> None:
+            return None
+
+    record = TrackingRecord(Camera())
+    for _ in range(600):
+        record.measure(EffectorState(np.zeros(2), np.zeros(2)), True, 0.0, DT_S)
+    assert record.tracked_s == pytest.approx(10.0, abs=0.021) and record.rms_m is None
 
 
 def test_only_what_comes_after_the_arrival_counts():

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
+from typing import cast
 
 import numpy as np
 import pytest
 
 from farhand.common.control_mode import Action, ControlMode
+from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import StopAck
+from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.reproduction.executor import Executor
+from farhand.remote_site.robots.point_embodiment import point_embodiment
+from farhand.remote_site.supervision.guards import STILL_S
 from tests.messages import said
-from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant, in_mode
+from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant, Sight, in_mode
+from tests.remote_site.planar import TASK
 
 
 class HaltingPlant(FeelingPlant):
@@ -27,12 +34,20 @@ class HaltingPlant(FeelingPlant):
         if what in self.fails:
             raise OSError(5, f"the driver lost its bus in {what}")
 
-    def read(self):
+    def read(self) -> EffectorState:
         self._maybe_fail("read")
-        return super().read()
+        state = super().read()
+        if "finite" in self.fails:
+            return replace(state, point=state.point * np.nan)
+        if "shape" in self.fails:
+            return replace(state, velocity=np.zeros(3))
+        return cast(EffectorState, [state]) if "kind" in self.fails else state
 
     def accelerate(self, acceleration: np.ndarray, dt_s: float) -> None:
         self._maybe_fail("accelerate")
+        if "stands" in self.fails:
+            self._velocity = np.zeros_like(self._velocity)
+            return
         super().accelerate(acceleration, dt_s)
 
     def follow(self, point: np.ndarray, max_speed_m_s: float, dt_s: float) -> None:
@@ -42,6 +57,10 @@ class HaltingPlant(FeelingPlant):
     def brake(self, dt_s: float) -> None:
         self._maybe_fail("brake")
         super().brake(dt_s)
+
+    @property
+    def fault(self) -> str:
+        return "emergency stop" if "told" in self.fails else ""
 
     def halt(self) -> None:
         self.told.append("halt")
@@ -141,6 +160,95 @@ def test_a_driver_whose_brake_fails_too_is_halted_in_every_period(fails: set[str
     plant.fails = set()
     bench.run(0.5)
     assert any(ack.standing for ack in bench.heard(StopAck))
+
+
+FAULTS = {
+    "told": "the robot's machine tells a fault: emergency stop",
+    "read": "OSError: [Errno 5] the driver lost its bus in read",
+    "finite": "a measured number is not finite",
+    "shape": "plant: read: velocity: an array of shape (2,), got shape (3,)",
+    "kind": "plant: read: an EffectorState, got list",
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("mode", [ControlMode.HOLD, ControlMode.DIRECT, ControlMode.AUTONOMOUS])
+def test_a_machine_with_a_fault_is_halted_told_and_can_be_used_again_once_it_is_mended(
+    mode: ControlMode, fault: str
+):
+    plant = HaltingPlant()
+    bench = Bench(plant=plant)
+    BEGINNINGS[mode](bench)
+    plant.told.clear()
+    plant.fails = {fault}
+    bench.run(DT_S)
+    assert plant.told == ["brake", "halt"], "before anything else"
+    bench.run(1.0)
+    assert bench.mode is ControlMode.STOPPED
+    (told,) = bench.events("stopped")
+    assert FAULTS[fault] in said(told) and not told.succeeded
+    assert bench.command(Action.RESET).accepted  # too early: it is stopped again, and told again
+    bench.run(0.1)
+    assert bench.mode is ControlMode.STOPPED and len(bench.events("stopped")) == 2
+    plant.fails = set()
+    assert bench.command(Action.RESET).accepted
+    bench.run(0.1)
+    assert bench.command(Action.ARM).accepted
+    bench.run(0.1)
+    assert bench.mode is ControlMode.HOLD
+
+
+def test_a_machine_that_stands_still_is_noticed_halted_and_told():
+    plant = HaltingPlant()
+    bench = Bench(plant=plant).executing()
+    plant.fails = {"stands"}
+    bench.run(STILL_S - 0.1)
+    assert bench.mode is ControlMode.AUTONOMOUS and "halt" not in plant.told
+    bench.run(0.3)
+    assert "halt" in plant.told
+    plant.fails = set()
+    assert_stopped(bench, "stands still for 2 s although it is told to move")
+
+
+@pytest.mark.parametrize("cause", ["paused", "unseen", "arrived"])
+def test_a_robot_that_stands_because_it_shall_is_left_alone(cause: str):
+    plant = HaltingPlant()
+    bench = Bench(plant=plant).arrived() if cause == "arrived" else Bench(plant=plant).executing()
+    if cause == "paused":
+        assert bench.command(Action.PAUSE).accepted
+    bench.sight.seen = cause != "unseen"
+    bench.run(STILL_S + 1.0)
+    assert "halt" not in plant.told and not bench.events("stopped")
+
+
+@pytest.mark.parametrize(
+    ("frames", "words"),
+    [
+        ([], "1 task frames, as the task's frame_names has, got 0"),
+        ([TaskFrame.identity(3)], "frames of 2 dimensions, got 3"),
+        ((np.eye(2), np.zeros(2)), "a list of TaskFrame, or None; got (array"),
+    ],
+    ids=["number", "dimension", "kind"],
+)
+def test_a_sight_that_returns_something_else_stops_the_robot(monkeypatch, frames: object, words: str):
+    bench = Bench(plant=HaltingPlant()).executing()
+    with monkeypatch.context() as patched:
+        patched.setattr(bench.sight, "observe", lambda now_s: frames)
+        bench.run(DT_S)
+    assert_stopped(bench, words)
+
+
+def test_a_fault_of_the_sight_halts_the_machine():
+    class Camera(Sight):
+        fault = ""
+
+    plant, camera = HaltingPlant(), Camera(TASK)
+    bench = Bench(embodiment=point_embodiment(TASK, plant, camera)).executing()
+    camera.fault = "the camera is unplugged"
+    bench.run(DT_S)
+    camera.fault = ""
+    assert "halt" in plant.told
+    assert_stopped(bench, "tells a fault: the camera is unplugged")
 
 
 def test_a_failure_that_cannot_even_be_told_stops_the_robot(monkeypatch):
