@@ -17,6 +17,7 @@ from tests.browser.board_picture import await_boards
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 WAIT_MS = 60_000.0
 """A generous deadline for an event, never a speed that is tested [ms]."""
+expect.set_options(timeout=WAIT_MS)
 BOARD_M = (1.0, 1.0)
 
 Point = tuple[float, float]

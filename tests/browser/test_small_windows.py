@@ -80,7 +80,7 @@ def test_stop_and_mode_are_in_sight_and_stop_whatever_was_tapped(
 def test_a_narrow_window_says_what_the_robot_does_and_pauses_and_aborts(
     browser: Browser, tmp_path: Path
 ) -> None:
-    with page_of(tmp_path, mode=ControlMode.AUTONOMOUS) as (it, page):
+    with page_of(tmp_path, mode=ControlMode.AUTONOMOUS) as (it, page), it.robot.reporting():
         tab = opened(browser, page.address, (390, 844))
         expect(tab.locator("[data-narrow=note]")).to_be_in_viewport()
         expect(tab.locator("[data-narrow=age]")).to_contain_text("old, link")

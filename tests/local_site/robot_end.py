@@ -98,15 +98,33 @@ class RobotEnd:
 
     def report(self, mode: ControlMode | None = None, **fields: Any) -> Telemetry:
         """Say where the robot is."""
-        self.mode = mode or self.mode
-        self._seq += 1
-        usual: dict[str, Any] = {
-            "seq": self._seq, "stamp": self.now(), "mode": self.mode, "position_m": (0.5, 0.5),
-            "frame_origin_m": (0.7, 0.3), "lease": LEASE_ID[:4],
-        }  # fmt: skip
+        with self._changed:
+            self.mode = mode or self.mode
+            self._seq += 1
+            usual: dict[str, Any] = {
+                "seq": self._seq, "stamp": self.now(), "mode": self.mode, "position_m": (0.5, 0.5),
+                "frame_origin_m": (0.7, 0.3), "lease": LEASE_ID[:4],
+            }  # fmt: skip
         report = Telemetry(**(usual | fields))
         self.say(keys.TELEMETRY, report)
         return report
+
+    @contextmanager
+    def reporting(self) -> Iterator[None]:
+        """Say it again and again, as a robot does: what is told once is old after some seconds."""
+        ended = threading.Event()
+
+        def report() -> None:
+            while not ended.wait(0.1):
+                self.report()
+
+        thread = threading.Thread(target=report)
+        thread.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            thread.join()
 
     def event(self, kind: str, text: str, **fields: Any) -> None:
         self._seq += 1
