@@ -64,6 +64,15 @@ class LoadSamples:
 
 
 @dataclass(frozen=True)
+class LearnFile:
+    """Request to learn the demonstration in a file; without content, it is too large to be taken."""
+
+    label: ClassVar[str] = "upload"
+    name: str
+    content: bytes
+
+
+@dataclass(frozen=True)
 class Recover:
     """Request to learn the demonstration that an earlier process was recording when it ended."""
 
@@ -112,7 +121,6 @@ class RemoveDemonstration:
     """
 
     label: ClassVar[str] = "delete demonstration"
-
     name: str
 
 
@@ -228,6 +236,7 @@ Teach = (
     | EndDemonstration
     | Undo
     | LoadSamples
+    | LearnFile
     | Recover
     | SelectRevision
     | StartAnew

@@ -21,6 +21,7 @@ _ACTS: dict[type[intents.Intent], Act] = {
     intents.EndDemonstration: Act.END,
     intents.Undo: Act.UNDO,
     intents.LoadSamples: Act.LEARN,
+    intents.LearnFile: Act.LEARN,
     intents.Recover: Act.RECOVER,
     intents.SelectRevision: Act.GO_TO,
     intents.StartAnew: Act.START_ANEW,

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from farhand.common.errors import InvalidDemonstration
+from farhand.common.whole_file import fault_of
 from farhand.local_site.console import intents
 from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.teaching.goal import goal_miss
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
@@ -54,6 +59,8 @@ class Teaching:
                 self._undo()
             case intents.LoadSamples():
                 self._load_samples()
+            case intents.LearnFile(name, content):
+                self._learn_file(name, content)
             case intents.Recover():
                 self._task.recover()
                 self._tell("recover", "the demonstration that was left over was learned")
@@ -122,6 +129,20 @@ class Teaching:
             raise NotNow("they are learned already: nothing was added")
         self._task.learn(samples)
         self._tell("samples", f"{len(samples)} samples were learned: Undo takes all of them back")
+
+    def _learn_file(self, name: str, content: bytes) -> None:
+        """Learn the demonstration in a file; one that misses the goal is learned, and named as such."""
+        if not content:
+            raise NotNow(f"{name} is empty, or too large to be uploaded: nothing was added")
+        with fault_of(name, InvalidDemonstration, "a motion that can be learned"):
+            made = Demonstration.decode(content, name)
+            lacking = self._task.lacking([made])
+        if not lacking:
+            raise NotNow(f"{name} is learned already: nothing was added")
+        self._task.learn([replace(made, source=made.source or name)])
+        miss = goal_miss(self._library.task, made.frames_at(-1)[-1].to_local(made.points[-1]))
+        ends = f"; it ends {miss}: Undo takes it back" if miss else ""
+        self._tell("upload", f"learned {name} as demonstration {len(self._task.demonstrations)}{ends}")
 
     def _move_arm(self, intent: intents.ResetArm | intents.Align) -> None:
         match intent:

@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.whole_file import fault_of, write_whole
-from farhand.local_site.teaching.plain_arrays import plain_arrays
+from farhand.common.whole_file import fault_of, read_whole, write_whole
+from farhand.local_site.teaching.plain_arrays import arrays_of
 
 Array = NDArray[np.float64]
 
@@ -219,7 +219,13 @@ class Demonstration:
             InvalidDemonstration: Naming the file, the field and what was expected.
         """
         with fault_of(path, InvalidDemonstration, "a demonstration"):
-            return cls(**_fields(plain_arrays(path)))
+            return cls.decode(read_whole(path), path)
+
+    @classmethod
+    def decode(cls, content: bytes, source: Path | str) -> Demonstration:
+        """Return the demonstration in the bytes of a file of this name; errors as `load`."""
+        with fault_of(source, InvalidDemonstration, "a whole .npz file of plain arrays"):
+            return cls(**_fields(arrays_of(content)))
 
 
 def _fields(arrays: dict[str, NDArray]) -> dict:

@@ -108,9 +108,11 @@ class Lesson:
         self.relearn((*self.demonstrations, *made))
 
     def lacking(self, demonstrations: Sequence[Demonstration]) -> list[Demonstration]:
-        """Return the given demonstrations without those that are learned already."""
+        """Return the given demonstrations without those that are learned already; errors as `learn`."""
         known = [each.demonstration for each in self.demonstrations]
         pairs = [(each, prepared(each, self.settings)) for each in demonstrations]
+        for _, motion in pairs:
+            self._check(motion)
         return [each for each, motion in pairs if not any(motion.same_motion(one) for one in known)]
 
     def remove(self, name: str) -> None:

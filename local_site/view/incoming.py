@@ -1,4 +1,4 @@
-"""Filter of a tab's messages: four kinds, each to elements that accept it. All others are dropped unread."""
+"""Filter of a tab's messages: five kinds, each to elements that accept it. All others are dropped unread."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from msgspec import Meta
 from viser import _messages
 
 from farhand.local_site.view.tabs import Sessions
+from farhand.local_site.view.uploads import FilePart, FileStart, Uploads
 
 LARGEST_BYTES = 4096
-"""Largest size of a message that the page needs [B]."""
+"""Largest size of a message that the page needs, but for parts of files [B]."""
 
 _NEAREST_M = 1e-9
 """Least distance of a camera from the point that it looks at [m]."""
@@ -83,7 +84,9 @@ class _NodeDrag(_Message, tag="SceneNodeDragMessage"):
 
 
 _Gizmo = _GizmoMoved | _GizmoTaken | _GizmoLetGo
-_DECODER = msgspec.msgpack.Decoder(_Camera | _Value | _GizmoMoved | _GizmoTaken | _GizmoLetGo | _NodeDrag)
+_DECODER = msgspec.msgpack.Decoder(
+    _Camera | _Value | _GizmoMoved | _GizmoTaken | _GizmoLetGo | _NodeDrag | FileStart | FilePart
+)
 
 _TAKES: dict[type, Callable[[Any, object], bool]] = {
     viser.GuiButtonHandle: lambda _, value: value is True,
@@ -108,6 +111,7 @@ class Incoming:
     def __init__(self, server: viser.ViserServer, sessions: Sessions, refused: Callable[[int], None]):
         self._server, self._sessions, self._refused = server, sessions, refused
         self._for_everybody: set[str] = set()
+        self._uploads = Uploads(server)
         self.n_dropped = 0
         """Number of dropped messages: unknown ones, and those of tabs that may not act."""
 
@@ -117,6 +121,9 @@ class Incoming:
 
     def admits(self, tab: int, data: bytes) -> bool:
         """Decide whether a tab's message may be read."""
+        if len(data) > LARGEST_BYTES and not self._uploads.expects(tab):
+            self.n_dropped += 1
+            return False
         try:
             message = _DECODER.decode(data)
         except (msgspec.MsgspecError, ValueError):  # also invalid UTF-8
@@ -128,37 +135,42 @@ class Incoming:
             self.n_dropped += 1
             return False
         if self._sessions.acts(tab):
+            self._uploads.note(tab, message)
             return True
         self.n_dropped += 1
         self._put_back(tab, message)
         self._refused(tab)
         return False
 
-    def _is_for_everybody(self, message: _Message) -> bool:
+    def _is_for_everybody(self, message: object) -> bool:
         if isinstance(message, _Camera):
             return math.dist(message.position, message.look_at) > _NEAREST_M
         if not isinstance(message, _Value):
             return False
         return message.updates.value is True and message.uuid in self._for_everybody
 
-    def _has_element(self, message: _Message) -> bool:
+    def _has_element(self, message: object) -> bool:
         """Decide whether the element that a message names exists and accepts it."""
         scene = self._server.scene
         if isinstance(message, _Value):
             handle = self._server.gui._gui_input_handle_from_uuid.get(message.uuid)
             takes = _TAKES.get(type(handle))
             return takes is not None and takes(handle, message.updates.value)
+        if isinstance(message, FileStart | FilePart):
+            return self._uploads.accepts(message)
         if isinstance(message, _NodeDrag):
             node = scene._handle_from_node_name.get(message.name)
             return node is not None and bool(node._impl.drag_cb)
         return isinstance(message, _Gizmo) and message.name in scene._handle_from_transform_controls_name
 
-    def _put_back(self, tab: int, message: _Message) -> None:
+    def _put_back(self, tab: int, message: object) -> None:
         """Send the tab the true state of an element, which its browser has already changed."""
         client = self._server.get_clients().get(tab)
         if client is None:
             return
-        if isinstance(message, _Value):
+        if isinstance(message, FileStart):
+            self._tell(client, message.all_received())
+        elif isinstance(message, _Value):
             handle = self._server.gui._gui_input_handle_from_uuid[message.uuid]
             if not isinstance(handle, viser.GuiButtonHandle):
                 self._tell(client, _messages.GuiUpdateMessage(message.uuid, {"value": handle.value}))

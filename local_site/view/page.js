@@ -67,6 +67,15 @@ if (!window.farhand) {
       : "");
   };
 
+  // A file that is too large is not sent: a STOP would wait behind it. The server is told its name alone.
+  addEventListener("change", ({ target }) => {
+    const most = document.querySelector("[data-most-bytes]")?.dataset.mostBytes;
+    if (target.type !== "file" || !target.files.length || !most || target.files[0].size <= Number(most)) return;
+    const named = new DataTransfer();
+    named.items.add(new File([], target.files[0].name));
+    target.files = named.files;
+  }, { capture: true });
+
   // Drawer and tabs: of this window alone, so the server does not know of them
   const menu = add("button", { id: "fh-menu", class: "fh-own", type: "button", "aria-expanded": "false" });
   menu.textContent = "More";

@@ -26,13 +26,16 @@ from farhand.common.log import loop_logger
 from farhand.local_site.view.door import Door, Visit
 from farhand.local_site.view.incoming import LARGEST_BYTES, Incoming
 from farhand.local_site.view.tabs import Sessions
+from farhand.local_site.view.uploads import PART_BYTES
 
 _log = loop_logger(__name__)
 
 _FILES = Path(__file__).parent
 _MOST_TABS = 32
 _MOST_UNOPENED = 64
-_MESSAGES_PER_S, _BURST_S = 250.0, 1.0
+_MESSAGES_PER_S, _BYTES_PER_S, _BURST_S = 250.0, 4e6, 1.0
+_MOST_WAITING = 4
+"""Largest number of a tab's messages that are kept unread: each may be a part of a file."""
 _STARTING = threading.Lock()
 _GUARDS = {
     # No other page may frame ours to capture clicks, or keep a reference to its window.
@@ -113,7 +116,7 @@ class PageServer(viser.ViserServer):
                 files = settings.pop("process_request")
                 return usual(
                     handler, sock=bound, process_request=self._judged(files), process_response=_guard,
-                    create_connection=self._connection_kind(), **{**settings, "max_size": LARGEST_BYTES},
+                    create_connection=self._connection_kind(), **{**settings, "max_size": PART_BYTES + LARGEST_BYTES, "max_queue": _MOST_WAITING},
                 )  # fmt: skip
 
             websockets_server.serve = serve  # type: ignore[assignment, misc]
@@ -164,7 +167,8 @@ class PageServer(viser.ViserServer):
                 while True:
                     data = await super().recv(decode=False)
                     now_s = time.monotonic()
-                    self._read_until_s = max(self._read_until_s, now_s) + 1.0 / _MESSAGES_PER_S
+                    cost_s = max(1.0 / _MESSAGES_PER_S, len(data) / _BYTES_PER_S)
+                    self._read_until_s = max(self._read_until_s, now_s) + cost_s
                     # At least once round the loop: what came before is done, and other tabs have their turn.
                     await asyncio.sleep(max(self._read_until_s - now_s - _BURST_S, 0.0))
                     tab = tabs(self)

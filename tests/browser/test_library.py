@@ -7,6 +7,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, expect
 
+from farhand.local_site.view.uploads import MOST_FILE_BYTES
 from tests.browser.operator_page import WAIT_MS, OperatorPage
 from tests.browser.stack import Stack, farhand_up, other_still_task, still_task
 
@@ -49,10 +50,11 @@ def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
 
 
 def delete_save_and_undo(tab: OperatorPage, stack: Stack, three: bytes) -> None:
-    """Save the second demonstration and the model, delete the demonstration, and have it back."""
-    tab.pick("Demonstration", tab.page.get_by_role("option").filter(has_text=re.compile("^2: ")))
+    """Save the second demonstration and the model, delete the demonstration, and have it back, by Undo and from the file."""
+    choose_second(tab)
     second = sorted(stack.model_file.parent.glob("demonstration-*.npz"))[1]
-    assert saved(tab, "Download demonstration") == second.read_bytes()
+    file = saved(tab, "Download demonstration")
+    assert file == second.read_bytes()
     assert saved(tab, "Download model") == three
     tab.press("Delete demonstration")
     tab.says("demos", "2")
@@ -60,6 +62,29 @@ def delete_save_and_undo(tab: OperatorPage, stack: Stack, three: bytes) -> None:
     tab.press("Undo")
     tab.says("demos", "3")
     assert stack.model_file.read_bytes() == three
+    upload(tab, "second.npz", file)
+    expect(tab.tp("refusal")).to_contain_text("second.npz is learned already", timeout=WAIT_MS)
+    choose_second(tab)
+    tab.press("Delete demonstration")
+    tab.says("demos", "2")
+    upload(tab, "large.npz", bytes(MOST_FILE_BYTES + 1))
+    expect(tab.tp("refusal")).to_contain_text("large.npz is empty, or too large", timeout=WAIT_MS)
+    upload(tab, "second.npz", file)
+    tab.says("demos", "3")
+    choose_revision(tab, "1: 3 demonstrations")
+    tab.press("Go to")
+    tab.tells("revision 1 is current now")
+
+
+def choose_second(tab: OperatorPage) -> None:
+    tab.pick("Demonstration", tab.page.get_by_role("option").filter(has_text=re.compile("^2: ")))
+
+
+def upload(tab: OperatorPage, name: str, content: bytes) -> None:
+    """Choose a file, as in the browser's dialogue."""
+    tab.page.locator("input[type=file]").set_input_files(
+        {"name": name, "mimeType": "application/octet-stream", "buffer": content}
+    )
 
 
 def saved(tab: OperatorPage, label: str) -> bytes:

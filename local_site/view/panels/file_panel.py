@@ -1,4 +1,4 @@
-"""Demonstrations one by one: delete one, and save one, or the model, as a file of one's own."""
+"""Demonstrations one by one: delete one, save one or the model as a file of one's own, and learn one from a file."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.permission import refusal_of
 from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.view.panels.words import upload_words
+from farhand.local_site.view.uploads import MOST_FILE_BYTES
 
 Submit = Callable[[intents.Intent], None]
 Act = Callable[[int, Callable[[], None]], None]
@@ -31,17 +33,22 @@ class FilePanel:
     """
 
     def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act, save: Save):
-        self._act, self._save = act, save
+        self._submit, self._act, self._save = submit, act, save
         self._state: ConsoleState | None = None
         self._names: dict[str, str] = {}
         """Name of each demonstration by its label; another object whenever they change."""
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Demonstration", _NONE, visible=False)
         self._delete = gui.add_button("Delete demonstration", color="gray", visible=False)
         self._download = gui.add_button("Download demonstration", color="gray", visible=False)
+        self._upload = gui.add_upload_button("Upload demonstration", mime_type=".npz", color="gray")
+        gui.add_html(
+            f'<div class="fh-hint" data-most-bytes="{MOST_FILE_BYTES}">{upload_words(MOST_FILE_BYTES)}</div>'
+        )
         self._download_model = gui.add_button("Download model", color="gray", visible=False)
         # Chosen when it is pressed, not when it is done: a second press means the same one, and is refused.
         self._on(self._delete, lambda _: partial(submit, intents.RemoveDemonstration(self._chosen())))
         self._on(self._download, lambda tab: partial(self._save_demonstration, tab, self._chosen()))
+        self._upload.on_upload(self._uploaded)
         self._on(self._download_model, lambda tab: partial(self._save_model, tab))
 
     def draw(self, state: ConsoleState) -> None:
@@ -60,6 +67,7 @@ class FilePanel:
             (self._choice, bool(state.demonstrations)),
             (self._download, bool(state.demonstrations)),
             (self._delete, removable),
+            (self._upload, refusal_of(intents.LearnFile("", b""), state) is None),
             (self._download_model, state.learned is not None),
         ):
             if handle.visible != possible:
@@ -78,6 +86,11 @@ class FilePanel:
         state = self._state
         if state is not None and state.learned is not None:
             self._save(tab, f"{state.task.name}-revision-{state.revision}.farhand", state.learned.content)
+
+    async def _uploaded(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+        if event.client_id is not None:
+            file = event.target.value
+            self._act(event.client_id, partial(self._submit, intents.LearnFile(file.name, file.content)))
 
     def _on(self, button: viser.GuiButtonHandle, job: Callable[[int], Callable[[], None]]) -> None:
         async def pressed(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:

@@ -155,3 +155,14 @@ def at_the_end(report: ExecutionReport) -> str:
     if report.end_error_m is not None:
         parts.append(f"{1e3 * report.end_error_m:.0f} mm off")
     return ", ".join(parts)
+
+
+def upload_words(most_bytes: int) -> str:
+    """Return what can be uploaded.
+
+    Args:
+        most_bytes: Largest size of a file [B].
+    """
+    return (
+        f"Upload: a .npz as downloaded here, or made by farhand import, of at most {1e-6 * most_bytes:g} MB."
+    )

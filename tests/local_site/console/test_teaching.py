@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from farhand.common.control_mode import Action
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.wire.messages import ModelTransfer
 from farhand.local_site.console import intents
+from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
 from tests.local_site.console.test_console import teach
@@ -142,6 +144,39 @@ def test_one_demonstration_is_deleted_by_name_and_undo_brings_it_back(tmp_path: 
         assert again.demonstration_names == three.demonstration_names
         assert again.learned is not None and three.learned is not None
         assert again.learned.sha256 == three.learned.sha256
+
+
+def test_a_file_that_cannot_be_learned_is_refused_by_name_and_nothing_else_is_lost(tmp_path: Path):
+    positions, times = stroke(45)
+    good = Demonstration.within(FRAMES, TASK.frame_names, times, positions)
+    refused = {
+        "garbage.npz": (b"PK of nothing", "a whole .npz file of plain arrays"),
+        "nothing.npz": (b"", "nothing.npz is empty, or too large to be uploaded"),
+        "other-frames.npz": (replace(good, frame_names=("elsewhere",)).encode(), "frames"),
+        "milliseconds.npz": (replace(good, time_s=1e3 * times).encode(), "it looks like milliseconds"),
+        "a-point.npz": (replace(good, position_m=0.0 * positions + 0.5).encode(), "a motion of at least"),
+    }
+    with desk(tmp_path) as it:
+        teach(it)
+        before = it.until(lambda p: p.n_demonstrations == 1)
+        for name, (content, why) in refused.items():
+            it.console.submit(intents.LearnFile(name, content))
+            state = it.told(name)
+            assert state.notices[-1].what == "upload" and not state.notices[-1].good
+            assert why in state.notices[-1].text and "\n" not in state.notices[-1].text, state.notices[
+                -1
+            ].text
+            assert state.learned is before.learned
+        it.console.submit(intents.LearnFile("good.npz", good.encode()))
+        state = it.told("upload: learned good.npz as demonstration 2")
+        assert state.demonstrations[-1].source == "good.npz"
+        it.console.submit(intents.LearnFile("again.npz", good.encode()))
+        it.told("again.npz is learned already: nothing was added")
+        short = replace(good, position_m=positions - [0.0, 0.2], time_s=1.1 * times)
+        it.console.submit(intents.LearnFile("short.npz", short.encode()))
+        it.told("learned short.npz as demonstration 3; it ends 200 mm from the target: Undo takes it back")
+        it.console.submit(intents.Undo())
+        it.until(lambda p: p.n_demonstrations == 2)
 
 
 def test_a_model_is_sent_by_itself_whenever_it_changes_if_so_chosen(tmp_path: Path):

@@ -19,14 +19,16 @@ from websockets.exceptions import ConnectionClosed
 
 from farhand.common.wire.messages import MoveTarget, Stop
 from farhand.local_site.console import intents
+from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.view.door import Door
 from farhand.local_site.view.incoming import LARGEST_BYTES
 from farhand.local_site.view.page import Page
 from farhand.local_site.view.scene.arm.arm_scene import HandGizmo
 from farhand.local_site.view.server import PageServer
 from farhand.local_site.view.tabs import Sessions
+from farhand.local_site.view.uploads import MOST_FILE_BYTES, PART_BYTES
 from tests.browser.raw_client import RawClient, raw_connection
-from tests.local_site.robot_end import TASK, Desk, desk
+from tests.local_site.robot_end import FRAMES, TASK, Desk, desk, stroke
 
 FIRST_TAB = 0
 VALUES = (True, False, 0, 1e12, float("nan"), "x", "planar", None, [1, 2], {"a": 1}, b"bytes", "x" * 300)
@@ -99,6 +101,7 @@ def test_every_kind_of_message_at_every_element_leaves_stop_working(tmp_path: Pa
                     admitted.append(content)
         assert tried > 5_000 and 10 < len(admitted) < 0.05 * tried
         assert {content["type"] for content in admitted} <= {
+            "FileTransferStartUpload",
             "GuiUpdateMessage",
             "SceneNodeDragMessage",
             "ViewerCameraMessage",
@@ -131,6 +134,64 @@ def test_an_upload_into_stop_kills_it_for_nobody(tmp_path: Path) -> None:
         watching.send(_messages.FileTransferStartUpload(stop, "u", "f", "text/plain", 0, 0))
         for client in (watching, active, watching, active):
             stops(it, client)
+
+
+def upload(
+    client: RawClient,
+    content: bytes,
+    name: str,
+    label: str = "Upload demonstration",
+    size_bytes: int | None = None,
+) -> None:
+    """Send a file as viser's page does, all parts at once."""
+    uuid, parts = client.uuid(label), range(0, len(content), PART_BYTES)
+    size = len(content) if size_bytes is None else size_bytes
+    client.send(_messages.FileTransferStartUpload(uuid, name, name, "", len(parts), size))
+    for index, at in enumerate(parts):
+        named = {"type": "FileTransferPart", "source_component_uuid": uuid, "transfer_uuid": name}
+        client.send_raw(named | {"part_index": index, "content": content[at : at + PART_BYTES]})
+
+
+def a_file(n: int = 60, padding: int = 0) -> bytes:
+    """A demonstration of the planar task; its source pads it, in characters that do not compress."""
+    positions, times = stroke(n)
+    source = "".join(map(chr, np.random.default_rng(0).integers(0x4E00, 0x9FA5, padding)))
+    made = Demonstration.within(FRAMES, TASK.frame_names, times, positions)
+    return dataclasses.replace(made, source=source).encode()
+
+
+def test_a_file_is_learned_whole_in_one_part_or_in_several(tmp_path: Path) -> None:
+    large = a_file(45, padding=280_000)
+    assert PART_BYTES < len(large) <= MOST_FILE_BYTES
+    with opened(tmp_path) as (it, page), tab_of(page) as client:
+        upload(client, a_file(), "one.npz")
+        it.told("upload: learned one.npz as demonstration 1")
+        upload(client, large, "other.npz")
+        it.told("upload: learned other.npz as demonstration 2")
+        stops(it, client)
+
+
+def test_a_watching_tab_uploads_nothing_and_its_button_is_freed(tmp_path: Path) -> None:
+    with opened(tmp_path) as (it, page), tab_of(page) as active, tab_of(page) as watching:
+        upload(watching, a_file(), "theirs.npz")
+        assert watching.misses({"this tab only watches"}, 30.0) == set()
+        upload(active, a_file(), "mine.npz")
+        it.told("upload: learned mine.npz as demonstration 1")
+        stops(it, watching)
+        assert it.picture.n_demonstrations == 1
+
+
+def test_a_file_that_is_too_large_or_more_than_announced_or_for_another_button_is_not_taken(
+    tmp_path: Path,
+) -> None:
+    with opened(tmp_path) as (it, page), tab_of(page) as client:
+        upload(client, bytes(MOST_FILE_BYTES + 1), "large.npz")
+        upload(client, a_file(), "longer.npz", size_bytes=10)
+        upload(client, a_file(), "stop.npz", label="STOP")
+        stops(it, client)
+        assert not it.picture.demonstrations and not [n for n in it.picture.notices if n.what == "upload"]
+        upload(client, a_file(), "right.npz")  # a file that never ended is in nobody's way
+        it.told("upload: learned right.npz as demonstration 1")
 
 
 # Tabs that may not act --------------------------------------------------------------------------
@@ -219,7 +280,7 @@ def resident_bytes() -> int:
 
 
 def test_what_a_tab_sends_costs_no_memory(tmp_path: Path) -> None:
-    with opened(tmp_path) as (it, page), tab_of(page), tab_of(page) as watching:
+    with opened(tmp_path) as (it, page), tab_of(page) as active, tab_of(page) as watching:
         before = resident_bytes()
         stop = watching.uuid("STOP")
         part = {
@@ -231,9 +292,20 @@ def test_what_a_tab_sends_costs_no_memory(tmp_path: Path) -> None:
         for index in range(200):
             watching.send(_messages.FileTransferStartUpload(stop, f"{index}", "f", "x", 2, 10**9))
             watching.send_raw(part | {"transfer_uuid": f"{index}", "content": bytes(LARGEST_BYTES // 2)})
+        into = active.uuid("Upload demonstration")
+        for index in range(200):  # files that never end, also of the tab that may send some
+            active.send(_messages.FileTransferStartUpload(into, f"{index}", "f", "x", 2, MOST_FILE_BYTES))
+            part |= {
+                "source_component_uuid": into,
+                "transfer_uuid": f"{index}",
+                "content": bytes(PART_BYTES // 8),
+            }
+            active.send_raw(part)
+            watching.send_raw(part)
         stops(it, watching)
+        stops(it, active)
         with pytest.raises(ConnectionClosed):
-            watching.send_raw(part | {"content": bytes(20 * LARGEST_BYTES)})
+            watching.send_raw(part | {"content": bytes(2 * PART_BYTES)})
             while True:
                 watching.receive()
         assert resident_bytes() - before < 50e6
