@@ -43,8 +43,10 @@ class Up:
     """The operator's own arm, in the same way; it need not be the robot's."""
     plant: str = ""
     """Machine of your own for a point's task: name of an installed driver; a simulated one when not given."""
+    arm_driver: str = ""
+    """Machine of your own for an arm's task, in the same way; it needs a perception as well."""
     perception: str = ""
-    """Sight of your own for a point's task, in the same way."""
+    """Sight of your own, in the same way."""
     remote_config: Path | None = None
     """TOML file of the robot's site, as of `farhand remote --config`; it has the drivers' options."""
     seed: int = 0
@@ -65,6 +67,7 @@ class Up:
                 self.robot,
                 self.own_arm,
                 self.plant,
+                self.arm_driver,
                 self.perception,
                 self.remote_config,
             ),
@@ -92,8 +95,10 @@ class Demo:
     """The operator's own arm, in the same way; it need not be the robot's."""
     plant: str = ""
     """Machine of your own for a point's task: name of an installed driver; a simulated one when not given."""
+    arm_driver: str = ""
+    """Machine of your own for an arm's task, in the same way; it needs a perception as well."""
     perception: str = ""
-    """Sight of your own for a point's task, in the same way; without a simulation's truth the result is not judged."""
+    """Sight of your own, in the same way; without a simulation's truth the result is not judged."""
     remote_config: Path | None = None
     """TOML file of the robot's site, as of `farhand remote --config`; it has the drivers' options."""
     seed: int = 0
@@ -116,7 +121,7 @@ class Demo:
         parse_outage(self.outage)
         together = Together(
             self.task, self.link, self.seed, self.transport, self.robot, self.own_arm,
-            self.plant, self.perception, self.remote_config,
+            self.plant, self.arm_driver, self.perception, self.remote_config,
         )  # fmt: skip
         return run_demo(together, self.outage, self.json, self.data_dir)
 
@@ -208,8 +213,10 @@ class Remote:
     plant: str | None = None
     """Machine of your own for a point's task: name of an installed driver, whose options the file has; a simulated one when
     not given."""
+    arm_driver: str | None = None
+    """Machine of your own for an arm's task, in the same way; it needs a perception as well."""
     perception: str | None = None
-    """Sight of your own for a point's task, in the same way."""
+    """Sight of your own, in the same way."""
     data_dir: str | None = None
     """Folder of the events and of the simulated robot's state; ~/.local/share/farhand when not given."""
     seed: int | None = None
@@ -228,6 +235,7 @@ class Remote:
             task=self.task,
             robot=self.robot,
             plant_use=self.plant,
+            arm_driver_use=self.arm_driver,
             perception_use=self.perception,
             data_dir=self.data_dir,
             seed=self.seed,

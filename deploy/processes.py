@@ -37,7 +37,8 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
     Args:
         kind: Type of the configuration.
         file: TOML file; None for none.
-        overrides: Values of fields; those of a table have its name before them (`link_`); None overrides nothing.
+        overrides: Values of fields; those of the link have the prefix `link_`, the name of a driver has the suffix
+            `_use`; None overrides nothing.
 
     Raises:
         InvalidConfiguration: Naming the field.
@@ -49,7 +50,9 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
     for name, value in overrides.items():
         if value is None:
             continue
-        section, field = name.split("_", 1) if name in _IN_SECTIONS else ("", name)
+        section, field = name.rsplit("_", 1) if name.endswith("_use") else ("", name)
+        if name in _LINK_FIELDS:
+            section, field = "link", name.removeprefix("link_")
         check_values({name: value}, "command line")
         (plain[section] if section else plain)[field] = value
     try:
@@ -58,15 +61,13 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
         raise InvalidConfiguration("command line", *field_of(error)) from error
 
 
-_IN_SECTIONS = (
+_LINK_FIELDS = (
     "link_listen",
     "link_connect",
     "link_vehicle",
     "link_rate_bps",
     "link_certificates",
     "link_sites",
-    "plant_use",
-    "perception_use",
 )
 
 

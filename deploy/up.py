@@ -51,6 +51,7 @@ class Together:
         robot: Name or file of the robot; empty for the usual one.
         own_arm: Name or file of the operator's arm; empty for the usual one.
         plant: Name of an installed driver; empty for what `remote_config` says.
+        arm_driver: Name of an installed driver in the same way.
         perception: Name of an installed driver in the same way.
         remote_config: File of the robot's site; None for none.
     """
@@ -62,6 +63,7 @@ class Together:
     robot: str = ""
     own_arm: str = ""
     plant: str = ""
+    arm_driver: str = ""
     perception: str = ""
     remote_config: Path | None = None
 
@@ -74,7 +76,7 @@ class Together:
             DriverFailed: When a driver cannot be imported.
         """
         tasks = find_tasks(self.task)
-        if self.plant or self.perception or self.remote_config is not None:
+        if self.plant or self.arm_driver or self.perception or self.remote_config is not None:
             self._check_drivers(tasks.first)
         for name in {self.robot, self.own_arm} - {""}:
             find_cell(tasks.first, name)
@@ -86,8 +88,9 @@ class Together:
         from farhand.remote_site.config import RemoteConfig
         from farhand.remote_site.robots.installed import check_drivers  # takes a second, and is rarely needed
 
-        chosen = {"plant_use": self.plant or None, "perception_use": self.perception or None}
-        check_drivers(configured(RemoteConfig, self.remote_config, **chosen), task)
+        chosen = {name: getattr(self, name) or None for name in ("plant", "arm_driver", "perception")}
+        overrides = {f"{name}_use": driver for name, driver in chosen.items()}
+        check_drivers(configured(RemoteConfig, self.remote_config, **overrides), task)
 
     def rate_bps(self) -> float:
         """Return the rate of the simulated link's slower direction [bit/s]; 0: more than enough.
@@ -214,6 +217,7 @@ async def _start_and_wait(
             f"--listen={end}:{remote_port}",
             *_named("robot", settings.robot),
             *_named("plant", settings.plant),
+            *_named("arm-driver", settings.arm_driver),
             *_named("perception", settings.perception),
             *_named("config", str(settings.remote_config or "")),
             *identities.robot,

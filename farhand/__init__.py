@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from farhand.local_site.learning.online_learner import OnlineLearner as OnlineLearner
     from farhand.local_site.teaching.demonstration import Demonstration as Demonstration
     from farhand.local_site.teaching.offline_learning import learn as learn
+    from farhand.remote_site.interface.arm_driver import ArmDriver as ArmDriver
+    from farhand.remote_site.interface.arm_driver import ArmReading as ArmReading
     from farhand.remote_site.interface.driver import Closable as Closable
     from farhand.remote_site.interface.driver import Haltable as Haltable
     from farhand.remote_site.interface.driver import Monitored as Monitored
@@ -59,6 +61,8 @@ _PUBLIC = {
     "Plant": "farhand.remote_site.interface.plant",
     "Perception": "farhand.remote_site.interface.sensing",
     "TrueTarget": "farhand.remote_site.interface.sensing",
+    "ArmReading": "farhand.remote_site.interface.arm_driver",
+    "ArmDriver": "farhand.remote_site.interface.arm_driver",
     "Startable": "farhand.remote_site.interface.driver",
     "Closable": "farhand.remote_site.interface.driver",
     "Haltable": "farhand.remote_site.interface.driver",

@@ -30,7 +30,9 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     plant: DriverChoice = DriverChoice()
     """Machine of a point's task, from the entry points `farhand.plants`."""
     perception: DriverChoice = DriverChoice()
-    """Sight of a point's task, from the entry points `farhand.perceptions`."""
+    """Sight, from the entry points `farhand.perceptions`."""
+    arm_driver: DriverChoice = DriverChoice()
+    """Machine of an arm's task, from the entry points `farhand.arm_drivers`; it needs a `perception` as well."""
     seed: Annotated[int, Meta(ge=0)] = 0
     """Seed of the simulated measurement noise and of the target's phase."""
     control_hz: Annotated[float, Meta(ge=10, le=1000)] | None = None

@@ -172,11 +172,10 @@ class RemoteSite:
         """Run one life of the robot, until it is stopped or must restart; return the reason of a restart."""
         clock, task = BootClock(), self._tasks.first
         remembered = memory.load(task.space.n_dims)
-        reasons = (
-            [why] if self._config.plant.use else [why, memory.unknown_place]
-        )  # a machine measures its place
-        embodiment = embodiment_of(task, self._config, clock, remembered, self._cell)
-        with in_operation(embodiment.hardware, self._config, task, clock.now_s()):
+        measures_its_place = self._config.plant.use or self._config.arm_driver.use
+        reasons = [why] if measures_its_place else [why, memory.unknown_place]
+        with in_operation(self._config, task, self._cell, clock.now_s()) as drivers:
+            embodiment = embodiment_of(task, self._config, clock, remembered, self._cell, drivers)
             boot = _Boot(clock, embodiment, remembered, [reason for reason in reasons if reason])
             return self._serve(boot, memory, event_log, ready)
 

@@ -57,7 +57,7 @@ def succeeded(task: AnyTask, report: ExecutionReport) -> bool | None:
     """
     if isinstance(task, PointTask):
         return None if report.rms_error_m is None else report.rms_error_m < task.success_rms_m
-    return report.succeeded is True
+    return report.succeeded
 
 
 def link_result(

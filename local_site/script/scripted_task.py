@@ -170,7 +170,8 @@ class ScriptedTask:
             return False
         if isinstance(self._task, PointTask):
             return report.tracked_s >= _TRACKING_S - 1e-6
-        return report.succeeded is True
+        unjudged = report.succeeded is None and report.tracked_s >= _TRACKING_S - 1e-6
+        return report.succeeded is True or unjudged
 
     def _planned_s(self) -> float:
         path = self._actions.picture.path

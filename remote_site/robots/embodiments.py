@@ -8,7 +8,7 @@ from farhand.common.errors import InvalidConfiguration
 from farhand.common.task import AnyTask, PointTask
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
-from farhand.remote_site.robots.installed import PERCEPTION, PLANT, make
+from farhand.remote_site.robots.installed import SIMULATED, Drivers
 from farhand.remote_site.robots.plant_memory import PlantState
 from farhand.remote_site.robots.point_embodiment import SimulatedPoint, point_embodiment
 
@@ -19,22 +19,23 @@ def embodiment_of(
     clock: BootClock,
     remembered: PlantState | None,
     cell: Cell | None,
+    drivers: Drivers = SIMULATED,
 ) -> Embodiment:
-    """Return the robot that a task is for, with the configured drivers; what has none is simulated.
+    """Return the robot that a task is for; what has no driver of the user's own is simulated.
 
     Args:
         task: The first task.
-        config: Control rate, seed and drivers.
+        config: Control rate and seed.
         clock: The robot's time.
         remembered: State in its last boot, None in its first.
         cell: Arm in front of its receptacle; None for a point.
+        drivers: Drivers of the user's own, started.
 
     Raises:
-        InvalidConfiguration: When the robot cannot run at the configured control rate, or a driver is not installed.
-        DriverFailed: When a driver cannot be imported or made.
+        InvalidConfiguration: When the robot cannot run at the configured control rate.
     """
     if isinstance(task, PointTask):
-        plant, sight = make(PLANT, config, task), make(PERCEPTION, config, task)
+        plant, sight = drivers.plant, drivers.perception
         point = SimulatedPoint(task, config, clock, remembered)
         simulated = point.embodiment.hardware
         if plant is None and sight is None:
@@ -45,6 +46,10 @@ def embodiment_of(
         )  # fmt: skip
     if cell is None:
         raise InvalidConfiguration("remote configuration", "robot", f"a robot: {task.name} is an arm's task")
+    if drivers.arm is not None and drivers.perception is not None:
+        from farhand.remote_site.robots.driven_arm import DrivenArm
+
+        return DrivenArm(task, config, cell, drivers.arm, drivers.perception).embodiment
     from farhand.remote_site.robots.simulated_arm import SimulatedArm  # a point needs no physics
 
     return SimulatedArm(task, config, cell, remembered).embodiment

@@ -11,13 +11,14 @@ from contextlib import ExitStack, contextmanager
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NamedTuple
 
+from farhand.common.arm.cell import Cell
 from farhand.common.errors import DriverFailed, InvalidConfiguration, InvalidInput
 from farhand.common.task import AnyTask, PointTask
 from farhand.remote_site.config import DriverChoice, RemoteConfig
+from farhand.remote_site.interface.arm_driver import ArmDriver, check_reading
 from farhand.remote_site.interface.driver import Closable, Startable, call_all
-from farhand.remote_site.interface.embodiment import Hardware
-from farhand.remote_site.interface.plant import check_state
-from farhand.remote_site.interface.sensing import check_frames
+from farhand.remote_site.interface.plant import Plant, check_state
+from farhand.remote_site.interface.sensing import Perception, check_frames
 
 
 class Kind(NamedTuple):
@@ -39,8 +40,26 @@ class Kind(NamedTuple):
 
 
 PLANT = Kind("plant", "farhand.plants", ("read", "accelerate", "follow", "brake"))
+ARM_DRIVER = Kind("arm_driver", "farhand.arm_drivers", ("read", "command"))
 PERCEPTION = Kind("perception", "farhand.perceptions", ("observe",))
-_OF_A_POINT = (PLANT, PERCEPTION)
+_KINDS = (PLANT, ARM_DRIVER, PERCEPTION)
+
+
+class Drivers(NamedTuple):
+    """Drivers of the user's own; what is None is simulated.
+
+    Args:
+        plant: Machine of a point.
+        arm: Machine of an arm; never without a perception.
+        perception: Sight.
+    """
+
+    plant: Plant | None = None
+    arm: ArmDriver | None = None
+    perception: Perception | None = None
+
+
+SIMULATED = Drivers()
 
 
 def installed(kind: Kind) -> list[str]:
@@ -55,74 +74,83 @@ def check_drivers(config: RemoteConfig, task: AnyTask) -> None:
         InvalidConfiguration: When none has that name, or the task has no such driver; names the field.
         DriverFailed: When one cannot be imported.
     """
-    for kind in _OF_A_POINT:
-        if not (name := kind.choice(config).use):
-            continue
-        if not isinstance(task, PointTask):
-            expected = f"none, as {task.name} is the task of an arm, got {name!r}"
-            raise InvalidConfiguration("remote configuration", f"{kind.field}.use", expected)
-        _load(kind, name)
+    point = isinstance(task, PointTask)
+    wrong = ARM_DRIVER if point else PLANT
+    if name := wrong.choice(config).use:
+        expected = f"none, as {task.name} is the task of {'a point' if point else 'an arm'}, got {name!r}"
+        raise InvalidConfiguration("remote configuration", f"{wrong.field}.use", expected)
+    if not point and bool(config.arm_driver.use) != bool(config.perception.use):
+        lacks = PERCEPTION if config.arm_driver.use else ARM_DRIVER
+        expected = "a driver as well: an arm's machine and its sight are both simulated, or neither is"
+        raise InvalidConfiguration("remote configuration", f"{lacks.field}.use", expected)
+    for kind in _KINDS:
+        if name := kind.choice(config).use:
+            _load(kind, name)
 
 
-def make(kind: Kind, config: RemoteConfig, task: AnyTask) -> Any:
-    """Make the configured driver of a kind; None for the simulated one.
+@contextmanager
+def in_operation(config: RemoteConfig, task: AnyTask, cell: Cell | None, now_s: float) -> Iterator[Drivers]:
+    """Make and start the configured drivers, look at their first measurements, and close all at the end.
+
+    Args:
+        config: Names and options of the drivers.
+        task: The first task.
+        cell: Arm in front of its receptacle; None for a point.
+        now_s: Present time on the robot's clock [s].
 
     Raises:
-        InvalidConfiguration: When none has that name.
-        DriverFailed: When it cannot be imported or made, or lacks a method.
+        InvalidConfiguration: See `check_drivers`.
+        DriverFailed: When one cannot be imported, made or started, lacks a method, or its first measurement is not of
+            the agreed form.
     """
+    check_drivers(config, task)
+    drivers: list[Any] = []
+    with ExitStack() as stack:
+        for kind in _KINDS:
+            driver, name = _make(kind, config, task, cell), kind.choice(config).use
+            if isinstance(driver, Startable):
+                with _told(kind, name, "cannot be started"):
+                    driver.start()
+            if isinstance(driver, Closable):
+                stack.callback(call_all, [driver.close])
+            if driver is not None:
+                with _told(kind, name, "does not measure"):
+                    _look(kind, driver, task, cell, now_s)
+            drivers.append(driver)
+        yield Drivers(*drivers)
+
+
+def _make(kind: Kind, config: RemoteConfig, task: AnyTask, cell: Cell | None) -> Any:
+    """Make the configured driver of a kind; None for the simulated one."""
     choice = kind.choice(config)
     if not choice.use:
         return None
     maker = _load(kind, choice.use)
+    subject = cell.robot if kind is ARM_DRIVER and cell is not None else task
     with _told(kind, choice.use, f"does not take its options {choice.options}"):
-        driver = maker(task, choice.options)
+        driver = maker(subject, choice.options)
     if missing := [name for name in kind.methods if not callable(getattr(driver, name, None))]:
         lacks = f"{_label(kind, choice.use)}: {type(driver).__name__} has no {', '.join(missing)}"
         raise DriverFailed(f"{lacks}: see docs/extending.md")
     return driver
 
 
-@contextmanager
-def in_operation(hardware: Hardware, config: RemoteConfig, task: AnyTask, now_s: float) -> Iterator[None]:
-    """Start the drivers of a robot, look at the first measurements of the user's own, and close all at the end.
-
-    Args:
-        hardware: Plant and perception.
-        config: Names of the drivers.
-        task: The first task.
-        now_s: Present time on the robot's clock [s].
-
-    Raises:
-        DriverFailed: When one cannot be started, or its first measurement is not of the agreed form.
-    """
-    drivers = dict(zip(_OF_A_POINT, (hardware.plant, hardware.perception), strict=True))
-    with ExitStack() as stack:
-        for kind, driver in drivers.items():
-            if isinstance(driver, Startable):
-                with _told(kind, kind.choice(config).use, "cannot be started"):
-                    driver.start()
-            if isinstance(driver, Closable):
-                stack.callback(call_all, [driver.close])
-        for kind, driver in drivers.items():
-            if name := kind.choice(config).use:
-                with _told(kind, name, "does not measure"):
-                    _look(kind, driver, task, now_s)
-        yield
-
-
-def _look(kind: Kind, driver: Any, task: AnyTask, now_s: float) -> None:
+def _look(kind: Kind, driver: Any, task: AnyTask, cell: Cell | None, now_s: float) -> None:
     """Check a first measurement."""
-    if kind is PLANT:
-        state = driver.read()
-        check_state(state, task.space.n_coordinates, task.space.n_tangent)
-        if not state.is_finite:
-            raise InvalidInput("plant", "read", "finite numbers only")
-    elif (frames := driver.observe(now_s)) is not None:
-        check_frames(frames, len(task.frame_names), task.space.n_dims)
+    if kind is PERCEPTION:
+        if (frames := driver.observe(now_s)) is not None:
+            check_frames(frames, len(task.frame_names), task.space.n_dims)
+        return
+    state = driver.read()
+    if kind is ARM_DRIVER and cell is not None:
+        check_reading(state, len(cell.robot.joints))
+        return
+    check_state(state, task.space.n_coordinates, task.space.n_tangent)
+    if not state.is_finite:
+        raise InvalidInput("plant", "read", "finite numbers only")
 
 
-def _load(kind: Kind, name: str) -> Callable[[AnyTask, dict[str, Any]], Any]:
+def _load(kind: Kind, name: str) -> Callable[[Any, dict[str, Any]], Any]:
     point = _entry_point(kind, name)
     if point is None:
         known = ", ".join(installed(kind)) or "there is none: install the package that brings it along"
@@ -149,7 +177,5 @@ def _told(kind: Kind, name: str, failed: str) -> Iterator[None]:
         yield
     except (Exception, SystemExit) as error:
         said = f"{type(error).__name__}: {error}"
-        remedy = (
-            f"mend the driver or its options, or choose another one with [{kind.field}] use or --{kind.field}"
-        )
+        remedy = f"mend the driver or its options, or choose another one with [{kind.field}] use or --{kind.field.replace('_', '-')}"
         raise DriverFailed(f"{_label(kind, name)} {failed}: {said}; {remedy}") from error

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm.cell import Cell
 from farhand.common.arm.compliance import ComplianceSettings
-from farhand.common.arm.kinematics import AT_ORIGIN, Kinematics, difference
-from farhand.common.arm.preflight import Preflights
+from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.robot_file import RobotFile
-from farhand.common.arm.servo import ServoSettings
-from farhand.common.arm.setpoint import MotionLimits
-from farhand.common.arm.simulation.description import describe
 from farhand.common.arm.simulation.disturbances import CALM, Disturbances, DisturbanceSettings
 from farhand.common.arm.simulation.disturbances import PRESETS as DISTURBANCES
-from farhand.common.arm.simulation.simulation import TICK_S, Simulation
+from farhand.common.arm.simulation.simulation import Simulation
 from farhand.common.arm.simulation.starts_and_goals import Box, Placement, Seated, Withdrawn
-from farhand.common.errors import InvalidConfiguration, InvalidInput
+from farhand.common.errors import InvalidInput
 from farhand.common.log import loop_logger
 from farhand.common.model.manifold import POSE
 from farhand.common.task import AnyTask, ArmTask
-from farhand.common.wire.messages import ArmState
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS, Recovery
 from farhand.remote_site.insertion.skill import InsertionSkill
-from farhand.remote_site.interface.embodiment import ArmMemory, Check, Embodiment
-from farhand.remote_site.interface.plant import EffectorState
+from farhand.remote_site.interface.embodiment import ArmMemory, Embodiment
 from farhand.remote_site.perception.simulated_sight import (
     CLEAN,
     MarkerTracker,
@@ -37,7 +31,7 @@ from farhand.remote_site.perception.simulated_sight import (
 )
 from farhand.remote_site.perception.simulated_sight import PRESETS as TRACKERS
 from farhand.remote_site.perception.target_filter import AdaptiveFilter
-from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
+from farhand.remote_site.robots.arm_hardware import ArmHardware
 from farhand.remote_site.robots.arm_plant import ArmPlant
 from farhand.remote_site.robots.plant_memory import PlantState
 from farhand.remote_site.robots.simulated_environment import PlugRecord, SimulatedEnvironment
@@ -46,9 +40,6 @@ Array = NDArray[np.float64]
 
 _log = loop_logger(__name__)
 
-CONTROL_HZ = 1.0 / TICK_S
-"""Only control rate of an arm [Hz]."""
-_HORIZON_S = 0.6
 _COMPLIANCE = ComplianceSettings()
 
 
@@ -87,7 +78,7 @@ class ArmConditions:
         return Recovery(self.correcting, self.attempts, enters=enters)
 
 
-class SimulatedArm:
+class SimulatedArm(ArmHardware):
     """Simulated arm with its sight and its world: the `Hardware` and the `World` of an embodiment.
 
     Args:
@@ -102,8 +93,6 @@ class SimulatedArm:
         InvalidConfiguration: When another control rate is configured.
     """
 
-    control_hz = CONTROL_HZ
-
     def __init__(
         self,
         task: ArmTask,
@@ -113,19 +102,8 @@ class SimulatedArm:
         conditions: ArmConditions | None = None,
         placement: Placement | None = None,
     ):
-        if config.control_hz not in (None, CONTROL_HZ):
-            expected = f"{CONTROL_HZ:g} for an arm, got {config.control_hz:g}"
-            raise InvalidConfiguration("remote configuration", "control_hz", expected)
-        limits = MotionLimits.of(cell.robot)
+        super().__init__(task, config, cell)
         self._conditions = conditions = conditions or ArmConditions.of(task)
-        self.max_speed_m_s = min(task.limits.speed_m_s, limits.speed_m_s)
-        self._acceleration = min(task.limits.acceleration_m_s2, limits.acceleration_m_s2)
-        self.settings = ExecutorSettings(
-            dt_s=TICK_S,
-            horizon_s=_HORIZON_S,
-            max_speed_m_s=self.max_speed_m_s,
-            max_angular_speed_rad_s=limits.angular_speed_rad_s,
-        )
         self.simulation = Simulation(cell)
         self._happening = Disturbances(conditions.disturbances, (config.seed, 2))
         self.plant, self.environment = self._start(
@@ -138,10 +116,10 @@ class SimulatedArm:
             AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
         )
         kinematics = Kinematics(self.simulation.cell)
-        self._preflights = Preflights(kinematics)
+        self.plan_checks(kinematics)
         self.skill = InsertionSkill(
             task, self.plant, self.perception, kinematics.tip, self.max_speed_m_s, conditions.new_recovery,
-            self._examine,
+            self.examine,
         )  # fmt: skip
         self.embodiment = Embodiment(self, self.skill, self)
 
@@ -150,10 +128,7 @@ class SimulatedArm:
     ) -> tuple[ArmPlant, SimulatedEnvironment]:
         """Place the arm as in its last boot, else by `placement`, else by its seed."""
         robot = self.simulation.cell.robot
-        limits = replace(
-            MotionLimits.of(robot), speed_m_s=self.max_speed_m_s, acceleration_m_s2=self._acceleration
-        )
-        settings, box = ServoSettings(limits, self._conditions.compliance), self._conditions.box(robot)
+        settings, box = self.servo_settings(self._conditions.compliance), self._conditions.box(robot)
         if remembered is not None:
             rest = np.array(remembered.receptacle)
             around = SimulatedEnvironment(rest, self._happening, box, remembered.time_s)
@@ -169,24 +144,6 @@ class SimulatedArm:
             placement = place(np.random.default_rng([seed, 1]), box, self.simulation.cell)
         around = SimulatedEnvironment(placement.receptacle, self._happening, box)
         return ArmPlant(self.simulation, around, settings, placement.joints_rad), around
-
-    def _examine(self, effector: EffectorState, receptacle: Array) -> Check:
-        """Solve the inverse kinematics along the path into the bore."""
-        assert effector.joints_rad is not None
-        found = self._preflights.examine(effector.joints_rad, receptacle)
-        return Check(found.refusal, found.warning)
-
-    # Hardware ------------------------------------------------------------------------------------
-
-    def arm_state(self, effector: EffectorState, overruns: int) -> ArmState:
-        """See `Hardware`."""
-        x, y, z = difference(AT_ORIGIN, effector.point)[3:].tolist()
-        assert effector.joints_rad is not None
-        return ArmState((x, y, z), tuple(effector.joints_rad.tolist()), effector.contact_n or 0.0, overruns)
-
-    def scene(self) -> bytes:
-        """See `Hardware`."""
-        return describe(self.simulation.cell).content
 
     # World ---------------------------------------------------------------------------------------
 

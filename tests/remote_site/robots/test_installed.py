@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from msgspec import structs
 
@@ -35,9 +34,8 @@ def a_config(plant: str = "", sight: str = "", **options: Any) -> RemoteConfig:
 
 
 def operate(config: RemoteConfig) -> None:
-    """Make and start the robot as its process does, and end it."""
-    robot = embodiment_of(TASK, config, BootClock(), None, None)
-    with in_operation(robot.hardware, config, TASK, 0.0):
+    """Make and start the robot's drivers as its process does, and end them."""
+    with in_operation(config, TASK, None, 0.0):
         pass
 
 
@@ -45,7 +43,8 @@ def test_what_is_configured_is_used_and_all_else_is_simulated(folder: Path):
     put_drivers(folder, "drivers_a")
 
     def kinds(config: RemoteConfig) -> tuple[str, str]:
-        hardware = embodiment_of(TASK, config, BootClock(), None, None).hardware
+        with in_operation(config, TASK, None, 0.0) as drivers:
+            hardware = embodiment_of(TASK, config, BootClock(), None, None, drivers).hardware
         return type(hardware.plant).__name__, type(hardware.perception).__name__
 
     assert kinds(a_config()) == (PointPlant.__name__, SimulatedPerception.__name__)
@@ -126,12 +125,24 @@ def test_a_task_of_the_arm_has_no_driver_of_a_point():
         check_drivers(a_config("my-table"), find_task("hot-stab"))
 
 
+def test_an_arm_and_its_sight_are_both_the_users_own_or_neither(folder: Path):
+    for config, field in (
+        (RemoteConfig(arm_driver=DriverChoice("x")), r"perception\.use"),
+        (RemoteConfig(perception=DriverChoice("x")), r"arm_driver\.use"),
+    ):
+        with pytest.raises(InvalidConfiguration, match=field):
+            check_drivers(config, find_task("hot-stab"))
+    with pytest.raises(InvalidConfiguration, match=r"arm_driver\.use: none, as planar"):
+        check_drivers(RemoteConfig(arm_driver=DriverChoice("x")), TASK)
+
+
 def test_they_are_chosen_in_the_file_and_on_the_command_line(tmp_path: Path):
     file = tmp_path / "remote.toml"
     file.write_text('[plant]\nuse = "my-table"\noptions = { port = "/dev/ttyUSB0", axes = [1, 2] }\n')
     config = configured(RemoteConfig, file, plant_use=None, perception_use="my-camera")
     assert config.plant == DriverChoice("my-table", {"port": "/dev/ttyUSB0", "axes": [1, 2]})
     assert config.perception.use == "my-camera"
+    assert configured(RemoteConfig, None, arm_driver_use="my-arm").arm_driver.use == "my-arm"
     assert configured(RemoteConfig, file, plant_use="other").plant.use == "other"
     file.write_text('[plant]\nname = "my-table"\n')
     with pytest.raises(InvalidConfiguration, match="plant"):
@@ -145,19 +156,3 @@ def test_a_robot_whose_driver_does_not_start_never_opens_its_endpoint(folder: Pa
     with pytest.raises(FarhandError, match="drivers_g"):
         RemoteSite(config, TaskSet([TASK]), folder / "data").run(lambda: ready.append(True))
     assert not ready
-
-
-def test_the_first_look_is_of_the_users_own_alone():
-    """A simulation's noise is drawn at each look: another one would change what is seen later."""
-    config = a_config()
-
-    def seen(looks_first: bool) -> np.ndarray:
-        hardware = embodiment_of(TASK, config, BootClock(), None, None).hardware
-        if looks_first:
-            with in_operation(hardware, config, TASK, 0.0):
-                pass
-        frames = hardware.perception.observe(0.0)
-        assert frames is not None
-        return frames[0].b
-
-    np.testing.assert_array_equal(seen(True), seen(False))
