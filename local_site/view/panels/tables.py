@@ -103,6 +103,4 @@ def _table(name: str, head: Sequence[str], rows: Sequence[str], empty: str) -> s
     table = (
         f"<table><tr>{titles}</tr>{''.join(rows)}</table>" if rows else f'<div class="fh-empty">{empty}</div>'
     )
-    return (
-        f'<div class="fh-lower" data-tab="{name}" data-tp="{name}"><div class="fh-list">{table}</div></div>'
-    )
+    return f'<div class="fh-lower" data-tab="{name}" data-tp="{name}"><div class="fh-list" tabindex="0">{table}</div></div>'
