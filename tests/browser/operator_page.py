@@ -130,9 +130,8 @@ class OperatorPage:
                     raise
 
     def command(self, label: str, mode: str) -> None:
-        """Press a button and wait for the robot's report of the mode that it leads to."""
-        self.press(label)
-        self.says("mode", mode)
+        """Press a button until the robot reports the mode that it leads to."""
+        self.insist(label, "mode", mode)
 
     def insist(self, label: str, name: str, words: str | re.Pattern[str]) -> None:
         """Press a button until the page says this: on a busy machine a command may come too late, and is refused."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import pytest
@@ -20,11 +21,15 @@ def stack(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterato
 
 
 def test_the_advice_leads_from_the_samples_to_the_moving_u(tab: OperatorPage, stack: Stack) -> None:
-    for button in ("Load samples", "Send model", "Arm", "Preview", "Execute"):
+    for button, name, words in (
+        ("Load samples", "demos", "3"),
+        ("Send model", "model", re.compile("robot has it")),
+        ("Arm", "mode", "HOLD"),
+        ("Preview", "plan", re.compile("^preview: [0-9]+ s left")),
+        ("Execute", "mode", "AUTONOMOUS"),
+    ):
         tab.advises(button)
-        tab.press(button)
-        tab.says("pending", "none")
-    tab.says("demos", "3")
+        tab.insist(button, name, words)
     tab.says("phase", "ARRIVED")
     tab.says("mode", "AUTONOMOUS")
     assert seen_point(tab) is not None

@@ -95,10 +95,14 @@ def test_the_mouse_drives_the_robot_only_while_coupled(tab: OperatorPage) -> Non
     tab.tells("nothing follows your hand now")
     begin = seen_point(tab) or (0.0, 0.0)
     assert np.allclose(begin, START, atol=0.01)
-    tab.command("Couple", "DIRECT")
-    tab.says("holder", "OPERATOR")
-    with tab.hold([(0.1, 0.3), (0.12, 0.3)]):
-        drive_right_until(tab, begin[0] + 0.05)
+    for _ in range(4):  # a browser that is busy drawing may take longer than the robot waits for a hand
+        tab.command("Couple", "DIRECT")
+        tab.says("holder", "OPERATOR")
+        with tab.hold([(0.1, 0.3), (0.12, 0.3)]), suppress(NotFollowed):
+            drive_right_until(tab, begin[0] + 0.05)
+            break
+    else:
+        raise NotFollowed
     tab.says("mode", "HOLD")
     tab.tells("the drag ended")
     tab.command("Couple", "DIRECT")
@@ -153,6 +157,10 @@ def test_the_robots_u_can_be_dragged_and_the_robot_follows_it(tab: OperatorPage)
     await_point(tab, U)
 
 
+class NotFollowed(AssertionError):
+    """The robot did not follow the hand."""
+
+
 def drive_right_until(tab: OperatorPage, x_m: float) -> None:
     """Move the hand to the right until the robot's point is seen beyond x.
 
@@ -164,7 +172,7 @@ def drive_right_until(tab: OperatorPage, x_m: float) -> None:
         seen = seen_point(tab)
         if seen is not None and seen[0] > x_m:
             return
-    raise AssertionError("the robot did not follow the hand")
+    raise NotFollowed
 
 
 def distance_to(polyline: np.ndarray, points: np.ndarray) -> np.ndarray:
