@@ -140,15 +140,16 @@ def _tracked(execution: dict[str, Any]) -> str:
 
 
 def _inserted(execution: dict[str, Any]) -> str:
-    if execution["depth_m"] is None:
-        return "unknown"
-    holding_n = execution["holding_force_n"]
+    peak_n, holding_n = execution["peak_force_n"], execution["holding_force_n"]
     holding = f", {holding_n:.0f} N holding it" if holding_n is not None else ""
+    if execution["depth_m"] is None:
+        felt = f"; {peak_n:.0f} N at most{holding}" if peak_n is not None else ""
+        return f"at an unknown depth: only a simulation knows the plug's true place{felt}"
     depth_mm = execution["depth_m"] * 1e3
     where = f"{depth_mm:.1f} mm deep" if depth_mm > 0.0 else f"{-depth_mm:.1f} mm before the mouth"
     return (
         f"the plug {where}, {execution['lateral_m'] * 1e3:.1f} mm off the axis; "
-        f"{execution['peak_force_n']:.0f} N at most{holding}"
+        f"{peak_n:.0f} N at most{holding}"
     )
 
 

@@ -52,7 +52,7 @@ def test_of_several_tasks_each_is_told():
 
 
 def test_where_the_plug_is_in_its_bore_or_before_it():
-    def told(depth_m: float) -> str:
+    def told(depth_m: float | None) -> str:
         execution = {
             "duration_s": 6.0, "depth_m": depth_m, "lateral_m": 0.004, "peak_force_n": 17.0, "holding_force_n": None,
         }  # fmt: skip
@@ -60,3 +60,4 @@ def test_where_the_plug_is_in_its_bore_or_before_it():
 
     assert "the plug 85.1 mm deep" in told(0.0851)
     assert "the plug 118.0 mm before the mouth" in told(-0.118)
+    assert "at an unknown depth: only a simulation knows the plug's true place; 17 N at most" in told(None)
