@@ -210,6 +210,16 @@ def test_a_machine_that_stands_still_is_noticed_halted_and_told():
     assert_stopped(bench, "stands still for 2 s although it is told to move")
 
 
+def test_a_driver_that_holds_up_the_loop_is_halted_and_told():
+    plant = HaltingPlant()
+    bench = Bench(plant=plant).executing()
+    plant.told.clear()
+    bench.time.advance(0.6)
+    bench.robot.tick(DT_S, late_s=0.6)
+    assert plant.told == ["brake", "halt"]
+    assert_stopped(bench, "the control loop was 600 ms late")
+
+
 @pytest.mark.parametrize("cause", ["paused", "unseen", "arrived"])
 def test_a_robot_that_stands_because_it_shall_is_left_alone(cause: str):
     plant = HaltingPlant()
