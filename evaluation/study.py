@@ -205,6 +205,8 @@ def _run_all(name: str, trial: Callable[[Case], Case], cases: list[Case]) -> lis
                 results[numbers[future]] = future.result()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            for worker in multiprocessing.active_children():  # its trial may take minutes more
+                worker.terminate()
             raise
     return [results[number] for number in range(len(cases))]
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 
@@ -79,13 +80,15 @@ def test_a_wrong_question_is_refused_with_its_field(name, trials, seed, field, t
     assert not (tmp_path / "results").exists()
 
 
-def test_the_workers_of_a_study_that_is_killed_end_too(tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_study_that_is_killed_or_interrupted_ends_with_its_workers_in_the_middle_of_a_trial(tmp_path, number):
     command = [sys.executable, "-m", "tests.evaluation.waiting", str(tmp_path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as parent:
         assert parent.stdout is not None
         worker = int(parent.stdout.readline())
-        parent.kill()
+        parent.send_signal(number)
         await_end(worker)
+        assert parent.wait(60.0) != 0
 
 
 def test_of_a_study_the_chosen_rows_alone_are_run_and_an_unknown_word_lists_those_there_are():
