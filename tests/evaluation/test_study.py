@@ -81,7 +81,9 @@ def test_a_wrong_question_is_refused_with_its_field(name, trials, seed, field, t
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_a_study_that_is_killed_or_interrupted_ends_with_its_workers_in_the_middle_of_a_trial(tmp_path, number):
+def test_a_study_that_is_killed_or_interrupted_ends_with_its_workers_in_the_middle_of_a_trial(
+    tmp_path, number
+):
     command = [sys.executable, "-m", "tests.evaluation.waiting", str(tmp_path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as parent:
         assert parent.stdout is not None
