@@ -101,9 +101,9 @@ class OperatorPage:
         return self.page.locator("button:not(.fh-own)").filter(has_text=re.compile(f"^{re.escape(label)}$"))
 
     @contextmanager
-    def reachable(self, it: Locator) -> Iterator[None]:
+    def reachable(self, it: Locator, within_ms: float = WAIT_MS) -> Iterator[None]:
         """Open the drawer if that is where it is, and close it again."""
-        expect(it).to_be_attached(timeout=WAIT_MS)
+        expect(it).to_be_attached(timeout=within_ms)
         hidden = not it.is_visible()
         if hidden:
             self.page.locator("#fh-menu").click()
@@ -122,7 +122,7 @@ class OperatorPage:
         while True:
             left_ms = 1000.0 * (give_up_s - time.monotonic())
             try:
-                with self.reachable(button):
+                with self.reachable(button, max(1.0, left_ms)):
                     button.click(timeout=max(1.0, min(left_ms, WAIT_MS / 12.0)))
                     return
             except PlaywrightTimeout:  # it may have moved between the action line and the drawer
@@ -136,7 +136,9 @@ class OperatorPage:
     def insist(self, label: str, name: str, words: str | re.Pattern[str]) -> None:
         """Press a button until the page says this: on a busy machine a command may come too late, and is refused."""
         for _ in range(4):
-            with suppress(PlaywrightTimeout):  # the button of what is no longer possible is gone
+            with suppress(
+                PlaywrightTimeout, AssertionError
+            ):  # the button of what is not possible any more is gone
                 if label == "STOP" or (
                     self.button(label).count() and self.button(label).is_enabled(timeout=WAIT_MS / 6.0)
                 ):

@@ -31,5 +31,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
 
 
 if __name__ == "__main__":
+    # A shell ignores it for what it runs in the background, and so would this process.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     study.STUDIES["waiting"] = "tests.evaluation.waiting"
     study.run("waiting", 1, 0, sys.argv[1], "")
