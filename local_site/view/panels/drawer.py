@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import viser
 
-from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec, OnPress
-from farhand.local_site.view.panels.choices import AutoSendSwitch, Standings
+from farhand.local_site.view.panels.choices import Act, AutoSendSwitch, Standings, Submit
 from farhand.local_site.view.panels.file_panel import FilePanel, Save
 from farhand.local_site.view.panels.link_panel import LinkPanel, LinkWorker
 from farhand.local_site.view.panels.list_panels import LibraryPanel
-
-Submit = Callable[[intents.Intent], None]
-Act = Callable[[int, Callable[[], None]], None]
 
 
 class Drawer:

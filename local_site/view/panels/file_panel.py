@@ -11,11 +11,10 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.permission import refusal_of
 from farhand.local_site.teaching.demonstration import Demonstration
+from farhand.local_site.view.panels.choices import Act, Submit
 from farhand.local_site.view.panels.words import upload_words
 from farhand.local_site.view.uploads import MOST_FILE_BYTES
 
-Submit = Callable[[intents.Intent], None]
-Act = Callable[[int, Callable[[], None]], None]
 Save = Callable[[int, str, bytes], None]
 """Has a tab's browser save a file: the tab, the file's name, and its content."""
 

@@ -17,6 +17,7 @@ from farhand.common.errors import InvalidConfiguration, LinkError
 from farhand.common.event_loop import Mailbox
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.log import loop_logger
+from farhand.local_site.view.panels.choices import Act
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words import loss_words
 
@@ -83,7 +84,6 @@ _CUSTOM = "custom"
 _SETTLE_S = 1.5
 """Time after a change in which the page shows the operator's choice, and not the link's own state [s]."""
 
-Act = Callable[[int, Callable[[], None]], None]
 """Queues a job for the page's thread, run only if the tab may act."""
 
 

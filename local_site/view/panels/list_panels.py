@@ -15,10 +15,8 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.permission import refusal_of
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.teaching.revisions import Revision
+from farhand.local_site.view.panels.choices import Act, Submit
 from farhand.local_site.view.panels.html import Html, clock, text
-
-Submit = Callable[[intents.Intent], None]
-Act = Callable[[int, Callable[[], None]], None]
 
 _SHOWN = 80
 _LATE_S = 2.0
