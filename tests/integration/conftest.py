@@ -1,4 +1,4 @@
-"""What several tests look at: three demos, which run beside the other tests and mostly wait, and some files."""
+"""What several tests look at: three demos, which run beside the other tests and mostly wait."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from farhand.evaluation.harness.farhand_process import HeardProcess
-from tests.integration.files import make_files
 
 DEMOS = {"lan": (), "geo": ("--outage", "reset:3"), "leo": ("--transport", "quic", "--outage", "blackhole:3")}
 
@@ -43,11 +42,3 @@ def demos(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Demo]]
     finally:
         for demo in begun.values():
             demo.process.kill()
-
-
-@pytest.fixture(scope="session")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """See `make_files`."""
-    folder = tmp_path_factory.mktemp("files")
-    make_files(folder)
-    return folder

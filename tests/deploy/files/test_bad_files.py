@@ -11,8 +11,8 @@ import pytest
 
 from farhand.common.model.model_file import SCHEMA_VERSION
 from farhand.local_site.teaching.demonstration import Demonstration
+from tests.deploy.files.recordings import demonstrations, unchanged
 from tests.farhand_process import farhand, refusal
-from tests.integration.files import demonstrations, unchanged
 
 
 def changed(name: str, change: Callable[[np.ndarray], object]) -> Callable[[Path, Path], None]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from farhand.common.model.model_file import content_hash
 from farhand.local_site.teaching.demonstration import Demonstration
+from tests.deploy.files.recordings import N_RECORDINGS, demonstrations, unchanged
 from tests.farhand_process import farhand, put_foreign_code, refusal
-from tests.integration.files import N_RECORDINGS, demonstrations, unchanged
 
 
 def test_a_foreign_recording_becomes_demonstrations_in_metres_that_end_at_the_goal(folder):
