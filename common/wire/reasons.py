@@ -93,6 +93,7 @@ class Code(StrEnum):
     ROBOT_EXECUTES = "robot executes"
     NO_OWN_ARM = "no own arm"
     HAND_DRIVES = "hand drives"
+    NOT_BEFORE_MOUTH = "not before mouth"
     HAS_IT = "has it"
     IN_CONTROL = "in control"
     NOBODY_ASKS = "nobody asks"

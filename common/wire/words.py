@@ -79,6 +79,7 @@ WORDS: dict[Code, str] = {
     Code.ROBOT_EXECUTES: "the robot executes {task}: end that first, by Clutch or Abort",
     Code.NO_OWN_ARM: "no arm is on a board, only a hand",
     Code.HAND_DRIVES: "your hand drives the robot: clutch first",
+    Code.NOT_BEFORE_MOUTH: "the plug is on the axis already, or too far from the mouth: drag it in front of the mouth first",
     Code.HAS_IT: "the robot has it already",
     Code.IN_CONTROL: "you are in control already",
     Code.NOBODY_ASKS: "nobody asks for the control",

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Wish
+from farhand.local_site.workcell.hand_motion import Nudge
 
 
 @dataclass(frozen=True)
@@ -218,6 +219,26 @@ class Align:
 
 
 @dataclass(frozen=True)
+class Centre:
+    """Request to move the plug of the operator's arm onto the bore's axis, at its distance from the mouth."""
+
+    label: ClassVar[str] = "centre"
+
+
+@dataclass(frozen=True)
+class Step:
+    """Request for a step of the operator's arm.
+
+    Args:
+        nudge: Displacement and turn.
+    """
+
+    label: ClassVar[str] = "step"
+
+    nudge: Nudge
+
+
+@dataclass(frozen=True)
 class DragTarget:
     """Request to move the robot's simulated target.
 
@@ -231,6 +252,7 @@ class DragTarget:
 
 
 Send = SendModel | SendLibrary | AutoSend
+MoveHand = Align | Centre | Step
 Teach = (
     RecordDemonstration
     | EndDemonstration
@@ -243,6 +265,6 @@ Teach = (
     | Delete
     | RemoveDemonstration
     | ResetArm
-    | Align
+    | MoveHand
 )
 Intent = CommandRobot | WishControl | Hand | DragTarget | Choose | Send | Teach

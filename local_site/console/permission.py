@@ -15,6 +15,7 @@ from farhand.common.wire.reasons import Code, Reason, because
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.permission import Act, teaching_refusal
+from farhand.local_site.workcell.hand_motion import can_centre
 
 _ACTS: dict[type[intents.Intent], Act] = {
     intents.RecordDemonstration: Act.RECORD,
@@ -46,7 +47,7 @@ def refusal_of(intent: intents.Intent, state: ConsoleState) -> Reason | None:
             return _sending_refusal(intent, state)
         case intents.Choose(task):
             return _choice_refusal(task, state)
-        case intents.Align() | intents.ResetArm():
+        case intents.Align() | intents.Centre() | intents.Step() | intents.ResetArm():
             return _arm_refusal(intent, state)
         case intents.Hand() | intents.DragTarget() | intents.AutoSend():
             return None
@@ -122,12 +123,15 @@ def _teaching_refusal(intent: intents.Intent, state: ConsoleState) -> Reason | N
     return teaching_refusal(_ACTS[type(intent)], state)
 
 
-def _arm_refusal(intent: intents.Align | intents.ResetArm, state: ConsoleState) -> Reason | None:
-    if not isinstance(state.task, ArmTask):
+def _arm_refusal(intent: intents.MoveHand | intents.ResetArm, state: ConsoleState) -> Reason | None:
+    if not isinstance(state.task, ArmTask) or state.own_arm is None:
         return because(Code.NO_OWN_ARM)
     if isinstance(intent, intents.ResetArm):
         return because(Code.RECORDING_HERE) if state.recording else None
-    return because(Code.HAND_DRIVES) if state.coupled else None
+    if state.coupled:
+        return because(Code.HAND_DRIVES)
+    far = isinstance(intent, intents.Centre) and not can_centre(state.own_arm)
+    return because(Code.NOT_BEFORE_MOUTH) if far else None
 
 
 def _choice_refusal(name: str, state: ConsoleState) -> Reason | None:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from farhand.common.errors import InvalidDemonstration
+from farhand.common.model.manifold import POSE
 from farhand.common.whole_file import fault_of
 from farhand.local_site.console import intents
 from farhand.local_site.exchange.notices import Tell
@@ -13,10 +17,15 @@ from farhand.local_site.teaching.goal import goal_miss
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
+from farhand.local_site.workcell.hand_motion import align, centre
 from farhand.local_site.workcell.workcell import Workcell
+
+Array = NDArray[np.float64]
 
 _LOST_S = 3.0
 """Time without control after which it counts as lost; equals the duration of a lease [s]."""
+_STANDS_M = 0.02
+"""An arm that moved by less than this has not moved [m]."""
 
 
 class Teaching:
@@ -31,6 +40,7 @@ class Teaching:
     def __init__(self, library: Library, place: Workcell, tell: Tell):
         self._library, self._place, self._tell = library, place, tell
         self._control_s: float | None = None
+        self._recorded_until: Array | None = None
         self.asks_to_keep = False
         """True after an End away from the goal, until the demonstration is kept, discarded, or reaches the goal."""
         for each in library.by_task.values():
@@ -51,8 +61,7 @@ class Teaching:
         self.asks_to_keep = False
         match intent:
             case intents.RecordDemonstration():
-                self._task.record(self._place.frames)
-                self._tell("record", "recording a demonstration")
+                self._record()
             case intents.EndDemonstration(anyway):
                 self._end(anyway)
             case intents.Undo():
@@ -70,13 +79,14 @@ class Teaching:
                 number = self._task.demonstration_names.index(name) + 1
                 self._task.remove(name)
                 self._tell("delete demonstration", f"demonstration {number} was deleted: Undo brings it back")
-            case intents.ResetArm() | intents.Align():
+            case intents.ResetArm() | intents.Align() | intents.Centre() | intents.Step():
                 self._move_arm(intent)
 
     def choose(self, name: str) -> None:
         """Choose the task that is taught, and switch the workcell to it."""
         self._library.choose(name)
         self._place.switch_task(self._library.task)
+        self._recorded_until = None
         self._tell("task", f"{name} is chosen: it is taught, previewed and executed now")
 
     def watch(self, in_control: bool, now_s: float) -> None:
@@ -90,6 +100,7 @@ class Teaching:
     def roll_back(self, why: str) -> None:
         """Roll a demonstration in progress back; the model is as before it, bit for bit."""
         if self._task.recording:
+            self._note_place()
             self._task.set_aside()
             self._tell("recording", f"rolled back: {why}; Recover learns it all the same")
 
@@ -98,18 +109,36 @@ class Teaching:
         """Distance of the ended demonstration from the goal, in words, while the operator is asked to keep it."""
         return self._task.miss() if self.asks_to_keep else ""
 
+    def _record(self) -> None:
+        """Begin a demonstration; an arm that stands where the last one ended is put to another place first."""
+        arm, ended = self._place.view, self._recorded_until
+        stands = arm is not None and ended is not None and POSE.distance(arm.tip, ended, 0.0) < _STANDS_M
+        if stands:
+            self._place.reset(None)
+        self._recorded_until = None
+        self._task.record(self._place.frames)
+        self._tell("record", f"recording a demonstration{' from a new place' if stands else ''}")
+
+    def _note_place(self) -> None:
+        """Note where a recording has moved the arm to."""
+        arm, moved = self._place.view, self._task.current
+        if arm is not None and moved and POSE.distance(arm.tip, np.asarray(moved[0]), 0.0) > _STANDS_M:
+            self._recorded_until = arm.tip
+
     def _end(self, anyway: bool) -> None:
         """Keep the demonstration; ask first if it misses the goal."""
         if not anyway and (miss := self._task.miss()):
             self.asks_to_keep = True
             self._tell("end", f"it ends {miss}: go on, discard it, or keep it anyway", good=False)
             return
+        self._note_place()
         learned = self._task.end()
         n = len(self._task.demonstrations)
         self._tell("end", f"learned demonstration {n}: {learned.model.n_components} components")
 
     def _undo(self) -> None:
         recording, before = self._task.recording, len(self._task.demonstrations)
+        self._note_place()
         self._task.undo()
         n = before - len(self._task.demonstrations)
         undone = "the last demonstration was undone" if n == 1 else f"the last {n} demonstrations were undone"
@@ -144,14 +173,20 @@ class Teaching:
         ends = f"; it ends {miss}: Undo takes it back" if miss else ""
         self._tell("upload", f"learned {name} as demonstration {len(self._task.demonstrations)}{ends}")
 
-    def _move_arm(self, intent: intents.ResetArm | intents.Align) -> None:
+    def _move_arm(self, intent: intents.ResetArm | intents.MoveHand) -> None:
         match intent:
             case intents.ResetArm(seed):
                 self._place.reset(seed)
+                self._recorded_until = None
                 self._tell("renew", "your arm is back at ready, and its receptacle elsewhere")
             case intents.Align():
-                self._place.align()
+                self._place.lead(align)
                 self._tell("align", "your plug turns until it points along the bore")
+            case intents.Centre():
+                self._place.lead(centre)
+                self._tell("centre", "your plug moves onto the axis of the bore, and turns along it")
+            case intents.Step(nudge):
+                self._place.lead(nudge)
 
     def _go_back(self, intent: intents.SelectRevision | intents.StartAnew | intents.Delete) -> None:
         match intent:

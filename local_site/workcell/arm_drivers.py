@@ -14,6 +14,7 @@ from farhand.common.event_loop import Job
 from farhand.common.log import loop_logger
 from farhand.common.task import ArmTask
 from farhand.local_site.workcell.arm_view import ArmView
+from farhand.local_site.workcell.hand_motion import HandMotion
 from farhand.local_site.workcell.held_arm import ArmPlace, Moved, hand_pose
 from farhand.local_site.workcell.workcell import OnMoved, SampleFiles, no_files
 
@@ -57,9 +58,9 @@ class LiveArm(ArmPlace):
         self._ask(partial(self._renew, seed, done))
         done.wait(timeout=5.0)
 
-    def align(self) -> None:
-        """See `Workcell.align`."""
-        self._ask(self._arm.align)
+    def lead(self, motion: HandMotion) -> None:
+        """See `Workcell.lead`."""
+        self._ask(partial(self._arm.lead, motion))
 
     def _ask(self, job: Job) -> None:
         self.asleep = False
@@ -129,8 +130,8 @@ class LiveArm(ArmPlace):
 _LONGEST_S = 1.0
 """A hand that reports nothing for longer has rested, and the arm has come to rest [s]."""
 
-_TURN_S = 5.0
-"""Upper bound of the time to align a plug with the bore [s]."""
+_LED_S = 12.0
+"""Upper bound of the time to move the hand to a goal [s]."""
 
 
 class SteppedArm(ArmPlace):
@@ -168,11 +169,11 @@ class SteppedArm(ArmPlace):
         self._arm.reset(self._task.skill, self._arm.seed + 1 if seed is None else seed)
         self.view = self._arm.view()
 
-    def align(self) -> None:
-        """See `Workcell.align`. Done when it returns."""
+    def lead(self, motion: HandMotion) -> None:
+        """See `Workcell.lead`. Done when it returns."""
         self._held_s = None
-        self._arm.align()
-        for _ in range(round(_TURN_S / TICK_S)):
+        self._arm.lead(motion)
+        for _ in range(round(_LED_S / TICK_S)):
             if self._arm.held:
                 self._arm.tick()
         self._arm.let_go()

@@ -23,7 +23,9 @@ class ArmView:
         tilt_rad: Angle between the axes of plug and bore [rad].
         held: True while a hand holds the arm.
         saturated: True while the arm cannot do what the hand wants.
+        still: True while the arm stands still.
         seed: Seed of the placement of arm and receptacle; changes with each reset.
+        bore_m: Depth of the bore [m].
     """
 
     joints_rad: Array
@@ -34,4 +36,6 @@ class ArmView:
     tilt_rad: float
     held: bool
     saturated: bool
+    still: bool
     seed: int
+    bore_m: float

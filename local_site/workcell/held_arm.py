@@ -19,6 +19,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask, ArmTask
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.workcell.arm_view import ArmView
+from farhand.local_site.workcell.hand_motion import HandMotion, HandRamp
 from farhand.local_site.workcell.operator_arm import OperatorArm
 from farhand.local_site.workcell.workcell import SampleFiles, no_files
 
@@ -27,8 +28,8 @@ SkillName = Literal["insert", "extract"]
 
 _REST_S = 1.0
 _STILL_M_S, _AWAY_M, _STUCK_S = 0.01, 0.025, 0.3
-_ALIGNED_S = 0.3
-"""Standstill after which an aligning plug counts as aligned [s]."""
+_SETTLED_S = 0.3
+"""Duration of a standstill: after it, a motion of the hand has ended [s]."""
 _RADIAN_M = 0.2
 """Weight of a radian beside metres [m/rad]."""
 _FAR_M = 10.0
@@ -59,7 +60,7 @@ class HeldArm:
         self._cell = cell
         self._arm = OperatorArm(cell, self._placement(skill, seed), presses=skill == "insert")
         self._target: Array | None = None
-        self._aligns = False
+        self._ramp: HandRamp | None = None
         self._n_ticks = self._n_still = self._n_stuck = 0
         self._tip, self._seed = self._arm.tip, seed
         self._points: list[Array] = []
@@ -77,25 +78,28 @@ class HeldArm:
 
     @property
     def held(self) -> bool:
-        """True while a hand holds the arm, or while it aligns the plug."""
+        """True while a hand holds the arm, or moves it as it was asked to."""
         return self._target is not None
 
     def hold(self, target: Array) -> None:
         """Move the hand, which holds the arm from now on, to a pose relative to the arm's base. Shape (7,)."""
-        self._target, self._n_still, self._aligns = target, 0, False
+        self._target, self._n_still, self._ramp = target, 0, None
 
-    def align(self) -> None:
-        """Turn the plug in place, as if by the hand, until it points along the bore; then let go."""
-        self.hold(np.concatenate([self._arm.tip[:3], self._arm.receptacle[3:]]))
-        self._aligns = True
+    def lead(self, motion: HandMotion) -> None:
+        """Move the arm by the hand, evenly, to a goal, and let go there; motions under way add up."""
+        ramp = self._ramp or HandRamp(self._arm.tip, self._arm.tip)
+        self.hold(ramp.pose)
+        self._ramp = HandRamp(ramp.pose, motion(ramp.goal, self._arm.receptacle))
 
     def let_go(self) -> None:
         """Release the arm."""
-        self._target, self._n_still, self._n_stuck, self._aligns = None, 0, 0, False
+        self._target, self._n_still, self._n_stuck, self._ramp = None, 0, 0, None
 
     def tick(self) -> None:
         """Step one control period."""
         self._n_ticks += 1
+        if self._ramp is not None:
+            self._target = self._ramp.step(TICK_S)
         if self._target is None:
             self._arm.brake()
         else:
@@ -103,7 +107,7 @@ class HeldArm:
             self._points.append(self._arm.tip)
             self._times_s.append(self._n_ticks * TICK_S)
         self._notice()
-        if self._aligns and self._n_still * TICK_S >= _ALIGNED_S:
+        if self._ramp is not None and self._ramp.arrived and self._still:
             self.let_go()
 
     def take(self) -> Moved:
@@ -131,7 +135,9 @@ class HeldArm:
             tilt_rad=insertion.tilt_rad,
             held=self.held,
             saturated=self._n_stuck * TICK_S >= _STUCK_S,
+            still=self._still,
             seed=self._seed,
+            bore_m=self._cell.receptacle.depth_m,
         )
 
     def _placement(self, skill: SkillName, seed: int) -> Placement:
@@ -148,6 +154,10 @@ class HeldArm:
             _AWAY_M, self._away_m(before) - least_m
         )
         self._n_stuck = self._n_stuck + 1 if stuck else 0
+
+    @property
+    def _still(self) -> bool:
+        return self._n_still * TICK_S >= _SETTLED_S
 
     def _away_m(self, tip: Array) -> float:
         assert self._target is not None

@@ -18,6 +18,7 @@ from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.samples import sample_strokes, still_frames
 from farhand.local_site.workcell.arm_view import ArmView
+from farhand.local_site.workcell.hand_motion import HandMotion
 
 Array = NDArray[np.float64]
 OnMoved = Callable[[Array, Array], None]
@@ -73,8 +74,8 @@ class Workcell(Protocol):
         """
         ...
 
-    def align(self) -> None:
-        """Begin to turn the arm's plug, where it is, until it points along the bore.
+    def lead(self, motion: HandMotion) -> None:
+        """Begin to move the arm by the hand, evenly, to the goal of a motion; motions under way add up.
 
         Raises:
             NotNow: When there is no arm.
@@ -122,8 +123,8 @@ class BoardWorkcell:
         """See `Workcell.reset`."""
         raise NotNow(because(Code.NO_OWN_ARM))
 
-    def align(self) -> None:
-        """See `Workcell.align`."""
+    def lead(self, motion: HandMotion) -> None:
+        """See `Workcell.lead`."""
         raise NotNow(because(Code.NO_OWN_ARM))
 
     def samples(self) -> list[Demonstration]:

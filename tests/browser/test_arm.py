@@ -69,6 +69,8 @@ def test_dragging_an_arrow_demonstrates_with_the_operators_arm(tab: ArmPage) -> 
     with tab.hold_arrow(arm.tip, axis=2, length_m=0.06):
         tab.says("components", re.compile("^[1-9]"))
     tab.press("End")
+    tab.advises("Keep anyway")
+    tab.press("Keep anyway")
     tab.says("demos", "1")
     tab.press("Undo")
     tab.says("demos", "0")

@@ -30,7 +30,7 @@ def offered(state: ConsoleState) -> tuple[ButtonSpec, ...]:
 
 def _of_state(state: ConsoleState) -> tuple[ButtonSpec, ...]:
     if state.recording:
-        return buttons.END, buttons.ALIGN, buttons.KEEP, buttons.UNDO
+        return buttons.END, buttons.CENTRE, buttons.KEEP if state.miss else buttons.ALIGN, buttons.UNDO
     if state.link.health is LinkHealth.LOST:
         return ()
     match state.mode:

@@ -85,6 +85,9 @@ SEND_MODEL = _local("Send model", intents.SendModel(), lambda state: state.sendi
 ALIGN = replace(
     _local("Align", intents.Align(), colour="gray"), offered=lambda state: state.own_arm is not None
 )
+CENTRE = replace(
+    _local("Centre", intents.Centre(), colour="gray"), offered=lambda state: state.own_arm is not None
+)
 NEW_PLACE = replace(
     _local("New place", intents.ResetArm(), colour="gray"), offered=lambda state: state.own_arm is not None
 )
@@ -100,7 +103,7 @@ RETRACT, GO_TO_READY = _command(Action.RETRACT, "Retract"), _command(Action.GO_T
 ASK, HAND_OVER = _wish(Wish.ASK, "Ask for control"), _wish(Wish.GIVE, "Hand over", "yellow")
 ONLY_WATCH = _wish(Wish.WATCH, "Only watch")
 
-TEACH = (RECORD, END, KEEP, UNDO, LOAD_SAMPLES, SEND_MODEL, ALIGN, NEW_PLACE)
+TEACH = (RECORD, END, KEEP, UNDO, LOAD_SAMPLES, SEND_MODEL, ALIGN, CENTRE, NEW_PLACE)
 LIBRARY = (START_ANEW, RECOVER)
 ROBOT = (
     ARM, DISARM, COUPLE, CLUTCH, PREVIEW, EXECUTE, ABORT, PAUSE, RESUME, RETRACT, GO_TO_READY, RESET,

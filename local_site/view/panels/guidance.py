@@ -17,7 +17,7 @@ _REFUSAL_S = 12.0
 _WITHOUT_LINK = {"continue": "goes on to its end", "hold": "pauses", "retract": "retracts"}
 _ASKED = frozenset(map(str, Action)) | {
     "record", "end", "undo", "load samples", "samples", "recover", "go to", "start anew", "delete", "delete demonstration", "upload", "send model",
-    "send library", "new place", "align",
+    "send library", "new place", "align", "centre", "step",
 }  # fmt: skip
 """Names of the operator's requests in notices."""
 

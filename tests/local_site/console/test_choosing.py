@@ -14,6 +14,7 @@ from farhand.common.wire.messages import Command, ModelTransfer
 from farhand.deploy.places import find_task, sample_files
 from farhand.local_site.console import intents
 from farhand.local_site.workcell.arm_drivers import SteppedArm
+from farhand.local_site.workcell.hand_motion import Nudge
 from tests.cells import JACO
 from tests.local_site.console.test_console import a_path, teach
 from tests.local_site.robot_end import HOT_STAB, TASK, Desk, desk
@@ -106,3 +107,35 @@ def test_the_operators_arm_starts_where_the_chosen_task_does_and_its_samples_fol
         assert np.linalg.norm(shown.in_frame()[0, :3]) < 0.1 < np.linalg.norm(shown.in_frame()[-1, :3])
         choose(it, "hot-stab")
         np.testing.assert_array_equal(place.view.tip, before.tip)
+
+
+def test_a_demonstration_begins_at_a_new_place_only_where_the_arm_stands_at_the_end_of_the_last(
+    tmp_path: Path,
+):
+    with desk(tmp_path, HOT_STAB, place=SteppedArm(HOT_STAB, JACO, sample_files)) as it:
+
+        def record() -> int:
+            it.console.submit(intents.RecordDemonstration())
+            arm = it.until(lambda p: p.recording).own_arm
+            assert arm is not None
+            return arm.seed
+
+        def discard() -> None:
+            it.console.submit(intents.Undo())
+            it.until(lambda p: not p.recording)
+
+        def push() -> None:
+            it.console.submit(intents.Step(Nudge((0.0, 0.0, 0.05))))
+            it.until(lambda p: bool(p.strokes))
+
+        assert record() == 0
+        discard()  # nothing moved: the place is as good as new
+        assert record() == 0
+        push()
+        discard()
+        assert record() == 1
+        assert it.told("recording a demonstration from a new place").recording
+        push()
+        discard()
+        it.console.submit(intents.Step(Nudge((0.0, 0.0, -0.05))))  # and then it is led away by hand
+        assert record() == 1

@@ -13,6 +13,7 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState, Pending
 from farhand.local_site.console.permission import command_refusal, refusal_of
 from farhand.local_site.exchange.stop_sender import StopStatus
+from farhand.local_site.workcell.hand_motion import Nudge
 from tests.local_site.console.test_console import teach
 from tests.local_site.robot_end import TASK, Desk, desk
 
@@ -110,6 +111,8 @@ LOCAL: tuple[intents.Intent, ...] = (
     intents.Delete(9),
     intents.ResetArm(),
     intents.Align(),
+    intents.Centre(),
+    intents.Step(Nudge((0.005, 0.0, 0.0))),
     intents.SendModel(),
     intents.SendLibrary(),
     intents.Choose("nowhere"),

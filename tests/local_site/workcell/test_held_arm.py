@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from farhand.common.model.task_frame import TaskFrame
+from farhand.local_site.workcell import hand_motion
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.cells import JACO
 
@@ -20,7 +24,7 @@ def wait(arm: HeldArm, duration_s: float) -> None:
 
 
 def align(arm: HeldArm) -> None:
-    arm.align()
+    arm.lead(hand_motion.align)
     for _ in range(round(TURN_S * 100)):
         if arm.held:
             arm.tick()
@@ -72,9 +76,67 @@ def test_an_askew_plug_jams_and_says_so_and_aligned_there_it_goes_in():
 
 def test_a_hand_takes_over_from_a_plug_that_turns():
     arm = HeldArm("insert", JACO, 3)
-    arm.align()
+    arm.lead(hand_motion.align)
     wait(arm, 0.2)
     there = arm.view().tip
     arm.hold(there)
     wait(arm, 1.0)
     assert arm.view().held and np.allclose(arm.view().tip, there, atol=5e-3)
+
+
+def lead(arm: HeldArm, motion: hand_motion.HandMotion) -> None:
+    arm.lead(motion)
+    for _ in range(round(12.0 * 100)):
+        if arm.held:
+            arm.tick()
+    assert not arm.held
+
+
+def test_a_step_is_recorded_as_an_even_motion_and_steps_add_up():
+    arm = HeldArm("insert", JACO, 2)
+    before = arm.view()
+    up = hand_motion.hand_axes(before.receptacle)[:, 1]
+    for _ in range(3):
+        arm.lead(hand_motion.Nudge(tuple(0.005 * up)))
+    wait(arm, 3.0)
+    assert not arm.held
+    np.testing.assert_allclose(arm.view().tip[:3] - before.tip[:3], 0.015 * up, atol=5e-4)
+    np.testing.assert_allclose(arm.view().tip[3:], before.tip[3:], atol=2e-3)
+    steps_m = np.linalg.norm(np.diff(arm.take().points[:, :3], axis=0), axis=1)
+    assert steps_m.max() < 0.06 * 0.01, "never faster than the hand"
+
+
+def test_a_turn_leaves_the_tip_where_it_is():
+    arm = HeldArm("insert", JACO, 2)
+    before = arm.view()
+    lead(arm, hand_motion.Nudge((0.0, 0.0, 0.0), tuple(np.radians(5.0) * TaskFrame.at(before.tip).A[:3, 0])))
+    turned = Rotation.from_quat([before.tip[3:], arm.view().tip[3:]], scalar_first=True)
+    assert (turned[0].inv() * turned[1]).magnitude() == pytest.approx(np.radians(5.0), abs=2e-3)
+    assert np.linalg.norm(arm.view().tip[:3] - before.tip[:3]) < 1e-3
+
+
+@pytest.mark.parametrize("seed", [0, 2, 6, 7])
+def test_centred_before_the_mouth_one_push_seats_the_plug(seed: int):
+    arm = HeldArm("insert", JACO, seed)
+    before = arm.view()
+    assert hand_motion.can_centre(before)
+    lead(arm, hand_motion.centre)
+    on_axis = arm.view()
+    assert on_axis.lateral_m < 1e-3 and on_axis.tilt_rad < np.radians(0.5)
+    assert on_axis.depth_m == pytest.approx(before.depth_m, abs=2e-3)
+    assert not hand_motion.can_centre(on_axis)
+    into = hand_motion.hand_axes(before.receptacle)[:, 2]
+    lead(arm, hand_motion.Nudge(tuple((on_axis.bore_m - on_axis.depth_m) * into)))
+    wait(arm, 0.5)
+    assert arm.view().depth_m > 0.080 and arm.view().still
+
+
+@given(st.floats(-180.0, 180.0), st.floats(-40.0, 40.0), st.floats(-180.0, 180.0))
+def test_right_and_up_are_as_a_person_behind_the_arm_sees_them(heading: float, pitch: float, roll: float):
+    turn = Rotation.from_euler("ZYX", [heading, pitch, roll], degrees=True) * Rotation.from_euler(
+        "Y", 90.0, degrees=True
+    )
+    right, up, into = hand_motion.hand_axes(np.concatenate([np.zeros(3), turn.as_quat(scalar_first=True)])).T
+    np.testing.assert_allclose(into, turn.as_matrix()[:, 2], atol=1e-9)
+    np.testing.assert_allclose(np.cross(into, up), right, atol=1e-9)
+    assert up[2] >= 0.5  # 45 degrees of roll and 40 of pitch at most
