@@ -97,6 +97,27 @@ if (!window.farhand) {
   }
   select("timeline");
 
+  // A drag along the timeline moves the server's slider, which alone decides what is shown
+  let scrubs = false;
+  const setNumber = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
+  const lookBack = (event) => {
+    const svg = document.querySelector("[data-tp=timeline] svg");
+    const folder = document.querySelector(".fh-here-time")?.closest("[data-with-border]");
+    const input = folder?.querySelector("input.mantine-NumberInput-input");
+    if (!svg || !input) return;
+    const { left, right, span } = svg.dataset;
+    const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse()).x;
+    const part = Math.min(Math.max((right - at) / (right - left), 0), 1);
+    setNumber.call(input, String(-Math.round(part * span)));
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  };
+  addEventListener("pointerdown", (event) => {
+    scrubs = Boolean(event.target.closest?.("[data-tp=timeline] svg"));
+    if (scrubs) lookBack(event);
+  });
+  addEventListener("pointermove", (event) => scrubs && lookBack(event));
+  for (const name of ["pointerup", "pointercancel"]) addEventListener(name, () => { scrubs = false; });
+
   // What a screen reader says, and the window's title
   const live = add("div", { id: "fh-live", role: "status", "aria-live": "polite" });
   const urgent = add("div", { id: "fh-urgent", role: "alert" }, live);
@@ -105,7 +126,7 @@ if (!window.farhand) {
     const does = [said("mode") || "UNKNOWN", said("phase")].filter(Boolean).join(" ");
     const alarming = said("stop").replace(/ \d+ s\b.*/, "");
     show(urgent, alarming);
-    show(calm, [does, said("link") === "OK" ? "" : `link ${said("link")}`, said("refusal")].filter(Boolean).join(", "));
+    show(calm, [does, said("link") === "OK" ? "" : `link ${said("link")}`, said("past") && "the robot is shown as it was, not now", said("refusal")].filter(Boolean).join(", "));
     const title = `${alarming ? `! ${alarming}` : does} · Farhand`;
     if (document.title !== title) document.title = title;
     // viser gives its sliders and the numbers beside them no name

@@ -29,8 +29,8 @@ from farhand.local_site.view.panels.link_panel import LinkWorker
 from farhand.local_site.view.panels.list_panels import EventPanel
 from farhand.local_site.view.panels.status_strip import StatusStrip
 from farhand.local_site.view.panels.tables import DemonstrationList, ExecutionList
-from farhand.local_site.view.panels.timeline import Timeline
 from farhand.local_site.view.redraw import Redraw
+from farhand.local_site.view.robot_half import RobotHalf
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
 from farhand.local_site.view.scene.board.planar_scene import PlanarScene
 from farhand.local_site.view.server import PageServer
@@ -146,7 +146,7 @@ class Page:
 
     def _build_foot(self, gui: viser.GuiApi) -> None:
         """Build the tabs at the bottom: what was, what was taught, and how the link is."""
-        self._happened, self._timeline = EventPanel(gui), Timeline(gui)
+        self._happened, self._robot_half = EventPanel(gui), RobotHalf(gui, self._act)
         self._executions, self._demonstrations = ExecutionList(gui), DemonstrationList(gui)
         self._graph, self._history = TransitionGraph(gui), LinkHistory(gui)
 
@@ -220,6 +220,7 @@ class Page:
     def _look(self) -> None:
         """Draw the console's state, if it has changed."""
         state, now_s = self._console.picture, elapsed_s()
+        self._robot_half.note(state, now_s)
         if self._redraw.due(state, now_s):
             self._draw(state, now_s)
 
@@ -229,19 +230,20 @@ class Page:
         if now_s - self._beat_s >= _BEAT_S:
             self._beat_s, self._beats = now_s, self._beats + 1
             self._beat.show(element("beat", self._beats, "fh-beat"))
+        picture = self._robot_half.draw(state, now_s)
+        past = picture.then_s is not None
         with self._server.atomic():
-            ghost = self._scene.draw(state, now_s)
+            ghost = self._scene.draw(state, picture)
         self._server.flush()
-        self._line.draw(state)
+        self._line.draw(state, past)
         self._stop.draw(state)
-        self._drawer.draw(state, self._line.present, now_s)
+        self._drawer.draw(state, self._line.hidden, now_s)
         self._task.draw(state)
         self._legend.draw()
         self._pace.draw(state, now_s)
         self._guidance.draw(state)
         self._happened.draw(state)
-        self._strip.draw(state, ghost, now_s)
-        self._timeline.draw(state, now_s)
+        self._strip.draw(state, picture, ghost, now_s)
         self._executions.draw(state)
         self._demonstrations.draw(state)
         self._graph.draw(state)

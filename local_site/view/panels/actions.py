@@ -22,10 +22,16 @@ _ARMED = (ControlMode.HOLD, ControlMode.DIRECT, ControlMode.AUTONOMOUS, ControlM
 _EXECUTES = (ControlMode.AUTONOMOUS, ControlMode.PAUSED)
 
 
-def offered(state: ConsoleState) -> tuple[ButtonSpec, ...]:
-    """Return the actions of the present state, the primary one first; those only that may be pressed or are pending."""
+def offered(state: ConsoleState, past: bool = False) -> tuple[ButtonSpec, ...]:
+    """Return the actions of the present state, the primary one first; those only that may be pressed or are pending.
+
+    Args:
+        state: Present state of the console.
+        past: True while the operator looks back: nothing that sets the robot in motion is offered.
+    """
     asked = (buttons.HAND_OVER, *_of_state(state))
-    return tuple(spec for spec in asked if spec.enabled(state) or spec.pending(state))
+    allowed = (spec for spec in asked if not (past and spec in buttons.NEED_THE_PRESENT))
+    return tuple(spec for spec in allowed if spec.enabled(state) or spec.pending(state))
 
 
 def _of_state(state: ConsoleState) -> tuple[ButtonSpec, ...]:
@@ -108,14 +114,15 @@ class ActionLine:
         self._handles = {spec.label: (spec, buttons.add_button(gui, spec, on_press)) for spec in specs}
         for _, handle in self._handles.values():
             handle.visible = False
-        self.present: tuple[ButtonSpec, ...] = ()
-        """What is offered now."""
+        self.hidden: tuple[ButtonSpec, ...] = ()
+        """What the drawer must not offer: it is here, or not offered at all now."""
 
-    def draw(self, state: ConsoleState) -> None:
-        """Show the actions of the present state."""
+    def draw(self, state: ConsoleState, past: bool = False) -> None:
+        """Show the actions of the present state; those that need its picture only while that is shown."""
         self._steps.show(steps_html(state))
-        self.present = offered(state)
-        places = {spec.label: place for place, spec in enumerate(self.present)}
+        present = offered(state, past)
+        self.hidden = present + buttons.NEED_THE_PRESENT if past else present
+        places = {spec.label: place for place, spec in enumerate(present)}
         for label, (spec, handle) in self._handles.items():
             place = places.get(label)
             if handle.visible != (place is not None):

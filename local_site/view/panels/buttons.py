@@ -109,6 +109,8 @@ ROBOT = (
     ARM, DISARM, COUPLE, CLUTCH, PREVIEW, EXECUTE, ABORT, PAUSE, RESUME, RETRACT, GO_TO_READY, RESET,
 )  # fmt: skip
 CONTROL = (ASK, HAND_OVER, ONLY_WATCH)
+NEED_THE_PRESENT = (ARM, COUPLE, PREVIEW, EXECUTE, RESUME, RETRACT, GO_TO_READY, RESET)
+"""What sets the robot in motion, or leads to that: asked for only by who sees the robot as it is now."""
 EVERY = (*TEACH, SEND_LIBRARY, *LIBRARY, *ROBOT, *CONTROL)
 
 

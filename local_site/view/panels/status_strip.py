@@ -18,8 +18,9 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.reports import PLAN_GOOD_S
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.html import Html, element, text
+from farhand.local_site.view.panels.looking_back import ago_words
 from farhand.local_site.view.panels.words import Words, local_words, words_of
-from farhand.local_site.view.scene.ghost import Ghost, reported_tip
+from farhand.local_site.view.scene.ghost import Ghost, RobotPicture, reported_tip
 
 _LINK_WORDS = {
     LinkHealth.NEVER: "LOST",
@@ -44,8 +45,15 @@ class StatusStrip:
         self._strip, self._alarm, self._cards, self._frame = Html(gui), Html(gui), Html(gui), Html(gui)
         self._age_s, self._age_shown_s = 0.0, float("-inf")
 
-    def draw(self, state: ConsoleState, ghost: Ghost | None, now_s: float) -> None:
-        """Show the newest state."""
+    def draw(self, state: ConsoleState, picture: RobotPicture, ghost: Ghost | None, now_s: float) -> None:
+        """Show the newest state; below the robot's half what that shows.
+
+        Args:
+            state: Present state of the console.
+            picture: What the robot's half shows.
+            ghost: The robot's expected present pose.
+            now_s: Present time on the console's clock [s].
+        """
         age, words = self._age(state, now_s), words_of(state.task)
         old = " fh-strip-old" if state.link.health is not LinkHealth.OK else ""
         self._strip.show(f'<div class="fh-strip{old}">{_cells(state, age, now_s)}</div>')
@@ -55,7 +63,7 @@ class StatusStrip:
             '<div class="fh-card fh-local"><b>YOURS</b> '
             + element("recording", "RECORDING" if state.recording else "", "fh-recording")
             + f" {local_words(state, words)}</div>"
-            f'<div class="fh-card fh-remote"><b>ROBOT</b> {_remote_words(state, age, ghost, words)}</div>'
+            f'<div class="fh-card fh-remote"><b>ROBOT</b> {_remote_words(state, picture, age, ghost, words)}</div>'
         )
 
     def _age(self, state: ConsoleState, now_s: float) -> str:
@@ -175,8 +183,12 @@ def _model_words(state: ConsoleState) -> str:
     return ", on its way" if state.sending_model else ", robot lacks it"
 
 
-def _remote_words(state: ConsoleState, age: str, ghost: Ghost | None, words: Words) -> str:
+def _remote_words(
+    state: ConsoleState, picture: RobotPicture, age: str, ghost: Ghost | None, words: Words
+) -> str:
     robot = state.robot
+    if picture.then_s is not None:
+        return element("seen", f"as it was {ago_words(picture.now_s - picture.then_s)}", "fh-old")
     if robot is None:
         return "no report yet"
     if state.scene_fetching is not None:

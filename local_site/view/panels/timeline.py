@@ -1,65 +1,24 @@
-"""Timeline of the last two minutes: mode, component, force with its limit, depth and age of the data on one axis."""
+"""Timeline of this session: mode, component, force with its limit, depth and age of the data on one axis."""
 
 from __future__ import annotations
 
 import itertools
-import math
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import viser
-from msgspec import UNSET
 
-from farhand.common.link.link_monitor import LinkHealth
-from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.view.history import History, Moment
 from farhand.local_site.view.panels.html import Html, text
-from farhand.local_site.view.scene.ghost import reported_tip
+from farhand.local_site.view.panels.looking_back import Look, ago_words
 
-_PERIOD_S, _SPAN_S = 1.0, 120.0
+_PERIOD_S = 1.0
+_COLUMNS = 240
+"""Most points of a curve: of the moments between two of them, the one with the largest force is drawn."""
 _WIDTH, _HEIGHT, _LEFT, _RIGHT = 760.0, 108.0, 44.0, 8.0
 _MODE_Y, _COMPONENT_Y, _LANE, _PLOTS_Y = 1.0, 16.0, 14.0, 33.0
 _FLOOR_Y = 93.0
 _LIMITS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 400.0, 1000.0)
-
-
-@dataclass(frozen=True)
-class Moment:
-    """Report of the robot, and its age, at one moment.
-
-    Args:
-        time_s: Time on the console's clock [s].
-        mode: Name of the mode with its phase; empty before the first report.
-        component: Component in execution; -1 for none.
-        force_n: Force on the tool [N]; None without an arm.
-        depth_mm: Depth of the tool in the receptacle [mm]; None without an arm.
-        age_s: Age of the report [s]; None while unknown.
-        heard: False during an outage: what is shown of the robot is old.
-    """
-
-    time_s: float
-    mode: str
-    component: int
-    force_n: float | None
-    depth_mm: float | None
-    age_s: float | None
-    heard: bool
-
-
-def moment(state: ConsoleState, now_s: float) -> Moment:
-    """Return what the timeline keeps of a state."""
-    robot = state.robot
-    arm = robot.arm if robot is not None else UNSET
-    age_s = state.link.age_s
-    return Moment(
-        time_s=now_s,
-        mode=f"{robot.mode.name} {robot.phase}".strip() if robot is not None else "",
-        component=robot.component if robot is not None else -1,
-        force_n=arm.force_n if arm is not UNSET else None,
-        depth_mm=1e3 * float(reported_tip(robot)[2]) if robot is not None and arm is not UNSET else None,
-        age_s=age_s + now_s - state.now_s if age_s is not None and math.isfinite(age_s) else None,
-        heard=robot is None or state.link.health is LinkHealth.OK,
-    )
 
 
 class Timeline:
@@ -71,67 +30,96 @@ class Timeline:
 
     def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
-        self._moments: deque[Moment] = deque(maxlen=round(_SPAN_S / _PERIOD_S) + 1)
         self._due_s = float("-inf")
+        self._shown: Look | None = None
 
-    def draw(self, state: ConsoleState, now_s: float) -> None:
-        """Take a moment and draw, once a second."""
-        if now_s < self._due_s:
+    def draw(self, history: History, look: Look, force_limit_n: float, now_s: float) -> None:
+        """Draw once a second, and at once where the operator looks at another moment.
+
+        Args:
+            history: Moments of this session.
+            look: Span of the axis, and the moment that is looked at.
+            force_limit_n: Limit of the force of the task [N].
+            now_s: Present time on the console's clock [s].
+        """
+        if now_s < self._due_s and look == self._shown:
             return
-        self._due_s = now_s + _PERIOD_S
-        self._moments.append(moment(state, now_s))
-        limit_n = state.task.limits.force_n
-        self._html.show(
-            '<div class="fh-lower" data-tab="timeline" data-tp="timeline">'
-            f"{timeline_svg(list(self._moments), now_s, limit_n)}</div>"
-        )
+        self._due_s, self._shown = now_s + _PERIOD_S, look
+        svg = timeline_svg(history.since(now_s - look.span_s), now_s, force_limit_n, look)
+        self._html.show(f'<div class="fh-lower" data-tab="timeline" data-tp="timeline">{svg}</div>')
 
 
-def timeline_svg(moments: Sequence[Moment], now_s: float, force_limit_n: float) -> str:
+def timeline_svg(
+    moments: Sequence[Moment], now_s: float, force_limit_n: float, look: Look | None = None
+) -> str:
     """Return the timeline as SVG: lanes for mode and component, plots for force, depth and age.
 
     Args:
         moments: What is known of each moment, the newest last.
         now_s: Right end of the axis [s].
         force_limit_n: Limit of the force of the task [N].
+        look: Span of the axis, and the moment that is looked at.
     """
-    plots = [_Plot("age", "s", [(m.time_s, m.age_s) for m in moments])]
-    if any(m.force_n is not None for m in moments):
-        plots.insert(0, _Plot("depth", "mm", [(m.time_s, m.depth_mm) for m in moments], signed=True))
-        plots.insert(0, _Plot("force", "N", [(m.time_s, m.force_n) for m in moments], limit=force_limit_n))
+    look = look or Look()
+    axis, drawn = _Axis(now_s, look.span_s), _columns(moments, look.span_s)
+    plots = [_Plot("age", "s", [(m.time_s, m.age_s) for m in drawn])]
+    if any(m.force_n is not None for m in drawn):
+        plots.insert(0, _Plot("depth", "mm", [(m.time_s, m.depth_mm) for m in drawn], signed=True))
+        plots.insert(0, _Plot("force", "N", [(m.time_s, m.force_n) for m in drawn], limit=force_limit_n))
     height = (_FLOOR_Y - _PLOTS_Y) / len(plots)
-    parts = [_outages(moments, now_s)]
+    parts = [_outages(moments, axis)]
     parts += _lane(
-        "mode", _MODE_Y, moments, now_s, lambda m: m.mode if m.heard or not m.mode else f"{m.mode} (old)"
+        "mode", _MODE_Y, moments, axis, lambda m: m.mode if m.heard or not m.mode else f"{m.mode} (old)"
     )
     parts += _lane(
-        "part", _COMPONENT_Y, moments, now_s, lambda m: str(m.component + 1) if m.component >= 0 else ""
+        "part", _COMPONENT_Y, moments, axis, lambda m: str(m.component + 1) if m.component >= 0 else ""
     )
-    parts += [plot.svg(_PLOTS_Y + number * height, height - 4.0, now_s) for number, plot in enumerate(plots)]
-    ticks = (_x(now_s - back, now_s) for back in (120.0, 90.0, 60.0, 30.0, 0.0))
-    names = ("2 min ago", "90 s", "60 s", "30 s", "now")
-    kinds = ("", "fh-middle", "fh-middle", "fh-middle", "fh-right")
-    parts += [
-        f'<text x="{x:.0f}" y="{_HEIGHT - 3:.0f}" class="fh-tick {kind}">{name}</text>'
-        for x, name, kind in zip(ticks, names, kinds, strict=True)
-    ]
+    parts += [plot.svg(_PLOTS_Y + number * height, height - 4.0, axis) for number, plot in enumerate(plots)]
+    parts += axis.ticks()
+    if look.then_s is not None:
+        x = axis.x(look.then_s)
+        parts.append(f'<line x1="{x:.1f}" x2="{x:.1f}" y1="0" y2="{_FLOOR_Y}" class="fh-then"/>')
     return (
         f'<svg viewBox="0 0 {_WIDTH:.0f} {_HEIGHT:.0f}" preserveAspectRatio="xMidYMid meet" role="img" '
-        f'aria-label="Timeline of the last two minutes">{"".join(parts)}</svg>'
+        f'data-left="{_LEFT}" data-right="{_WIDTH - _RIGHT}" data-span="{look.span_s:g}" '
+        f'aria-label="Timeline, from {ago_words(look.span_s)} until now">{"".join(parts)}</svg>'
     )
 
 
-def _x(time_s: float, now_s: float) -> float:
-    return _WIDTH - _RIGHT - min((now_s - time_s) / _SPAN_S, 1.0) * (_WIDTH - _LEFT - _RIGHT)
+@dataclass(frozen=True)
+class _Axis:
+    """Axis of time, which ends now."""
+
+    now_s: float
+    span_s: float
+
+    def x(self, time_s: float) -> float:
+        part = min(max((self.now_s - time_s) / self.span_s, 0.0), 1.0)
+        return _WIDTH - _RIGHT - part * (_WIDTH - _LEFT - _RIGHT)
+
+    def ticks(self) -> list[str]:
+        """Return the names of five moments on the axis."""
+        words = []
+        for part, kind in zip((1.0, 0.75, 0.5, 0.25, 0.0), ("", *["fh-middle"] * 3, "fh-right"), strict=True):
+            name = ago_words(part * self.span_s) if part else "now"
+            x = self.x(self.now_s - part * self.span_s)
+            words.append(f'<text x="{x:.0f}" y="{_HEIGHT - 3:.0f}" class="fh-tick {kind}">{name}</text>')
+        return words
 
 
-def _outages(moments: Sequence[Moment], now_s: float) -> str:
+def _columns(moments: Sequence[Moment], span_s: float) -> list[Moment]:
+    """Return at most one moment of each column of the drawing, that of the largest force: no peak is left out."""
+    columns = itertools.groupby(moments, key=lambda m: int(m.time_s * _COLUMNS / span_s))
+    return [max(column, key=lambda m: m.force_n or 0.0) for _, column in columns]
+
+
+def _outages(moments: Sequence[Moment], axis: _Axis) -> str:
     """Return a shade over each stretch in which nothing, or only old reports, were heard."""
     shades = []
-    for heard, stretch in itertools.groupby(_spans(moments, now_s), key=lambda span: span[2].heard):
+    for heard, stretch in itertools.groupby(_spans(moments, axis.now_s), key=lambda span: span[2].heard):
         spans = list(stretch)
         if not heard:
-            left, right = _x(spans[0][0], now_s), _x(spans[-1][1], now_s)
+            left, right = axis.x(spans[0][0]), axis.x(spans[-1][1])
             shades.append(
                 f'<rect x="{left:.1f}" y="0" width="{max(right - left, 1.0):.1f}" height="{_FLOOR_Y}" class="fh-outage"/>'
             )
@@ -145,13 +133,13 @@ def _spans(moments: Sequence[Moment], now_s: float) -> list[tuple[float, float, 
 
 
 def _lane(
-    name: str, top: float, moments: Sequence[Moment], now_s: float, words_of: Callable[[Moment], str]
+    name: str, top: float, moments: Sequence[Moment], axis: _Axis, words_of: Callable[[Moment], str]
 ) -> list[str]:
     """Return a lane of stretches with equal words."""
     parts = [f'<text x="{_LEFT - 6:.0f}" y="{top + 11:.0f}" class="fh-tick fh-right">{name}</text>']
-    for words, stretch in itertools.groupby(_spans(moments, now_s), key=lambda span: words_of(span[2])):
+    for words, stretch in itertools.groupby(_spans(moments, axis.now_s), key=lambda span: words_of(span[2])):
         spans = list(stretch)
-        left, right = _x(spans[0][0], now_s), _x(spans[-1][1], now_s)
+        left, right = axis.x(spans[0][0]), axis.x(spans[-1][1])
         if not words:
             continue
         kind = f"fh-lane-{spans[0][2].mode.partition(' ')[0].lower()}" if name == "mode" else "fh-lane"
@@ -175,7 +163,7 @@ class _Plot:
     limit: float | None = None
     signed: bool = False
 
-    def svg(self, top: float, height: float, now_s: float) -> str:
+    def svg(self, top: float, height: float, axis: _Axis) -> str:
         known = [(t, value) for t, value in self.points if value is not None]
         largest = max((abs(value) for _, value in known), default=0.0)
         full = next((each for each in _LIMITS if each >= largest), _LIMITS[-1])
@@ -194,7 +182,7 @@ class _Plot:
             limit = f'<text x="{_LEFT + 3}" y="{top + 9:.0f}" class="fh-tick">limit {self.limit:g} {self.unit}</text>'
         now = f"{known[-1][1]:.3g} {self.unit}" if known else ""
         zero = y(0.0)
-        points = " ".join(f"{_x(t, now_s):.0f},{y(value):.1f}" for t, value in _thinned(known))
+        points = " ".join(f"{axis.x(t):.0f},{y(value):.1f}" for t, value in _thinned(known))
         middle = top + 0.5 * height + 4.0
         return (
             f'<line x1="{_LEFT}" x2="{_WIDTH - _RIGHT}" y1="{zero:.1f}" y2="{zero:.1f}" class="fh-rule"/>'

@@ -67,7 +67,7 @@ def shown_points(state: ConsoleState) -> Array | None:
     steps_m = np.linalg.norm(np.diff(points[:, :n_dims], axis=0), axis=1)
     left = 1.0 - np.concatenate([[0.0], np.cumsum(steps_m)]) / max(float(steps_m.sum()), 1e-9)
     anchored = points.copy()
-    anchored[:, :n_dims] += left[:, None] * (_tip_in_frame(robot)[:n_dims] - points[0, :n_dims])
+    anchored[:, :n_dims] += left[:, None] * (tip_in_frame(robot)[:n_dims] - points[0, :n_dims])
     return anchored
 
 
@@ -78,12 +78,39 @@ def unmoved(before: Array | None, after: Array | None) -> bool:
     return before.shape == after.shape and float(np.abs(before - after).max()) < _UNMOVED_M
 
 
-def robot_name(name: str, state: ConsoleState, now_s: float) -> str:
-    """Return the robot's name in the scene, with the age of what is drawn when that is old."""
-    age_s = state.link.age_s
-    if state.link.health is LinkHealth.OK or age_s is None:
-        return name
-    return f"{name}, {math.floor(age_s + now_s - state.now_s)} s ago"
+@dataclass(frozen=True, eq=False)
+class RobotPicture:
+    """What the robot's half of the scene shows.
+
+    Args:
+        state: State of the console; its robot is that of an earlier moment while the operator looks back.
+        now_s: Present time on the console's clock [s].
+        then_s: Time of the shown moment on the console's clock [s]; None for the present.
+        trace: Where the robot went in its newest execution, in the task frame. Shape (n, D) [m]; None without one.
+    """
+
+    state: ConsoleState
+    now_s: float
+    then_s: float | None = None
+    trace: Array | None = None
+
+    @property
+    def old(self) -> bool:
+        """True if the robot was reported too long ago, or is shown as it was."""
+        return self.state.link.health is not LinkHealth.OK
+
+    def name(self, name: str) -> str:
+        """Return the robot's name in the scene, with the age of what is drawn when that is old."""
+        age_s = self.state.link.age_s
+        if self.then_s is not None:
+            return f"{name}, {round(self.now_s - self.then_s)} s ago, not now"
+        if not self.old or age_s is None:
+            return name
+        return f"{name}, {math.floor(age_s + self.now_s - self.state.now_s)} s ago"
+
+    def prediction(self) -> Ghost | None:
+        """Return the robot's expected present pose; None without an execution, and for a moment of the past."""
+        return None if self.then_s is not None else predict(self.state, self.now_s)
 
 
 def predict(state: ConsoleState, now_s: float) -> Ghost | None:
@@ -120,7 +147,7 @@ def reported_tip(robot: Telemetry) -> Array:
     return TaskFrame.at(reported_frame(robot)).to_local(_pose(robot.position_m, turn))
 
 
-def _tip_in_frame(robot: Telemetry) -> Array:
+def tip_in_frame(robot: Telemetry) -> Array:
     """Return where the robot is in the task frame: the position of its point, or of its tool's tip. Shape (>= D,) [m]."""
     if robot.arm is not UNSET or len(robot.position_m) == 3:
         return reported_tip(robot)

@@ -12,7 +12,6 @@ import viser
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import Telemetry
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console import intents
@@ -22,17 +21,16 @@ from farhand.local_site.view.scene.arm.arm_bodies import LOCAL, REMOTE, ArmBodie
 from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, VIEWS, arm_camera, base_m
 from farhand.local_site.view.scene.arm.hand_gizmo import Act, HandGizmo
 from farhand.local_site.view.scene.arm.task_drawing import (
-    Curves,
     Demonstrations,
     Ellipsoids,
     ReceptacleDrawing,
     add_platform,
 )
+from farhand.local_site.view.scene.curves import Curves, Trace
 from farhand.local_site.view.scene.ghost import (
     Ghost,
-    predict,
+    RobotPicture,
     reported_frame,
-    robot_name,
     shown_points,
     unmoved,
 )
@@ -70,6 +68,7 @@ class RemoteArm:
         self._ghost = scene.add_frame(f"{predicted}/ghost", show_axes=False, visible=False)
         seen = (*description.tool.meshes, *description.held)
         add_solids(scene, f"{predicted}/ghost", seen, palette.PREDICTED, opacity=_GHOST_OPACITY)
+        self._trace = Trace(scene, layers.node("Trace", f"{frame}/trace"))
         self._name = scene.add_label(f"{parent}/name", _ROBOT_NAME, position=_NAME_M, anchor="center-left")
         self._path: NDArray[np.float64] | None = None
         self._shown: tuple[Telemetry, bool] | None = None
@@ -78,20 +77,22 @@ class RemoteArm:
         """Remove the drawing from the scene, without `bodies`."""
         self._node.remove()
 
-    def draw(self, state: ConsoleState, now_s: float) -> Ghost | None:
-        """Show the newest report and the prediction; return the prediction."""
+    def draw(self, picture: RobotPicture) -> Ghost | None:
+        """Show a report of the robot and the prediction; return the prediction."""
+        state = picture.state
         robot = state.robot
         if robot is None:
             return None
-        self._draw_report(robot, old=state.link.health is not LinkHealth.OK)
-        name = robot_name(_ROBOT_NAME, state, now_s)
+        self._draw_report(robot, picture.old)
+        self._trace.show(picture.trace)
+        name = picture.name(_ROBOT_NAME)
         if self._name.text != name:
             self._name.text = name
         has = state.robot_model
         self._model.show(has.model if has is not None else None, robot.component)
         arrived = state.phase.at_end
         self._draw_path(None if arrived else shown_points(state))
-        ghost = None if arrived else predict(state, now_s)
+        ghost = None if arrived else picture.prediction()
         if ghost is not None:
             put(self._ghost, self.description.tool_at(ghost.point))
         show(self._ghost, ghost is not None)
@@ -118,7 +119,7 @@ _LOCAL, _REMOTE, _ARMS, _ROBOT = "/local", "/remote", "/arms", "/robot"
 _RINGS = "Turn"
 _LAYERS: dict[str, Rgb] = {
     "Demonstrations": palette.STROKE, "Model": palette.component_colour(0.5), "Path": palette.PREDICTED,
-    _RINGS: palette.LOCAL,
+    "Trace": palette.REMOTE, _RINGS: palette.LOCAL,
 }  # fmt: skip
 
 
@@ -154,12 +155,13 @@ class ArmScene:
         self._model = Ellipsoids(scene, self.layers.node("Model", f"{self._receptacle.name}/model"))
         shown = self.layers.node("Demonstrations", f"{self._receptacle.name}/shown")
         self._demonstrations = Demonstrations(scene, shown)
+        self._trace = Trace(scene, self.layers.node("Trace", f"{self._receptacle.name}/trace"))
         scene.add_label(f"{_LOCAL}/name", "YOUR ARM (simulation)", position=_NAME_M, anchor="center-left")
         self.layers.toggle(_RINGS)
         self._gizmo = HandGizmo(scene, _LOCAL, submit, act)
 
-    def draw(self, state: ConsoleState, now_s: float) -> Ghost | None:
-        """Draw the newest state of the console; return the robot's expected present pose."""
+    def draw(self, state: ConsoleState, picture: RobotPicture) -> Ghost | None:
+        """Draw the newest state of the console, and the robot's half; return the robot's expected present pose."""
         robot = state.robot_scene
         if robot is not None and (self._remote is None or self._remote.description is not robot):
             self._meet(robot)
@@ -171,7 +173,8 @@ class ArmScene:
             self._gizmo.show_rings(self.layers.shown(_RINGS))
         self._model.show(state.forming or (state.learned.model if state.learned else None))
         self._demonstrations.draw(state)
-        return self._remote.draw(state, now_s) if self._remote is not None else None
+        self._trace.show(picture.trace)
+        return self._remote.draw(picture) if self._remote is not None else None
 
     def _meet(self, robot: SceneDescription) -> None:
         """Draw the robot; if both arms look alike, they share one drawing."""

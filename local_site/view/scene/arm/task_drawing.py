@@ -1,4 +1,4 @@
-"""Drawings in a task frame: the receptacle, learned components as ellipsoids, and curves in space."""
+"""Drawings in a task frame: the receptacle, learned components as ellipsoids, and demonstrations."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette, shapes
+from farhand.local_site.view.scene.curves import Curves, thinned
 from farhand.local_site.view.scene.nodes import NO_SHADOW, SEEN_UNCHANGED, add_solids, put
 from farhand.local_site.view.scene.palette import Rgb
 
@@ -121,47 +122,6 @@ def axes_of(covariances: Array) -> tuple[NDArray[np.float32], NDArray[np.float32
     return (_DEVIATIONS * np.sqrt(values)).astype(np.float32), turns.astype(np.float32)
 
 
-_LONGEST = 120
-"""Points of a drawn curve."""
-
-
-class Curves:
-    """Curves below a node, changed in place. Used by the page's thread.
-
-    Args:
-        scene: Scene of the server.
-        name: Name of the node.
-        width_px: Thickness on the screen.
-    """
-
-    def __init__(self, scene: viser.SceneApi, name: str, width_px: float):
-        self._scene, self._name, self._width_px = scene, name, width_px
-        self._node: viser.LineSegmentsHandle | None = None
-
-    def show(self, curves: list[Array], colours: list[NDArray[np.uint8]]) -> None:
-        """Show these curves, or none.
-
-        Args:
-            curves: Each of shape (T, 3) [m].
-            colours: Colours of each curve's points, as `palette.many` makes them. Each of shape (T, 3) or
-                (1, 3).
-        """
-        lines = [_segments(curve) for curve in curves]
-        if not sum(map(len, lines)):
-            if self._node is not None:
-                self._node.remove()
-                self._node = None
-            return
-        points = np.concatenate(lines).astype(np.float32)
-        each = [_segments(np.broadcast_to(c, curve.shape)) for c, curve in zip(colours, curves, strict=True)]
-        if self._node is None:
-            self._node = self._scene.add_line_segments(
-                self._name, points, np.concatenate(each), thickness=self._width_px, thickness_units="screen"
-            )
-        else:
-            self._node.points, self._node.colors = points, np.concatenate(each)
-
-
 class Demonstrations:
     """Curves of the demonstrations, in the coordinates of a node that is the task frame.
 
@@ -191,13 +151,6 @@ class Demonstrations:
         self._ended.show(ended, [_by_component(curve, model) for curve in ended])
 
 
-def thinned(points: Array) -> Array:
-    """Thin a curve to a visible number of points, including its end. Shape (T, C)."""
-    if len(points) <= _LONGEST:
-        return points
-    return points[np.linspace(0, len(points) - 1, _LONGEST).round().astype(int)]
-
-
 def _by_component(curve: Array, model: TPHSMM | None) -> NDArray[np.uint8]:
     """Colour each point of a curve by its most likely component."""
     if model is None:
@@ -207,7 +160,3 @@ def _by_component(curve: Array, model: TPHSMM | None) -> NDArray[np.uint8]:
     distance = np.einsum("tki,kij,tkj->tk", apart, np.linalg.inv(covariances), apart)
     nearest = np.argmin(distance + np.linalg.slogdet(covariances)[1], axis=1)
     return palette.many([palette.component_colour(float(phase)) for phase in model.phase])[nearest]
-
-
-def _segments(points: NDArray) -> NDArray:
-    return np.stack([points[:-1], points[1:]], axis=1)

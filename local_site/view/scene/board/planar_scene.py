@@ -19,7 +19,8 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import FOV_RAD, VIEWS, Board, add_mat, view_of
 from farhand.local_site.view.scene.board.robot_drawing import ModelDrawing, RobotDrawing, add_target
-from farhand.local_site.view.scene.ghost import Ghost
+from farhand.local_site.view.scene.curves import Trace
+from farhand.local_site.view.scene.ghost import Ghost, RobotPicture
 from farhand.local_site.view.scene.nodes import (
     LINE_Z_M,
     MARK_Z_M,
@@ -166,6 +167,7 @@ Act = Callable[[int, Callable[[], None]], None]
 
 _LAYERS: dict[str, palette.Rgb] = {
     "Demonstrations": palette.STROKE, "Model": palette.component_colour(0.5), "Path": palette.PREDICTED,
+    "Trace": palette.REMOTE,
 }  # fmt: skip
 
 
@@ -204,6 +206,7 @@ class PlanarScene:
         add_target(scene, frame)
         self.layers = Layers(scene, _LAYERS)
         self._model = ModelDrawing(scene, self.layers.node("Model", f"{frame}/learned"))
+        self._trace = Trace(scene, self.layers.node("Trace", f"{frame}/trace"), LINE_Z_M)
         self._drawing = Drawing(scene, local, submit, explain, self.layers)
         self._robot = RobotDrawing(scene, remote, self.layers)
         width, height = local.size_m
@@ -214,11 +217,12 @@ class PlanarScene:
         local.listen(local.grip, lambda tab, *drag: act(tab, partial(self._drawing.drag, *drag)))
         remote.listen(self._robot.grip, lambda tab, *drag: act(tab, partial(target.drag, *drag)))
 
-    def draw(self, state: ConsoleState, now_s: float) -> Ghost | None:
-        """Draw the newest state of the console; return the robot's expected present position."""
+    def draw(self, state: ConsoleState, picture: RobotPicture) -> Ghost | None:
+        """Draw the newest state of the console, and the robot's half; return the robot's expected present position."""
         self._model.show(state.forming or (state.learned.model if state.learned else None))
         self._drawing.draw(state)
-        return self._robot.draw(state, now_s)
+        self._trace.show(picture.trace)
+        return self._robot.draw(picture)
 
     def let_go(self) -> None:
         """End the drag of a closed tab."""

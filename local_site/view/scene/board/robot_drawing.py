@@ -12,13 +12,12 @@ import viser
 from numpy.typing import NDArray
 
 from farhand.common.control_mode import Phase
-from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.wire.messages import Telemetry
-from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import Board
-from farhand.local_site.view.scene.ghost import Ghost, predict, robot_name, shown_points, unmoved
+from farhand.local_site.view.scene.curves import Trace
+from farhand.local_site.view.scene.ghost import Ghost, RobotPicture, shown_points, unmoved
 from farhand.local_site.view.scene.nodes import (
     HIDDEN_Z_M,
     LINE_Z_M,
@@ -133,6 +132,7 @@ class RobotDrawing:
         self.grip = add_flat(scene, f"{self._frame_name}/grip", around, palette.TARGET, HIDDEN_Z_M + 0.01)
         self._model = ModelDrawing(scene, layers.node("Model", f"{self._frame_name}/learned"))
         self._predicted = layers.node("Path", f"{self._frame_name}/predicted")
+        self._trace = Trace(scene, layers.node("Trace", f"{self._frame_name}/trace"), LINE_Z_M)
         self._name = scene.add_label(
             f"{name}/name",
             _NAME,
@@ -151,20 +151,22 @@ class RobotDrawing:
         self._line: viser.LineSegmentsHandle | None = None
         self._old = False
 
-    def draw(self, state: ConsoleState, now_s: float) -> Ghost | None:
-        """Show the newest report and the prediction; return the prediction."""
+    def draw(self, picture: RobotPicture) -> Ghost | None:
+        """Show a report of the robot and the prediction; return the prediction."""
+        state = picture.state
         robot = state.robot
         if robot is None:
             return None
-        self._draw_report(robot, old=state.link.health is not LinkHealth.OK)
-        name = robot_name(_NAME, state, now_s)
+        self._draw_report(robot, picture.old)
+        self._trace.show(picture.trace)
+        name = picture.name(_NAME)
         if self._name.text != name:
             self._name.text = name
         has = state.robot_model
         self._model.show(has.model if has is not None else None, robot.component)
         arrived = state.phase is Phase.ARRIVED
         self._draw_path(None if arrived else shown_points(state))
-        ghost = None if arrived else predict(state, now_s)
+        ghost = None if arrived else picture.prediction()
         self._draw_ghost(ghost)
         return ghost
 

@@ -15,6 +15,7 @@ from farhand.local_site.view.door import Door
 from farhand.local_site.view.panels.status_strip import _remote_words
 from farhand.local_site.view.panels.words import words_of
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
+from farhand.local_site.view.scene.ghost import RobotPicture
 from farhand.local_site.view.server import PageServer
 from farhand.local_site.view.tabs import Sessions
 from tests.cells import JACO
@@ -44,7 +45,7 @@ def test_the_robot_is_drawn_once_it_is_known_and_drawn_anew_when_another_one_is_
     pictures = [replace(nothing_yet, robot_scene=robot) for robot in (None, OTHER, OWN, OTHER)]
     seen = []
     for picture in pictures:
-        scene.draw(picture, 0.0)
+        scene.draw(picture, RobotPicture(picture, 0.0))
         seen.append(instances(server))
     assert seen == [{"arms": 1}, {"arms": 1, "robot": 1}, {"arms": 2}, {"arms": 1, "robot": 1}]
     assert any(name.startswith("/remote/receptacle") for name in server.scene._handle_from_node_name)
@@ -52,5 +53,5 @@ def test_the_robot_is_drawn_once_it_is_known_and_drawn_anew_when_another_one_is_
 
 def test_the_page_says_what_it_waits_for(nothing_yet: ConsoleState):
     picture = replace(nothing_yet, robot=report(), scene_fetching=0.3)
-    words = _remote_words(picture, "0.1 s", None, words_of(HOT_STAB))
+    words = _remote_words(picture, RobotPicture(picture, 0.0), "0.1 s", None, words_of(HOT_STAB))
     assert words == "fetching what the robot looks like, 30%"
