@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +10,8 @@ import numpy as np
 
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode
-from farhand.common.link.interface import Answered, Deliver, Request
 from farhand.common.task import PointTask, TaskSet
-from farhand.common.wire import keys
-from farhand.common.wire.codec import decode
-from farhand.common.wire.keys import Channel
-from farhand.common.wire.messages import Telemetry, Wish
+from farhand.common.wire.messages import Wish
 from farhand.local_site.console import intents
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
@@ -25,101 +20,12 @@ from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.motion.planner import PlanRequest, plan
 from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.plant_memory import PlantState
-from tests.loopback import Question
+from tests.loopback import OperatorsEnd, RobotsEnd
 from tests.remote_site.bench import DT_S, VirtualTime
 from tests.remote_site.planar import TASK
 
 _TICK_EVERY = 3
 """Robot's periods to one of a console's own."""
-
-
-class RobotsEnd:
-    """The robot's end of the link: every operator's end is at the other side."""
-
-    def __init__(self) -> None:
-        self.ends: list[OperatorsEnd] = []
-        self.subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
-        self.servers: dict[Channel, Callable[[Request], bool | None]] = {}
-        self.newest: Telemetry | None = None
-
-    def send(self, channel: Channel, data: bytes) -> None:
-        if channel is keys.TELEMETRY:
-            self.newest = decode(data, Telemetry)
-        for end in self.ends:
-            end.carry(lambda end=end: end.deliver(channel, data), back=True)
-
-    def subscribe(self, channel: Channel, deliver: Deliver) -> None:
-        self.subscribers[channel].append(deliver)
-
-    def serve(self, channel: Channel, handle: Callable[[Request], bool | None]) -> None:
-        self.servers[channel] = handle
-
-    def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
-        raise AssertionError("the robot asks nobody")
-
-    def limit(self, channel: Channel, bytes_per_s: float) -> None:
-        pass
-
-    def close(self) -> None:
-        pass
-
-
-class OperatorsEnd:
-    """One operator's end. Stalled everything waits, deaf what the robot says waits, cut everything is lost."""
-
-    def __init__(self, robot: RobotsEnd) -> None:
-        self._robot = robot
-        self._subscribers: dict[Channel, list[Deliver]] = defaultdict(list)
-        self._waiting: list[Callable[[], object]] = []
-        self.models: list[bytes] = []
-        """What was asked or sent on the key of models, whether it arrived or not."""
-        self.stalled = self.deaf = self.cut = False
-        robot.ends.append(self)
-
-    def carry(self, arrive: Callable[[], object], back: bool = False) -> None:
-        if self.stalled or (back and self.deaf):
-            self._waiting.append(arrive)
-        elif not self.cut:
-            arrive()
-
-    def mend(self) -> None:
-        """What waited arrives at once."""
-        self.stalled = self.deaf = self.cut = False
-        waiting, self._waiting = self._waiting, []
-        for arrive in waiting:
-            arrive()
-
-    def deliver(self, channel: Channel, data: bytes) -> None:
-        for deliver in self._subscribers[channel]:
-            deliver(data)
-
-    def send(self, channel: Channel, data: bytes) -> None:
-        def arrive() -> None:
-            for deliver in self._robot.subscribers[channel]:
-                deliver(data)
-
-        self.carry(arrive)
-
-    def subscribe(self, channel: Channel, deliver: Deliver) -> None:
-        self._subscribers[channel].append(deliver)
-
-    def serve(self, channel: Channel, handle: Callable[[Request], bool | None]) -> None:
-        raise AssertionError("an operator serves nothing")
-
-    def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
-        if channel is keys.MODEL:
-            self.models.append(data)
-        if self.cut:
-            answered(None)
-            return
-        back = Question(data, lambda answer: self.carry(lambda: answered(answer), back=True))
-        self.carry(lambda: self._robot.servers[channel](back))
-
-    def limit(self, channel: Channel, bytes_per_s: float) -> None:
-        pass
-
-    def close(self) -> None:
-        self.cut = True
 
 
 class Site:
@@ -211,8 +117,7 @@ class Meeting:
         """Its process dies and is started again; only what its memory file would hold is left."""
         supervisor = self.robot.supervisor
         remembered = PlantState.of(supervisor.sensing, supervisor.motion)
-        self.robots_end.subscribers.clear()
-        self.robots_end.servers.clear()
+        self.robots_end.forget()
         self.robot = self._boot(remembered)
 
     def run(self, duration_s: float) -> None:

@@ -41,7 +41,7 @@ from farhand.local_site.teaching.library import Library
 from farhand.local_site.teaching.samples import still_frames
 from farhand.local_site.workcell.workcell import Workcell, make_workcell
 from tests.cells import JACO
-from tests.loopback import Loopback
+from tests.loopback import OperatorsEnd, RobotsEnd, joined
 
 TASK = load_toml(Path(__file__).parents[2] / "deploy" / "tasks" / "planar.toml", PointTask)
 FRAMES = still_frames(TASK)
@@ -55,7 +55,7 @@ M = TypeVar("M", bound=Message)
 class RobotEnd:
     """Answers at once: grants the lease, accepts commands and models, unless told to refuse."""
 
-    def __init__(self, link: Loopback):
+    def __init__(self, link: RobotsEnd):
         self._link = link
         self.boot, self.mode = "boot", ControlMode.DISARMED
         self.tasks: tuple[str, ...] = (TASK.name,)
@@ -184,7 +184,7 @@ class RobotEnd:
 class Desk:
     """A running console, its library, and the robot's end."""
 
-    def __init__(self, console: Console, library: Library, robot: RobotEnd, link: Loopback):
+    def __init__(self, console: Console, library: Library, robot: RobotEnd, link: OperatorsEnd):
         self.console, self.library, self.robot, self.link = console, library, robot, link
 
     @property
@@ -210,7 +210,7 @@ class Desk:
 @contextmanager
 def desk(data_dir: Path, *tasks: AnyTask, place: Workcell | None = None) -> Iterator[Desk]:
     """A console on a link in memory, of the planar task unless told otherwise."""
-    remote, local = Loopback.pair()
+    remote, local = joined()
     robot, library = RobotEnd(remote), Library(TaskSet(tasks or (TASK,)), data_dir)
     robot.tasks = library.tasks.names
     console = Console(library, local, "ann", place=place or make_workcell(library.task, JACO))

@@ -18,7 +18,9 @@ from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.log import EventLog
 from farhand.common.model.manifold import Manifold
-from farhand.common.wire.messages import StopAck
+from farhand.common.wire import keys
+from farhand.common.wire.codec import decode
+from farhand.common.wire.messages import StopAck, Telemetry
 from farhand.local_site.console import intents
 from farhand.local_site.teaching.recording import RawRecording
 from tests.meeting import Meeting, Site
@@ -47,7 +49,7 @@ def driving(meeting: Meeting, folder: Path) -> Site:
 def test_a_watchdog_needs_no_clock_but_the_robots_own(ahead_s: float, tmp_path: Path):
     meeting = Meeting(sites_ahead_s=2 * HOUR_S + ahead_s, sites_drift=0.01)
     ann = driving(meeting, tmp_path)
-    ann.link.cut = True
+    ann.link.cut()
     meeting.run(0.5 + BRAKING_S + 0.2)  # the last thing heard was up to two periods of a console old
     assert meeting.mode is ControlMode.HOLD and meeting.speed_m_s < 1e-6
 
@@ -72,8 +74,10 @@ def test_nothing_that_waited_out_an_outage_moves_the_robot(tmp_path: Path):
     np.testing.assert_array_equal(meeting.position_m, stands)
     assert meeting.robot.supervisor.contact.stale_refused > refused
     assert ann.picture.robot is not None
-    newest = meeting.robots_end.newest
-    assert newest is not None and ann.picture.robot.stamp == newest.stamp  # shown is the newest, no queue
+    newest = [
+        decode(data, Telemetry) for channel, data in meeting.robots_end.sent if channel is keys.TELEMETRY
+    ][-1]
+    assert ann.picture.robot.stamp == newest.stamp  # shown is the newest, no queue
 
 
 # 3. Cockpit#215, PR#713: the ground station went on sending after the joystick had died, so that the
@@ -155,8 +159,8 @@ def test_nothing_is_ever_unpickled(tmp_path: Path):
         answers: list[bytes | None] = []
         ann.link.ask(channel, data, 1.0, answers.append)
         assert not answers  # not understood, not answered
-    for channel in list(ann.link._subscribers):
-        ann.link.deliver(channel, data)
+    for channel in list(ann.link.subscribers):
+        ann.link.hear(channel, data)
     meeting.run(1.0)
     assert not harm.exists() and ann.picture.in_control
     pickle.loads(data)

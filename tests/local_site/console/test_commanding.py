@@ -15,14 +15,14 @@ from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.requests import Requests
 from tests.local_site.robot_end import LEASE_ID, PATIENCE_S, RobotEnd
-from tests.loopback import Loopback
+from tests.loopback import joined
 
 
 class Desk:
     """A `Commanding` on the test's own thread and in the test's own time."""
 
     def __init__(self) -> None:
-        remote, self.link = Loopback.pair()
+        remote, self.link = joined()
         self.robot = RobotEnd(remote)
         self.jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self.notices: list[Notice] = []

@@ -20,7 +20,7 @@ from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.view.panels.words import at_the_end, count_words, outcome_words
 from tests.local_site.robot_end import TASK, desk
-from tests.loopback import Loopback
+from tests.loopback import OperatorsEnd
 
 JAMMED = because(Code.JAMMED)
 
@@ -54,7 +54,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
 
 def history_of(library: Library, *events: Event) -> ExecutionHistory:
     """What is remembered of events, each heard when it happened, from a robot that answers nothing."""
-    history = ExecutionHistory(Requests(Loopback(), lambda job: job(), lambda: 0.0), library)
+    history = ExecutionHistory(Requests(OperatorsEnd(), lambda job: job(), lambda: 0.0), library)
     for event in events:
         history.on_event(event, event.stamp.t_ns * 1e-9)
     return history

@@ -139,7 +139,7 @@ def test_an_acknowledgement_of_the_past_is_shown_beside_what_the_robot_does_now(
     eve.console.submit(intents.CommandRobot(Action.STOP))
     meeting.run(0.1)  # heard, and not resent yet
     assert meeting.mode is ControlMode.STOPPED
-    eve.link.cut = True
+    eve.link.cut()
     meeting.run(0.5)
     ann.ask(Action.RESET, Action.ARM, Action.EXECUTE)
     eve.link.mend()  # what had waited, and then what the robot says now
@@ -242,7 +242,7 @@ def test_a_restarted_site_shows_the_robots_mode_and_has_its_control_back_at_once
 
 
 def test_the_control_is_free_after_the_lease_and_goes_to_who_wants_it(meeting: Meeting, ann: Site, bob: Site):
-    ann.link.cut = True
+    ann.link.cut()
     meeting.run(2.5)
     assert not bob.picture.in_control
     meeting.run(2.5)
@@ -257,7 +257,7 @@ def test_events_that_an_outage_has_swallowed_are_told_once_each_and_in_order(
 ):
     bob = meeting.join("bob", tmp_path / "bob", Wish.WATCH)
     ann.ask(Action.ARM)
-    bob.link.cut = True
+    bob.link.cut()
     ann.ask(Action.COUPLE, Action.CLUTCH, Action.COUPLE, Action.CLUTCH, Action.DISARM)
     meeting.run(3.0)
     bob.link.mend()

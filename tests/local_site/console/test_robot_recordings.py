@@ -73,7 +73,7 @@ def test_undo_while_the_robot_records_learns_nothing(meeting: Meeting, ann: Site
 
 def test_a_silent_operator_has_learned_nothing_and_can_recover_it_later(meeting: Meeting, ann: Site):
     driving(ann)
-    ann.link.cut = True
+    ann.link.cut()
     meeting.run(8.0)
     assert meeting.mode is ControlMode.HOLD
     ann.link.mend()

@@ -9,7 +9,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import MoveTarget, OperatorInput, Stamp, Telemetry
 from farhand.local_site.console.teleoperation import Teleoperation
-from tests.loopback import Loopback
+from tests.loopback import joined
 
 ROBOT = Telemetry(
     seq=4, stamp=Stamp("boot", 77), mode=ControlMode.DIRECT, position_m=(0.5, 0.5),
@@ -18,7 +18,7 @@ ROBOT = Telemetry(
 
 
 def test_each_input_echoes_what_was_shown_and_proves_its_right():
-    link, _ = Loopback.pair()
+    _, link = joined()
     teleoperation = Teleoperation(link)
     teleoperation.hand((0.1, 0.2), False, ROBOT, "lease")
     teleoperation.hand((0.3, 0.2), True, ROBOT, "lease")
@@ -31,7 +31,7 @@ def test_each_input_echoes_what_was_shown_and_proves_its_right():
 
 
 def test_the_target_is_moved_with_the_lease():
-    link, _ = Loopback.pair()
+    _, link = joined()
     Teleoperation(link).move_target((0.4, 0.4), None, "lease")
     assert not link.sent
     Teleoperation(link).move_target((0.4, 0.4), ROBOT, "lease")
@@ -41,7 +41,7 @@ def test_the_target_is_moved_with_the_lease():
 
 
 def test_a_hand_that_guides_a_pose_sends_its_rotation_too():
-    link, _ = Loopback.pair()
+    _, link = joined()
     half = math.radians(15.0)
     Teleoperation(link).hand((0.6, 0.1, 0.4, math.cos(half), 0.0, math.sin(half), 0.0), False, ROBOT, "lease")
     message = decode(link.sent[0][1], OperatorInput)

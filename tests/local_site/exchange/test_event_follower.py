@@ -10,7 +10,7 @@ from farhand.common.wire.messages import Event, EventsReply, EventsRequest, Stam
 from farhand.common.wire.reasons import in_words
 from farhand.local_site.exchange.reports import EventFollower
 from farhand.local_site.exchange.requests import Requests
-from tests.loopback import Loopback
+from tests.loopback import joined
 from tests.messages import said
 
 
@@ -24,7 +24,7 @@ class Robot:
     """Keeps the questions until the test has it answer them."""
 
     def __init__(self) -> None:
-        self.link, local = Loopback.pair()
+        self.link, local = joined()
         self.requests: list[Request] = []
         self.link.serve(keys.EVENTS, self.requests.append)
         self.boot, self.n_events, self.kept_from = "one", 0, 1

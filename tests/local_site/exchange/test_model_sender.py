@@ -13,7 +13,7 @@ from farhand.common.wire.reasons import in_words
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.teaching.lesson import LearnedModel
-from tests.loopback import Loopback
+from tests.loopback import joined
 from tests.strategies import learned
 
 
@@ -27,7 +27,7 @@ class Sending:
     """A sender on the test's own thread: what it would do later waits in `jobs`."""
 
     def __init__(self) -> None:
-        self.remote, local = Loopback.pair()
+        self.remote, local = joined()
         self.jobs: queue.SimpleQueue = queue.SimpleQueue()
         self.inquiries = Requests(local, self.jobs.put, lambda: 5.0, ask_timeout_s=0.1)
         self.settled: list[tuple[str, bool]] = []

@@ -5,7 +5,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import ExecutionReport, ReportRequest, Stamp
 from farhand.local_site.exchange.requests import Requests
-from tests.loopback import Loopback
+from tests.loopback import joined
 
 ASK_TIMEOUT_S = 2.0
 ANSWER = ExecutionReport(stamp=Stamp("boot", 1))
@@ -16,7 +16,7 @@ class Desk:
     """Who asks, in the test's own time, and the robot's end of the link."""
 
     def __init__(self) -> None:
-        self.robot, self.link = Loopback.pair()
+        self.robot, self.link = joined()
         self.now_s = 100.0
         self.inquiries = Requests(self.link, lambda job: job(), lambda: self.now_s, ASK_TIMEOUT_S)
 

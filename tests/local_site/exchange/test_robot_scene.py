@@ -27,8 +27,7 @@ from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.robot import Robot
 from tests.cells import JACO
 from tests.local_site.robot_end import HOT_STAB
-from tests.loopback import Question
-from tests.meeting import RobotsEnd
+from tests.loopback import Question, RobotsEnd
 
 OWN = describe(JACO)
 OTHER = describe(Cell(robot=JACO.robot, plug=Plug(radius_m=0.015)))

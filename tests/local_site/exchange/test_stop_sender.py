@@ -9,7 +9,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Stamp, Stop, StopAck, Telemetry
 from farhand.local_site.exchange.stop_sender import StopLane, StopStatus
-from tests.loopback import Loopback
+from tests.loopback import joined
 from tests.remote_site.bench import VirtualTime
 
 
@@ -18,7 +18,7 @@ class Bench:
 
     def __init__(self) -> None:
         self.time = VirtualTime(10.0)
-        self.link, _ = Loopback.pair()
+        _, self.link = joined()
         self.lane = StopLane(self.link, "ann", lambda: self.time.ns * 1e-9)
         self._seq = 0
 
@@ -182,7 +182,7 @@ def test_only_a_restarted_robots_later_report_is_held_against_the_acknowledgemen
 
 
 def test_the_lane_resends_by_itself_in_real_time():
-    here, there = Loopback.pair()
+    there, here = joined()
     lane = StopLane(here, "ann")
     heard: list[bytes] = []
     enough = threading.Event()
