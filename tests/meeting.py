@@ -12,6 +12,7 @@ from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.task import PointTask, TaskSet
 from farhand.common.wire.messages import Wish
+from farhand.evaluation.harness.steered_world import SteppedTime
 from farhand.local_site.console import intents
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
@@ -21,7 +22,7 @@ from farhand.remote_site.motion.planner import PlanRequest, plan
 from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.plant_memory import PlantState
 from tests.loopback import OperatorsEnd, RobotsEnd
-from tests.remote_site.bench import DT_S, VirtualTime
+from tests.remote_site.bench import DT_S
 from tests.remote_site.planar import TASK
 
 _TICK_EVERY = 3
@@ -83,7 +84,7 @@ class Meeting:
         config: RemoteConfig | None = None,
     ):  # fmt: skip
         self._sites_drift, self._config = sites_drift, config or RemoteConfig()
-        self.time, self.sites_time = VirtualTime(100.0), VirtualTime(100.0 + sites_ahead_s)
+        self.time, self.sites_time = SteppedTime(100.0), SteppedTime(100.0 + sites_ahead_s)
         self.robots_end = RobotsEnd()
         self.sites: list[Site] = []
         self.written: list[dict[str, Any]] = []

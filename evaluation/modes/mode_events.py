@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import msgspec
+import numpy as np
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Wish
@@ -158,17 +159,17 @@ def _damaged_model(world: ModeWorld) -> None:
 
 
 def _force(world: ModeWorld, newtons: float, duration_s: float = 0.1) -> None:
-    world.plant.force_n = newtons
+    world.plant.force_n = np.array([-newtons, 0.0])
     world.run(duration_s)
-    world.plant.force_n = 0.0
+    world.plant.force_n = np.zeros(2)
 
 
 def _blind(world: ModeWorld, duration_s: float, offset_m: float = 0.0) -> None:
     world.sight.seen = False
     world.run(duration_s)
-    world.sight.seen, world.sight.offset_m = True, offset_m
+    world.sight.seen, world.sight.shift_m = True, np.array([offset_m, 0.0])
     world.run(DT_S)
-    world.sight.offset_m = 0.0
+    world.sight.shift_m = None
 
 
 def _broken(world: ModeWorld) -> None:

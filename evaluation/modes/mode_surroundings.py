@@ -1,4 +1,4 @@
-"""Surroundings of the shipped supervisor in the exhaustive check: task, model, clock, plant and sight."""
+"""Surroundings of the shipped supervisor in the exhaustive check: task, model and target."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from farhand.common.wire.messages import ModelTransfer
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.interface.plant import EffectorState, PointPlant
 
 DT_S = 0.05
 """Control period of a slow loop: the rules are about modes, and every tick costs the search time."""
@@ -40,7 +39,7 @@ CONFIG = RemoteConfig(control_hz=1.0 / DT_S)
 def good_model() -> ModelTransfer:
     """Return an encoded model of the task."""
     learner = OnlineLearner(LearnerSettings(max_distance_m=0.1, min_std_m=0.01), 2, TASK.frame_names)
-    frames = [TaskFrame(np.eye(2), np.array(_ORIGIN_M))]
+    frames = [target_frame(0.0)]
     for stroke in sample_strokes(TASK):
         learner.start()
         learner.observe_many(stroke.position_m, frames, stroke.time_s.tolist())
@@ -49,42 +48,6 @@ def good_model() -> ModelTransfer:
     return ModelTransfer(task=TASK.name, sha256=model_file.content_hash(content), content=content)
 
 
-class Source:
-    """Virtual time behind a clock [ns]."""
-
-    def __init__(self, start_s: float):
-        self.ns = round(start_s * 1e9)
-
-    def __call__(self) -> int:
-        """Return the present time."""
-        return self.ns
-
-
-class FeelingPlant(PointPlant):
-    """Point with a force on it that the world sets [N]."""
-
-    force_n = 0.0
-
-    def read(self) -> EffectorState:
-        """See `Plant.read`."""
-        state = super().read()
-        return EffectorState(state.position_m, state.velocity_m_s, np.array([-self.force_n, 0.0]))
-
-
-class Sight:
-    """Perception of a target that stands still, while it is seen."""
-
-    def __init__(self) -> None:
-        self.seen, self.offset_m, self.broken = True, 0.0, False
-
-    def observe(self, now_s: float) -> list[TaskFrame] | None:
-        """See `Perception.observe`."""
-        del now_s
-        if not self.seen:
-            return None
-        x = np.nan if self.broken else _ORIGIN_M[0] + self.offset_m
-        return [TaskFrame(np.eye(2), np.array([x, _ORIGIN_M[1]]))]
-
-    def true_origin_m(self, now_s: float) -> None:
-        """See `Perception.true_origin_m`."""
-        del now_s
+def target_frame(_now_s: float) -> TaskFrame:
+    """Return the frame of the target, which stands still."""
+    return TaskFrame(np.eye(2), np.array(_ORIGIN_M))

@@ -30,15 +30,13 @@ from farhand.common.wire.messages import (
     Stop,
     Wish,
 )
+from farhand.evaluation.harness.steered_world import PushedPlant, SteeredSight, SteppedTime
 from farhand.evaluation.modes.mode_surroundings import (
     CONFIG,
     DT_S,
-    START_M,
     TASK,
-    FeelingPlant,
-    Sight,
-    Source,
     good_model,
+    target_frame,
 )
 from farhand.remote_site.motion.model_trial import ModelTrial
 from farhand.remote_site.motion.planner import PlanRequest
@@ -79,8 +77,8 @@ class ModeWorld:
 
     def __init__(self, n_operators: int):
         self.operators = [SimulatedOperator(name) for name in ("ann", "bob")[:n_operators]]
-        self.plant = FeelingPlant(np.array(START_M), np.ones(2), 0.6, 4.0)
-        self.sight = Sight()
+        self.plant = PushedPlant(TASK)
+        self.sight = SteeredSight(target_frame)
         self.n_boots = 0
         self.counter = 0
         self._boot()
@@ -88,7 +86,7 @@ class ModeWorld:
     def _boot(self) -> None:
         self.n_boots += 1
         # The clock of a new boot starts from zero: only its name distinguishes an old stamp from a new one.
-        self.source = Source(100.0)
+        self.source = SteppedTime()
         self.clock = BootClock(f"boot {self.n_boots}", self.source)
         self.said: list[Message] = []
         self.plan_request: PlanRequest | None = None
@@ -100,7 +98,7 @@ class ModeWorld:
     def restart(self) -> None:
         """Restart the remote process; the plant stays where it stopped."""
         position = self.plant.read().position_m
-        self.plant = FeelingPlant(position, np.ones(2), 0.6, 4.0)
+        self.plant = PushedPlant(TASK, position)
         self._boot()
 
     def copy(self) -> ModeWorld:
@@ -190,7 +188,7 @@ class ModeWorld:
     def run(self, duration_s: float, late_s: float = 0.0) -> None:
         """Advance the time; present operators send heartbeats and renewals."""
         for tick in range(max(1, round(duration_s / DT_S))):
-            self.source.ns += round(DT_S * 1e9)
+            self.source.advance(DT_S)
             for operator in self.operators:
                 if operator.present and tick % _HEARTBEAT_TICKS == 0:
                     self.counter += 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -11,7 +10,6 @@ from msgspec import structs
 
 from farhand.common.clock import BootClock
 from farhand.common.control_mode import Action, ControlMode, Phase
-from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask, PointTask, TaskSet
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import (
@@ -29,9 +27,10 @@ from farhand.common.wire.messages import (
     Stop,
     Wish,
 )
+from farhand.evaluation.harness.steered_world import PushedPlant, SteeredSight, SteppedTime
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
-from farhand.remote_site.interface.plant import EffectorState, PointPlant
+from farhand.remote_site.interface.plant import PointPlant
 from farhand.remote_site.motion.model_trial import ModelTrial
 from farhand.remote_site.motion.planner import PlanRequest, answer
 from farhand.remote_site.perception.simulated_sight import OscillatingTarget, SimulatedPerception
@@ -45,32 +44,12 @@ _HEARTBEAT_S, _RENEWAL_S = 0.1, 1.0
 M = TypeVar("M", bound=Message)
 
 
-class VirtualTime:
-    """The source of a `BootClock` that the test moves on."""
-
-    def __init__(self, start_s: float = 100.0):
-        self.ns = round(start_s * 1e9)
-
-    def __call__(self) -> int:
-        return self.ns
-
-    def advance(self, duration_s: float) -> None:
-        self.ns += round(duration_s * 1e9)
-
-
-class FeelingPlant(PointPlant):
+class FeelingPlant(PushedPlant):
     """The point with a force on its tool that the test sets. Keeps what it was told to do."""
 
     def __init__(self, task: PointTask = TASK):
-        limits = task.limits
-        super().__init__(
-            np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
-        )
-        self.force_n: np.ndarray | None = np.zeros(2)
+        super().__init__(task)
         self.told: list[str] = []
-
-    def read(self) -> EffectorState:
-        return replace(super().read(), load=self.force_n)
 
     def accelerate(self, acceleration: np.ndarray, dt_s: float) -> None:
         self.told.append("accelerate")
@@ -84,31 +63,15 @@ class FeelingPlant(PointPlant):
         self.told.append("brake")
         super().brake(dt_s)
 
-    def push_to(self, position_m: tuple[float, ...]) -> None:
-        """Somebody pushes the robot to another place while it stands."""
-        self._position = np.array(position_m)
 
-
-class Sight:
-    """Sight of the task's target, while it is seen and where it is seen."""
+class Sight(SteeredSight):
+    """Sight of the task's target, as the tracker sees it."""
 
     def __init__(self, task: PointTask):
-        target = OscillatingTarget(task.target)
-        self._seeing = SimulatedPerception.of_oscillating(target, task.target.noise_std_m, 0)
-        self.seen = True
-        self.shift_m = np.zeros(task.n_dims)
-        self.turn_rad = 0.0
-
-    def observe(self, now_s: float) -> list[TaskFrame] | None:
-        frames = self._seeing.observe(now_s)
-        if not self.seen or frames is None:
-            return None
-        (frame,) = frames
-        c, s = np.cos(self.turn_rad), np.sin(self.turn_rad)
-        return [TaskFrame(np.array([[c, -s], [s, c]]), frame.b + self.shift_m)]
-
-    def true_origin_m(self, now_s: float) -> np.ndarray:
-        return self._seeing.true_origin_m(now_s)
+        seeing = SimulatedPerception.of_oscillating(
+            OscillatingTarget(task.target), task.target.noise_std_m, 0
+        )
+        super().__init__(lambda now_s: (seeing.observe(now_s) or [None])[0], seeing.true_origin_m)
 
 
 class Bench:
@@ -131,7 +94,7 @@ class Bench:
         delay_s: float = 0.1,
     ):
         self.task = task
-        self.time = VirtualTime()
+        self.time = SteppedTime()
         self.clock = BootClock("boot", self.time)
         self.delay_s = delay_s
         self.said: list[tuple[Channel, Message]] = []
@@ -150,10 +113,7 @@ class Bench:
 
     def _point(self, task: AnyTask, plant: PointPlant | None) -> Embodiment:
         assert isinstance(task, PointTask)
-        limits = task.limits
-        plant = plant or PointPlant(
-            np.array(task.start_m), np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2
-        )
+        plant = plant or PushedPlant(task)
         self.sight = Sight(task)
         return point_embodiment(task, plant, self.sight)
 

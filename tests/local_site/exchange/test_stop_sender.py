@@ -8,16 +8,16 @@ from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Stamp, Stop, StopAck, Telemetry
+from farhand.evaluation.harness.steered_world import SteppedTime
 from farhand.local_site.exchange.stop_sender import StopLane, StopStatus
 from tests.loopback import joined
-from tests.remote_site.bench import VirtualTime
 
 
 class Bench:
     """A lane with a clock, and what it sent."""
 
     def __init__(self) -> None:
-        self.time = VirtualTime(10.0)
+        self.time = SteppedTime(10.0)
         _, self.link = joined()
         self.lane = StopLane(self.link, "ann", lambda: self.time.ns * 1e-9)
         self._seq = 0

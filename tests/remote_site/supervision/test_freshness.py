@@ -6,16 +6,16 @@ from hypothesis import strategies as st
 
 from farhand.common.clock import BootClock
 from farhand.common.wire.messages import Stamp
+from farhand.evaluation.harness.steered_world import SteppedTime
 from farhand.remote_site.supervision.freshness import Freshness
 from tests.messages import said
-from tests.remote_site.bench import VirtualTime
 
 
 class Ages:
     """Judges by age in place of stamps."""
 
     def __init__(self, max_age_s: float = 15.0, telemetry_period_s: float = 0.04):
-        self.time = VirtualTime()
+        self.time = SteppedTime()
         self.freshness = Freshness(BootClock("boot", self.time), max_age_s, telemetry_period_s)
 
     def echo(self, age_s: float) -> Stamp:

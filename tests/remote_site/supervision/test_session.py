@@ -8,10 +8,10 @@ from farhand.common.task import TaskSet
 from farhand.common.wire.messages import Command, Heartbeat, LeaseReply, LeaseRequest, Stamp
 from farhand.common.wire.reasons import Reason
 from farhand.common.wire.words import sentence
+from farhand.evaluation.harness.steered_world import SteppedTime
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.supervision.session import OperatorSession
 from tests.messages import said
-from tests.remote_site.bench import VirtualTime
 from tests.remote_site.planar import TASK
 
 
@@ -19,7 +19,7 @@ class Operators:
     """Several sites that talk to one robot."""
 
     def __init__(self) -> None:
-        self.time = VirtualTime()
+        self.time = SteppedTime()
         self.clock = BootClock("boot", self.time)
         self.contact = OperatorSession(RemoteConfig(), self.clock)
 
