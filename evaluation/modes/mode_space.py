@@ -74,15 +74,19 @@ def state_of(world: ModeWorld) -> Hashable:
     )
 
 
-def explore(n_operators: int, max_depth: int | None = None, max_states: int | None = None) -> Exploration:
+def explore(
+    n_operators: int, max_depth: int | None = None, max_states: int | None = None, among: str = ""
+) -> Exploration:
     """Search from a fresh robot.
 
     Args:
         n_operators: One or two.
         max_depth: Longest sequence of events; None: until nothing new is reached.
         max_states: Number of states after which to give up; None: never.
+        among: Text with the names of the only events to try; empty: all.
     """
-    found, events = Exploration(), steps(n_operators)
+    found = Exploration()
+    events = [step for step in steps(n_operators) if not among or step.name in among]
     first = ModeWorld(n_operators)
     waiting: deque[tuple[ModeWorld, int, tuple[str, ...]]] = deque([(first, 0, ())])
     known = {state_of(first)}
