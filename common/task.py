@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
-import msgspec
 from msgspec import Meta, Struct
 
+from farhand.common.configuration import load_toml
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.names import Name
-from farhand.common.whole_file import fault_of, read_toml
-from farhand.common.wire.codec import leaves
 from farhand.common.wire.messages import MOST_TASKS
 from farhand.common.wire.reasons import Code, Reason, because
 
@@ -154,33 +151,6 @@ class ArmTask(Task, frozen=True, kw_only=True, tag="arm"):
 
 AnyTask = PointTask | ArmTask
 _ANY_TASK: type[AnyTask] = AnyTask  # pyright: ignore[reportAssignmentType]
-
-
-def load_toml(path: Path, kind: type[S]) -> S:
-    """Read and validate a structure from a TOML file.
-
-    Raises:
-        InvalidConfiguration: When the file cannot be read, is not TOML, or a field is unknown, missing,
-            of a wrong type, or not finite.
-    """
-    with fault_of(path, InvalidConfiguration, "a TOML file in UTF-8"):
-        plain = read_toml(path)
-        check_values(plain, str(path))
-        return msgspec.convert(plain, kind)
-
-
-def check_values(plain: Any, source: str) -> None:
-    """Check that all numbers of a configuration are finite and all its texts are printable in a line.
-
-    Raises:
-        InvalidConfiguration: Naming the field.
-    """
-    for where, value in leaves(plain):
-        if isinstance(value, float) and not math.isfinite(value):
-            raise InvalidConfiguration(source, where, f"a finite number, got {value}")
-        if isinstance(value, str) and not value.isprintable():
-            expected = f"text without line feeds or other characters that cannot be shown, got {value!a}"
-            raise InvalidConfiguration(source, where, expected)
 
 
 def load_task(path: Path) -> AnyTask:

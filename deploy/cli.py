@@ -115,7 +115,7 @@ class Demo:
 
     def run(self) -> int:
         """Run the command and return its exit status."""
-        from farhand.deploy.processes import parse_outage
+        from farhand.deploy.site_processes import parse_outage
         from farhand.deploy.up import Together, run_demo
 
         parse_outage(self.outage)
@@ -174,7 +174,7 @@ class Local:
 
     def run(self) -> int:
         """Run the command and return its exit status."""
-        from farhand.deploy.processes import run_local, run_scripted
+        from farhand.deploy.site_processes import run_local, run_scripted
 
         overrides = {
             "link_connect": self.connect, "link_certificates": self.certificates, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task, "own_arm": self.own_arm,
@@ -224,7 +224,7 @@ class Remote:
 
     def run(self) -> int:
         """Run the command and return its exit status."""
-        from farhand.deploy.processes import run_remote
+        from farhand.deploy.site_processes import run_remote
 
         return run_remote(
             self.config,
@@ -259,7 +259,7 @@ class LinkCommand:
 
     def run(self) -> int:
         """Run the command and return its exit status."""
-        from farhand.deploy.processes import run_link_process
+        from farhand.deploy.site_processes import run_link_process
 
         return run_link_process(self.listen, self.target, self.control, self.profile, self.seed)
 

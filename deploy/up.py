@@ -21,12 +21,12 @@ from farhand.common.impairment.link_profile import find_profile, load_profiles
 from farhand.common.task import AnyTask
 from farhand.common.temporary_folder import temporary_folder
 from farhand.common.whole_file import write_whole
-from farhand.deploy.child import Child, say_ready
+from farhand.deploy.child_process import Child, say_ready
 from farhand.deploy.link.link_process import PROFILES_FILE
 from farhand.deploy.outcome import summary
 from farhand.deploy.pki.throw_away import Identities, Transport, throw_away_identities
 from farhand.deploy.places import check_writable, data_folder, find_cell, find_tasks, site_name
-from farhand.deploy.processes import configured
+from farhand.deploy.site_processes import configured
 from farhand.deploy.status_door import last_words
 
 _log = logging.getLogger(__name__)

@@ -1,4 +1,4 @@
-"""Configuration of the remote site. `farhand.common.task.load_toml` reads it from a file."""
+"""Configuration of the remote site. `farhand.common.configuration.load_toml` reads it from a file."""
 
 from __future__ import annotations
 

@@ -15,9 +15,9 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta, Struct
 
+from farhand.common.configuration import check_values
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.names import Name
-from farhand.common.task import check_values
 from farhand.common.whole_file import fault_of, read_whole
 
 MIN_JOINTS, MAX_JOINTS = 2, 8

@@ -5,8 +5,9 @@ clock; the caller passes the time, so that the same model runs in real and in vi
 
     delay_line.py    a stream, which keeps its order, and the jitter of its delay: the relay for a TCP
                      connection
-    message_line.py  messages, which may be lost, duplicated, corrupted and overtaken, at random or in bursts
-                     (Gilbert-Elliott): the relay for UDP datagrams, and the in-process link
+    burst_loss.py    loss at random, alone or in bursts (Gilbert-Elliott)
+    message_line.py  messages, which may be lost, duplicated, corrupted and overtaken: the relay for UDP
+                     datagrams, and the in-process link
     link_profile.py  named settings, and those that change with time
 """
 

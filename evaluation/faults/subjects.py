@@ -17,13 +17,14 @@ import msgpack
 import msgspec
 import numpy as np
 
+from farhand.common.configuration import load_toml
 from farhand.common.impairment.link_profile import load_profiles
 from farhand.common.link.endpoint import zenoh_configuration
 from farhand.common.log import EventLog
 from farhand.common.model.model_file import decode, encode, load
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.task import PointTask, load_toml
+from farhand.common.task import PointTask
 from farhand.deploy.places import find_point_task, find_tasks
 from farhand.deploy.rollout import roll_out
 from farhand.evaluation.faults.bounds import WrongResult

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from farhand.common.errors import ProcessFailed
-from farhand.deploy.child import PARENT_PID, READY_FD
+from farhand.deploy.child_process import PARENT_PID, READY_FD
 from farhand.deploy.entry import own_command
 
 HOST = "127.0.0.1"

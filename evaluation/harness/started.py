@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from farhand.deploy.child import READY_FD
+from farhand.deploy.child_process import READY_FD
 from farhand.deploy.entry import ROOT, own_command
 from farhand.evaluation.harness.surrounding import CANNOT_ARRANGE, Surrounding, open_stream
 

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from farhand.common.configuration import load_toml
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.impairment.link_profile import load_profiles
-from farhand.common.task import PointTask, load_task, load_toml
+from farhand.common.task import PointTask, load_task
 from farhand.local_site.config import LocalConfig
 from farhand.remote_site.config import RemoteConfig
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from farhand.deploy.child import Child
+from farhand.deploy.child_process import Child
 from farhand.deploy.entry import ROOT, own_command
 from tests.farhand_process import put_foreign_code
 

@@ -15,7 +15,7 @@ import pytest
 
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.model.model_file import save
-from farhand.deploy.child import READY_FD
+from farhand.deploy.child_process import READY_FD
 from farhand.deploy.entry import own_command
 from farhand.deploy.standard_streams import Log
 from tests.strategies import learned

@@ -10,9 +10,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from farhand.common.configuration import load_toml
 from farhand.common.control_mode import ControlMode, Phase, mode_after
 from farhand.common.link.interface import Request
-from farhand.common.task import AnyTask, ArmTask, PointTask, TaskSet, load_toml
+from farhand.common.task import AnyTask, ArmTask, PointTask, TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.keys import Channel

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from farhand.common.configuration import load_toml
 from farhand.common.errors import InvalidConfiguration
-from farhand.common.task import load_toml
 from farhand.local_site.config import LocalConfig
 
 DEPLOY = Path(__file__).parents[2] / "deploy"

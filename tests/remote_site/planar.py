@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from msgspec import structs
 
+from farhand.common.configuration import load_toml
 from farhand.common.model.model_file import content_hash, encode
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.task import PointTask, load_toml
+from farhand.common.task import PointTask
 from farhand.common.wire.messages import ModelTransfer
 from farhand.evaluation.harness.bad_neighbours import cyclic_model
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from farhand.common.impairment.burst_loss import Loss
 from farhand.common.impairment.impairment import DirectionSettings
-from farhand.common.impairment.message_line import Loss
 
 N = 40_000
 

@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 
+from farhand.common.impairment.burst_loss import Loss
 from farhand.common.impairment.impairment import DirectionSettings
-from farhand.common.impairment.message_line import Loss
 
 N = 3000
 BURST = 50

@@ -84,7 +84,7 @@ def test_an_unknown_profile_and_a_malformed_file_are_refused(tmp_path):
 
 def test_the_link_loads_nothing_that_compiles():
     """It starts in a moment, anywhere: no kernel is imported by the command line, the process or its profiles."""
-    modules = "farhand.deploy.cli, farhand.deploy.processes, farhand.deploy.link.link_process, farhand.deploy.status"
+    modules = "farhand.deploy.cli, farhand.deploy.site_processes, farhand.deploy.link.link_process, farhand.deploy.status"
     words = f"import sys, {modules}; print(sorted(sys.modules.keys() & {{'numba', 'llvmlite', 'scipy', 'zenoh'}}))"
     done = subprocess.run((sys.executable, "-c", words), capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

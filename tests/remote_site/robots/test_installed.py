@@ -12,7 +12,7 @@ from farhand.common.clock import BootClock
 from farhand.common.errors import DriverFailed, FarhandError, InvalidConfiguration
 from farhand.common.task import TaskSet
 from farhand.deploy.places import find_task
-from farhand.deploy.processes import configured
+from farhand.deploy.site_processes import configured
 from farhand.remote_site.config import DriverChoice, RemoteConfig
 from farhand.remote_site.interface.plant import PointPlant
 from farhand.remote_site.perception.simulated_sight import SimulatedPerception

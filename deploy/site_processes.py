@@ -19,7 +19,7 @@ from farhand.common.impairment.link_control import RelayControl
 from farhand.common.process_status import LinkFacts
 from farhand.common.whole_file import write_whole
 from farhand.common.wire.codec import field_of
-from farhand.deploy.child import follow_parent, say_ready
+from farhand.deploy.child_process import follow_parent, say_ready
 from farhand.deploy.outcome import on_end_signal
 from farhand.deploy.status_door import Identity, status_door
 
@@ -43,7 +43,7 @@ def configured(kind: type[S], file: Path | None, **overrides: object) -> S:
     Raises:
         InvalidConfiguration: Naming the field.
     """
-    from farhand.common.task import check_values, load_toml
+    from farhand.common.configuration import check_values, load_toml
 
     base = load_toml(file, kind) if file is not None else kind()
     plain = msgspec.to_builtins(base)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.deploy.processes import configured, parse_outage
+from farhand.deploy.site_processes import configured, parse_outage
 from farhand.local_site.config import LocalConfig
 from farhand.local_site.script.scripted_actions import PlannedOutage
 from farhand.remote_site.config import RemoteConfig

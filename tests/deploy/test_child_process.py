@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from farhand.common.errors import ProcessFailed
-from farhand.deploy.child import READY_FD, Child, say_ready
+from farhand.deploy.child_process import READY_FD, Child, say_ready
 
 PATIENCE_S = 60.0
 LINK = ("link", "--listen=127.0.0.1:0", "--target=127.0.0.1:1", "--control=127.0.0.1:0", "--profile=lan")
@@ -54,7 +54,9 @@ def test_a_child_is_read_on_whatever_it_writes_and_whoever_reads_us(monkeypatch:
 
         async def scenario() -> None:
             child = Child("link", LINK)
-            monkeypatch.setattr("farhand.deploy.child.own_command", lambda *_: [sys.executable, "-c", LOUD])
+            monkeypatch.setattr(
+                "farhand.deploy.child_process.own_command", lambda *_: [sys.executable, "-c", LOUD]
+            )
             with pytest.raises(ProcessFailed, match=r"status 3; its last line: x+$"):
                 await child.start()
 
