@@ -12,7 +12,7 @@ from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.link.link_monitor import LinkView
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.task import AnyTask
+from farhand.common.task import AnyTask, ArmTask
 from farhand.common.wire.messages import PlannedPath, Telemetry, Wish
 from farhand.common.wire.reasons import Reason
 from farhand.common.wire.scene_description import SceneDescription
@@ -190,6 +190,12 @@ class ConsoleState:
     def phase(self) -> Phase:
         """Phase that the robot reported."""
         return self.robot.phase if self.robot else Phase.NONE
+
+    @property
+    def at_goal(self) -> bool:
+        """True while the operator's own arm stands at the end of the task that is being taught."""
+        arm, task = self.own_arm, self.task
+        return self.recording and arm is not None and isinstance(task, ArmTask) and arm.is_at_goal(task)
 
     @property
     def coupled(self) -> bool:

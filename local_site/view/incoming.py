@@ -92,6 +92,7 @@ _TAKES: dict[type, Callable[[Any, object], bool]] = {
     viser.GuiButtonHandle: lambda _, value: value is True,
     viser.GuiCheckboxHandle: lambda _, value: isinstance(value, bool),
     viser.GuiSliderHandle: lambda _, value: isinstance(value, float) and not isinstance(value, bool),
+    viser.GuiTextHandle: lambda _, value: isinstance(value, str),
     viser.GuiDropdownHandle: lambda handle, value: value in handle.options,
 }
 """Elements of the page that have a value, and the accepted values of each."""

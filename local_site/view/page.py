@@ -24,6 +24,7 @@ from farhand.local_site.view.panels.charts import LinkHistory, TransitionGraph
 from farhand.local_site.view.panels.choices import Legend, PaceSlider, TaskChoice
 from farhand.local_site.view.panels.drawer import Drawer
 from farhand.local_site.view.panels.guidance import AdvicePanel
+from farhand.local_site.view.panels.hand_panel import HandPanel
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.link_panel import LinkWorker
 from farhand.local_site.view.panels.list_panels import EventPanel
@@ -80,9 +81,8 @@ class Page:
         )  # fmt: skip
         self._scene = self._make_scene(task, own)
         self._build_view(self._server.gui)
-        self._tabs = Tabs(
-            self._server, self._sessions, self._scene.fit, self._scene.views[0], self._events.put, self._scene.let_go
-        )  # fmt: skip
+        self._hand = HandPanel(self._server.gui, self._act, self._scene.jog)
+        self._tabs = Tabs(self._server, self._sessions, self._scene, self._events.put)
         self._redraw = Redraw()
         self._beat_s, self._beats = float("-inf"), 0
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
@@ -142,7 +142,7 @@ class Page:
             self._pace = PaceSlider(gui, self._console.submit, self._act)
         with gui.add_folder("Watching"):
             gui.add_html('<i class="fh-here fh-here-take"></i>')
-            self._open_button(gui, "Take over", self._take_over, "gray")
+            self._open_button(gui, "Take over", lambda tab: self._tabs.take_over(tab), "gray")  # noqa: PLW0108 (made later)
 
     def _build_foot(self, gui: viser.GuiApi) -> None:
         """Build the tabs at the bottom: what was, what was taught, and how the link is."""
@@ -182,9 +182,6 @@ class Page:
             return
         self._act(tab, lambda: self._console.submit(spec.make(self._shown.mode)))
 
-    def _take_over(self, tab: int) -> None:
-        self._tabs.take_over(tab)
-
     def _refused(self, tab: int) -> None:
         self._events.put(partial(self._do_if_active, tab, lambda: None))
 
@@ -221,6 +218,7 @@ class Page:
         """Draw the console's state, if it has changed."""
         state, now_s = self._console.picture, elapsed_s()
         self._robot_half.note(state, now_s)
+        self._hand.move(state, now_s)
         if self._redraw.due(state, now_s):
             self._draw(state, now_s)
 
@@ -244,8 +242,9 @@ class Page:
         self._guidance.draw(state)
         self._happened.draw(state)
         self._strip.draw(state, picture, ghost, now_s)
+        self._hand.draw(state)
         self._executions.draw(state)
         self._demonstrations.draw(state)
         self._graph.draw(state)
         self._history.draw(state, self._drawer.link_name, now_s)
-        self._tabs.draw()
+        self._tabs.draw(state.recording)

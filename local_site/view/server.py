@@ -31,6 +31,7 @@ from farhand.local_site.view.uploads import PART_BYTES
 _log = loop_logger(__name__)
 
 _FILES = Path(__file__).parent
+_SCRIPTS = ("page.js", "hand.js")
 _MOST_TABS = 32
 _MOST_UNOPENED = 64
 _MESSAGES_PER_S, _BYTES_PER_S, _BURST_S = 250.0, 4e6, 1.0
@@ -77,8 +78,8 @@ class PageServer(viser.ViserServer):
         self.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         self.gui.add_html(f"<style>{(_FILES / 'page.css').read_text('utf-8')}</style>")
         # viser has no public way to give the page a script of its own; it keeps this message for late tabs.
-        script = _messages.RunJavascriptMessage(source=(_FILES / "page.js").read_text("utf-8"))
-        self._websock_server.queue_message(script)
+        script = "\n".join((_FILES / name).read_text("utf-8") for name in _SCRIPTS)
+        self._websock_server.queue_message(_messages.RunJavascriptMessage(source=script))
 
     @property
     def address(self) -> str:

@@ -8,8 +8,11 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from enum import StrEnum
+from typing import Protocol
 
+import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from farhand.local_site.view.panels.html import Html, element
 
@@ -81,6 +84,23 @@ class Sessions:
         return Role.ACTIVE if active == tab else Role.WATCHING
 
 
+class Scene(Protocol):
+    """Scene as the tabs look at it."""
+
+    views: tuple[str, ...]
+    """Names of the views; the first one shows all."""
+    teaching_view: str
+    """Name of the view in which a demonstration is recorded."""
+
+    def fit(self, camera: viser.CameraHandle, name: str) -> None:
+        """Fit a named view into a tab's canvas."""
+        ...
+
+    def let_go(self) -> None:
+        """End the drag of a closed tab."""
+        ...
+
+
 _NOT_DONE = "Nothing was done: this tab only watches. Press Take over to act here."
 _WORDS = {
     Role.ACTIVE: "",
@@ -95,26 +115,26 @@ class Tabs:
     Args:
         server: Server of the page.
         sessions: Open tabs, with the one that may act.
-        fit: Fits a named view of the scene into a tab's canvas.
-        view: Name of the first view.
+        scene: What the tabs look at; the hand lets go when the active tab is closed.
         enqueue: Has a function called on the page's thread.
-        active_left: Called when the active tab was closed.
     """
 
     def __init__(
         self,
         server: viser.ViserServer,
         sessions: Sessions,
-        fit: Callable[[viser.CameraHandle, str], None],
-        view: str,
+        scene: Scene,
         enqueue: Callable[[Callable[[], None]], None],
-        active_left: Callable[[], None],
     ):
         self._sessions = sessions
-        self._fit_scene, self._active_left = fit, active_left
+        self._fit_scene, self._active_left = scene.fit, scene.let_go
         self._clients: dict[int, viser.ClientHandle] = {}
         self._sizes: dict[int, tuple[int, int]] = {}
-        self._first_view, self._views = view, dict[int, str]()
+        self._first_view, self._teaching_view = scene.views[0], scene.teaching_view
+        self._views: dict[int, str] = {}
+        self._teaches = False
+        self._before: tuple[int, str, NDArray[np.float64], NDArray[np.float64]] | None = None
+        """Tab whose camera is at the view for teaching, with the view and the camera that it had before."""
         self._roles: dict[int, Html] = {}
         self._refused: set[int] = set()
 
@@ -133,8 +153,17 @@ class Tabs:
         server.on_client_connect(joined)
         server.on_client_disconnect(left)
 
-    def draw(self) -> None:
-        """Show each tab its role."""
+    def draw(self, teaches: bool) -> None:
+        """Show each tab its role, and the active one the view for teaching as long as a demonstration is recorded.
+
+        Args:
+            teaches: True while a demonstration is recorded.
+        """
+        if teaches and not self._teaches:
+            self._begin_teaching()
+        elif self._teaches and not teaches:
+            self._end_teaching()
+        self._teaches = teaches
         for tab, role_html in self._roles.items():
             role = self._sessions.role(tab)
             if role is not Role.WATCHING:
@@ -159,6 +188,31 @@ class Tabs:
         if tab in self._clients:
             self._fit(self._clients[tab])
 
+    def _begin_teaching(self) -> None:
+        active = self._sessions.active
+        client = self._clients.get(active) if active is not None else None
+        if client is None or self._teaching_view == self._first_view:
+            return
+        camera, tab = client.camera, client.client_id
+        self._before = tab, self._view_of(client), camera.position.copy(), camera.look_at.copy()
+        self.look(tab, self._teaching_view)
+
+    def _end_teaching(self) -> None:
+        """Show the tab again what it showed before, unless another view was chosen meanwhile."""
+        before, self._before = self._before, None
+        if before is None or (client := self._clients.get(before[0])) is None:
+            return
+        tab, view, position_m, look_at_m = before
+        if self._views.get(tab) != self._teaching_view:
+            return
+        self._views[tab] = view
+        with client.atomic():
+            client.camera.position, client.camera.look_at = position_m, look_at_m
+        client.flush()
+
+    def _view_of(self, client: viser.ClientHandle) -> str:
+        return self._views.get(client.client_id, self._first_view)
+
     def _joined(self, client: viser.ClientHandle) -> None:
         self._clients[client.client_id] = client
         self._roles[client.client_id] = Html(client.gui)
@@ -180,7 +234,7 @@ class Tabs:
             return
         self._sizes[client.client_id] = size_px
         with client.atomic():
-            self._fit_scene(client.camera, self._views.get(client.client_id, self._first_view))
+            self._fit_scene(client.camera, self._view_of(client))
         client.flush()
 
 

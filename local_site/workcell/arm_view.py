@@ -7,7 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.common.model.task_frame import TaskFrame
+from farhand.common.task import ArmTask
+from farhand.local_site.teaching.goal import goal_miss
+
 Array = NDArray[np.float64]
+
+_SEATED_M, _OUT_M = 0.010, 0.100
+"""Largest distance of a seated plug from the bottom of the bore, and least distance of an extracted one from the mouth [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,3 +46,8 @@ class ArmView:
     still: bool
     seed: int
     bore_m: float
+
+    def is_at_goal(self, task: ArmTask) -> bool:
+        """Decide whether the plug stands still at the end of a task: in its seat, or well before the mouth."""
+        end = self.bore_m - self.depth_m <= _SEATED_M if task.skill == "insert" else -self.depth_m >= _OUT_M
+        return self.still and end and not goal_miss(task, TaskFrame.at(self.receptacle).to_local(self.tip))

@@ -16,6 +16,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.permission import refusal_of
 
 _PENDING_ICON = viser.Icon.HOURGLASS
+
 OnPress = Callable[[int, "ButtonSpec"], None]
 Colour = Literal["blue", "gray", "green", "orange", "red", "yellow"]
 
@@ -30,6 +31,7 @@ class ButtonSpec:
         pending: Decides whether its action is pending.
         colour: Colour of the button.
         offered: Decides whether the button has a meaning now.
+        ready: Decides whether it is the moment to press the button, which is green then.
     """
 
     label: str
@@ -37,6 +39,7 @@ class ButtonSpec:
     pending: Callable[[ConsoleState], bool] = lambda state: False
     colour: Colour = "blue"
     offered: Callable[[ConsoleState], bool] = lambda state: True
+    ready: Callable[[ConsoleState], bool] = lambda state: False
 
     def enabled(self, state: ConsoleState) -> bool:
         """Decide whether the button may be pressed now."""
@@ -74,7 +77,7 @@ def _local(
 
 STOP = _command(Action.STOP, "STOP", "red")
 RECORD = _local("Record", intents.RecordDemonstration(), lambda state: Action.RECORD in state.pending)
-END = _local("End", intents.EndDemonstration())
+END = replace(_local("End", intents.EndDemonstration()), ready=lambda state: state.at_goal)
 KEEP = replace(
     _local("Keep anyway", intents.EndDemonstration(anyway=True), colour="gray"),
     offered=lambda state: bool(state.miss),
@@ -165,7 +168,13 @@ def show_state(
     wanted: dict[str, object] = {
         "disabled": not spec.enabled(state),
         "icon": _PENDING_ICON if pending else None,
-        "color": "yellow" if pending else spec.colour if primary else "gray",
+        "color": "yellow"
+        if pending
+        else "green"
+        if spec.ready(state)
+        else spec.colour
+        if primary
+        else "gray",
         "order": handle.order if order is None else order,
     }
     for name, value in wanted.items():

@@ -7,13 +7,17 @@ import viser
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.model.ways import OUTSIDE, chosen_way
+from farhand.common.task import ArmTask
 from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.words import PRESS_AGAIN
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words import Words, words_of
+from farhand.local_site.workcell.hand_motion import can_centre
 
 _REFUSAL_S = 12.0
+_IN_BORE_M = 0.015
+"""A plug at most so far beside the axis is before the mouth, or in the bore [m]."""
 _WITHOUT_LINK = {"continue": "goes on to its end", "hold": "pauses", "retract": "retracts"}
 _ASKED = frozenset(map(str, Action)) | {
     "record", "end", "undo", "load samples", "samples", "recover", "go to", "start anew", "delete", "delete demonstration", "upload", "send model",
@@ -74,8 +78,28 @@ def advice(state: ConsoleState) -> str:
     if state.miss:
         return f"It ends {state.miss}. Go on and press End again, Undo to discard it, or Keep anyway."
     if state.recording:
-        return f"{words.teach}, then press End."
+        return _recording_advice(state, words)
     return _moving_advice(state, words) or _teaching_advice(state, words) or _executing_advice(state)
+
+
+def _recording_advice(state: ConsoleState, words: Words) -> str:
+    """Return the next step of a demonstration; with a plug, by its place."""
+    arm, task = state.own_arm, state.task
+    if arm is None or not isinstance(task, ArmTask):
+        return f"{words.teach}, then press End."
+    inserts = task.skill == "insert"
+    if state.at_goal:
+        return "Seated: press End." if inserts else "Out of the receptacle: press End."
+    if not inserts:
+        return f"{words.teach}, or hold the key K, then press End."
+    if arm.depth_m > 0.0 and arm.lateral_m < _IN_BORE_M:
+        left = f"{1e3 * max(arm.bore_m - arm.depth_m, 0.0):.0f} mm to go"
+        return f"{'It jams: press Align first. ' if arm.saturated else ''}Push on, by the blue arrow or the key I: {left}."
+    if can_centre(arm):
+        return "Press Centre: it brings your plug before the mouth of the receptacle, along the bore."
+    if arm.depth_m <= 0.0 and arm.lateral_m < _IN_BORE_M:
+        return "On the axis: hold the key I, or drag the blue arrow, until the plug is seated."
+    return f"{words.teach}. Once it is near the mouth, Centre does the rest of the way to the axis."
 
 
 def _lost_advice(state: ConsoleState) -> str:

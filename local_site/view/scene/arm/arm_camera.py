@@ -94,6 +94,8 @@ _VIEWS = {
 }
 VIEWS = tuple(_VIEWS)
 """Names of the views; the first one shows all."""
+TEACHING_VIEW = "Behind"
+"""Name of the view in which the arrows at the plug are best told apart."""
 
 
 def arm_camera(size_px: tuple[float, float], view: str = VIEWS[0]) -> ArmCamera:

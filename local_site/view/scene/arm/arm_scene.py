@@ -18,8 +18,9 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette
 from farhand.local_site.view.scene.arm.arm_bodies import LOCAL, REMOTE, ArmBodies
-from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, VIEWS, arm_camera, base_m
+from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, TEACHING_VIEW, VIEWS, arm_camera, base_m
 from farhand.local_site.view.scene.arm.hand_gizmo import Act, HandGizmo
+from farhand.local_site.view.scene.arm.jog import Jog
 from farhand.local_site.view.scene.arm.task_drawing import (
     Demonstrations,
     Ellipsoids,
@@ -140,8 +141,10 @@ class ArmScene:
         submit: Callable[[intents.Intent], None],
         act: Act,
     ):
-        self.views = VIEWS
+        self.views: tuple[str, ...] = VIEWS
         """Names of the views; the first one shows all."""
+        self.teaching_view = TEACHING_VIEW
+        """Name of the view in which a demonstration is recorded."""
         scene.set_up_direction("+z")
         add_water(scene)
         self._scene, self._own = scene, own
@@ -159,6 +162,8 @@ class ArmScene:
         scene.add_label(f"{_LOCAL}/name", "YOUR ARM (simulation)", position=_NAME_M, anchor="center-left")
         self.layers.toggle(_RINGS)
         self._gizmo = HandGizmo(scene, _LOCAL, submit, act)
+        self.jog = Jog(self._gizmo.lead, submit, self.turns)
+        """Moves the hand by keys and gamepad."""
 
     def draw(self, state: ConsoleState, picture: RobotPicture) -> Ghost | None:
         """Draw the newest state of the console, and the robot's half; return the robot's expected present pose."""
@@ -170,7 +175,7 @@ class ArmScene:
             self._bodies.draw(LOCAL, arm.joints_rad)
             self._receptacle.draw(arm.receptacle)
             self._gizmo.draw(arm.tip)
-            self._gizmo.show_rings(self.layers.shown(_RINGS))
+            self._gizmo.show_rings(self.turns())
         self._model.show(state.forming or (state.learned.model if state.learned else None))
         self._demonstrations.draw(state)
         self._trace.show(picture.trace)
@@ -186,8 +191,13 @@ class ArmScene:
         self._robots_own = None if alike else ArmBodies(self._scene, _ROBOT, robot, (REMOTE,))
         self._remote = RemoteArm(self._scene, _REMOTE, robot, self._robots_own or self._bodies, self.layers)
 
+    def turns(self) -> bool:
+        """Decide whether the rings are shown, and keys and gamepad turn the plug instead of moving it."""
+        return self.layers.shown(_RINGS)
+
     def let_go(self) -> None:
         """End the drag of a closed tab."""
+        self.jog.let_go()
         self._gizmo.let_go()
 
     def fit(self, camera: viser.CameraHandle, name: str) -> None:

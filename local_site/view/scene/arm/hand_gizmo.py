@@ -57,6 +57,11 @@ class HandGizmo:
         """Show the rings that turn the plug, or the arrows alone."""
         self._node.disable_rotations = not shown
 
+    def lead(self, phase: str, pose: Array) -> None:
+        """Move the hand as if by a drag: "update", or "end". A pose of shape (7,)."""
+        put(self._node, pose)
+        self._drag(phase, pose)
+
     def let_go(self) -> None:
         """End the drag of a closed tab."""
         if self._held:

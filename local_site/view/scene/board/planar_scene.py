@@ -190,8 +190,12 @@ class PlanarScene:
         explain: Callable[[str], None],
         act: Act,
     ):
-        self.views = VIEWS
+        self.views: tuple[str, ...] = VIEWS
         """Names of the views; the first one shows all."""
+        self.teaching_view = VIEWS[0]
+        """Name of the view in which a demonstration is recorded."""
+        self.jog = None
+        """On a board only the mouse moves the hand."""
         # Uniform light: the boards keep the colours of the palette.
         scene.configure_default_lights(enabled=False, cast_shadow=False)
         scene.add_light_ambient("/light", intensity=_LIGHT)
