@@ -47,6 +47,8 @@ class Up:
     """Machine of your own for an arm's task, in the same way; it needs a perception as well."""
     perception: str = ""
     """Sight of your own, in the same way."""
+    camera: str = ""
+    """Camera of your own for the page, in the same way; the simulated arm's when not given; none: no camera."""
     remote_config: Path | None = None
     """TOML file of the robot's site, as of `farhand remote --config`; it has the drivers' options."""
     seed: int = 0
@@ -69,6 +71,7 @@ class Up:
                 self.plant,
                 self.arm_driver,
                 self.perception,
+                self.camera,
                 self.remote_config,
             ),
             self.port,
@@ -121,7 +124,7 @@ class Demo:
         parse_outage(self.outage)
         together = Together(
             self.task, self.link, self.seed, self.transport, self.robot, self.own_arm,
-            self.plant, self.arm_driver, self.perception, self.remote_config,
+            self.plant, self.arm_driver, self.perception, remote_config=self.remote_config,
         )  # fmt: skip
         return run_demo(together, self.outage, self.json, self.data_dir)
 
@@ -217,6 +220,8 @@ class Remote:
     """Machine of your own for an arm's task, in the same way; it needs a perception as well."""
     perception: str | None = None
     """Sight of your own, in the same way."""
+    camera: str | None = None
+    """Camera of your own for the page, in the same way; the simulated arm's when not given; none: no camera."""
     data_dir: str | None = None
     """Folder of the events and of the simulated robot's state; ~/.local/share/farhand when not given."""
     seed: int | None = None
@@ -237,6 +242,7 @@ class Remote:
             plant_use=self.plant,
             arm_driver_use=self.arm_driver,
             perception_use=self.perception,
+            camera_use=self.camera,
             data_dir=self.data_dir,
             seed=self.seed,
         )

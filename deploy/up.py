@@ -53,6 +53,7 @@ class Together:
         plant: Name of an installed driver; empty for what `remote_config` says.
         arm_driver: Name of an installed driver in the same way.
         perception: Name of an installed driver in the same way.
+        camera: Name of an installed camera in the same way; `none` for no camera.
         remote_config: File of the robot's site; None for none.
     """
 
@@ -65,6 +66,7 @@ class Together:
     plant: str = ""
     arm_driver: str = ""
     perception: str = ""
+    camera: str = ""
     remote_config: Path | None = None
 
     def check(self) -> None:
@@ -76,7 +78,7 @@ class Together:
             DriverFailed: When a driver cannot be imported.
         """
         tasks = find_tasks(self.task)
-        if self.plant or self.arm_driver or self.perception or self.remote_config is not None:
+        if self.remote_config is not None or any(self._drivers().values()):
             self._check_drivers(tasks.first)
         for name in {self.robot, self.own_arm} - {""}:
             find_cell(tasks.first, name)
@@ -84,12 +86,19 @@ class Together:
         if self.seed < 0:
             raise InvalidConfiguration("command line", "seed", f"zero or more, got {self.seed}")
 
+    def _drivers(self) -> dict[str, str]:
+        """Return the chosen drivers by their fields."""
+        return {name: getattr(self, name) for name in ("plant", "arm_driver", "perception", "camera")}
+
+    def driver_options(self) -> list[str]:
+        """Return the chosen drivers as options of `farhand remote`."""
+        return [f"--{name.replace('_', '-')}={value}" for name, value in self._drivers().items() if value]
+
     def _check_drivers(self, task: AnyTask) -> None:
         from farhand.remote_site.config import RemoteConfig
         from farhand.remote_site.robots.installed import check_drivers  # takes a second, and is rarely needed
 
-        chosen = {name: getattr(self, name) or None for name in ("plant", "arm_driver", "perception")}
-        overrides = {f"{name}_use": driver for name, driver in chosen.items()}
+        overrides = {f"{name}_use": driver or None for name, driver in self._drivers().items()}
         check_drivers(configured(RemoteConfig, self.remote_config, **overrides), task)
 
     def rate_bps(self) -> float:
@@ -216,9 +225,7 @@ async def _start_and_wait(
             "remote",
             f"--listen={end}:{remote_port}",
             *_named("robot", settings.robot),
-            *_named("plant", settings.plant),
-            *_named("arm-driver", settings.arm_driver),
-            *_named("perception", settings.perception),
+            *settings.driver_options(),
             *_named("config", str(settings.remote_config or "")),
             *identities.robot,
             *shared,

@@ -15,7 +15,7 @@ from farhand.common.link.budget import budget_bytes_s
 from farhand.common.wire import keys, messages
 from farhand.common.wire.codec import MAX_BYTES
 from farhand.common.wire.keys import Channel
-from farhand.common.wire.messages import ArmState, Message, RecordingOffer, Stamp
+from farhand.common.wire.messages import ArmState, Message, PictureView, RecordingOffer, Stamp
 from farhand.common.wire.reasons import Reason, Value
 from farhand.common.wire.words import WORDS
 
@@ -49,10 +49,12 @@ FLOWS = (
     ChannelFlow(keys.EVENTS, messages.EventsRequest, messages.EventsReply),
     ChannelFlow(keys.CATALOGUE, messages.CatalogueRequest, messages.CatalogueReply),
     ChannelFlow(keys.BLOB, messages.BlobRequest, messages.BlobReply),
+    ChannelFlow(keys.CAMERA, messages.CameraRequest, messages.CameraReply),
     ChannelFlow(keys.STOP_ACK, messages.StopAck),
     ChannelFlow(keys.TELEMETRY, messages.Telemetry),
     ChannelFlow(keys.EVENT, messages.Event),
     ChannelFlow(keys.PATH, messages.PlannedPath),
+    ChannelFlow(keys.PICTURE, messages.CameraPicture),
 )
 
 
@@ -66,6 +68,7 @@ def page() -> str:
         _stamp(),
         _message(ArmState, " An array of four, in this order."),
         _message(RecordingOffer, " An array of four, in this order."),
+        _message(PictureView, " An array of three, in this order."),
         _message(Reason, " An array of two, in this order."),
         _message(Value, " An array of two, in this order."),
         *map(_message, kinds),

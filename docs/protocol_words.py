@@ -17,7 +17,7 @@ no answer; a *query* is repeated with the same content until it is answered.
 ## Keys
 All below the vehicle's name, which is the session's namespace (`rov1/op/SITE/cmd`). SITE is the name of the operator's
 site; with `--sites` it is bound to the name in its certificate. *Urgency* is the order in which the
-transport serves what waits: STOP, COMMAND, STREAM, TELEMETRY, EVENT, BULK. *Full queue*: a message `waits` for room, or only the
+transport serves what waits: STOP, COMMAND, STREAM, TELEMETRY, EVENT, BULK, PICTURE. *Full queue*: a message `waits` for room, or only the
 newest is sent. *Share* is the part of a link of known rate (`link.rate_bps`) that a stream may use; messages beyond
 it are skipped. Commands, stops and their acknowledgements are never held back. On a narrow link models travel in parts,
 each sent after the previous one was confirmed.
@@ -37,7 +37,7 @@ TAIL = """
 The robot computes `age = its now - the echoed stamp` on its own clock. A command, renewal or input is accepted if its age is
 at most the reference (the smallest age of the last ten accepted renewals) plus a time that follows their spread, and at
 most `max_age_s`; [safety.md](safety.md) has the limits. Without an echo, or with one of another
-boot, only Stop, LeaseRequest, ModelTransfer, ReportRequest, EventsRequest, CatalogueRequest and BlobRequest are
+boot, only Stop, LeaseRequest, ModelTransfer, ReportRequest, EventsRequest, CatalogueRequest, BlobRequest and CameraRequest are
 answered; their answers carry a stamp.
 
 ## Answers
@@ -66,6 +66,13 @@ a second, none more than 0.1 s after the one before, at most 120 s.
 
 The robot keeps the newest eight until its process ends; after a restart they are lost, and the site reports that. A
 restarted site learns none of them on its own: `Recover` fetches those that are not in its library.
+
+## The camera
+A site that shows the robot's camera asks for pictures once a second (`op/camera`), and tells how late the last ones came; five
+seconds after the last request of the last site no more are taken. The robot answers with the reason if none comes. Each picture is
+the newest one, at a rate and of a size that keep within the share of a link of known rate; while the pictures come later than
+their own bytes explain, both are halved, on a link of any rate. Below 30 kbit/s none is sent. A picture is a JPEG file of the
+region around the receptacle, with the place of the camera, by which the operator's site draws the expected tool into it.
 """
 
 SHARED_FIELDS = {

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from farhand.local_site.teaching.offline_learning import learn as learn
     from farhand.remote_site.interface.arm_driver import ArmDriver as ArmDriver
     from farhand.remote_site.interface.arm_driver import ArmReading as ArmReading
+    from farhand.remote_site.interface.camera import Camera as Camera
+    from farhand.remote_site.interface.camera import CameraImage as CameraImage
+    from farhand.remote_site.interface.camera import CameraView as CameraView
     from farhand.remote_site.interface.driver import Closable as Closable
     from farhand.remote_site.interface.driver import Haltable as Haltable
     from farhand.remote_site.interface.driver import Monitored as Monitored
@@ -63,6 +66,9 @@ _PUBLIC = {
     "TrueTarget": "farhand.remote_site.interface.sensing",
     "ArmReading": "farhand.remote_site.interface.arm_driver",
     "ArmDriver": "farhand.remote_site.interface.arm_driver",
+    "CameraView": "farhand.remote_site.interface.camera",
+    "CameraImage": "farhand.remote_site.interface.camera",
+    "Camera": "farhand.remote_site.interface.camera",
     "Startable": "farhand.remote_site.interface.driver",
     "Closable": "farhand.remote_site.interface.driver",
     "Haltable": "farhand.remote_site.interface.driver",

@@ -33,6 +33,8 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Sight, from the entry points `farhand.perceptions`."""
     arm_driver: DriverChoice = DriverChoice()
     """Machine of an arm's task, from the entry points `farhand.arm_drivers`; it needs a `perception` as well."""
+    camera: DriverChoice = DriverChoice()
+    """Camera for the operator's page, from the entry points `farhand.cameras`; empty: the simulated arm's own; `none`: no camera."""
     seed: Annotated[int, Meta(ge=0)] = 0
     """Seed of the simulated measurement noise and of the target's phase."""
     control_hz: Annotated[float, Meta(ge=10, le=1000)] | None = None

@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from farhand.common.arm.cell import Cell
 from farhand.common.clock import BootClock
@@ -39,6 +40,7 @@ from farhand.common.wire.messages import (
     PlannedPath,
     ReportRequest,
     Stop,
+    Telemetry,
 )
 from farhand.common.wire.motion_encoding import thinned
 from farhand.common.wire.reasons import Code, Reason, because
@@ -53,6 +55,8 @@ from farhand.remote_site.supervision.supervisor import Supervisor
 from farhand.remote_site.telemetry import Reporter
 
 _log = loop_logger(__name__)
+
+Observe = Callable[[Telemetry, NDArray[np.float64] | None], None]
 
 
 class Robot:
@@ -73,6 +77,7 @@ class Robot:
         try_model: Hands a received model to a worker, which answers; never blocks. Without it the model is
             tried at once, as suits virtual time.
         cell: Arm in front of its receptacle, for the tasks of an arm.
+        observe: Takes each report, with the true pose of a simulated receptacle; never blocks.
     """
 
     def __init__(
@@ -87,7 +92,9 @@ class Robot:
         embodiment: Embodiment | None = None,
         try_model: TryModel = try_at_once,
         cell: Cell | None = None,
+        observe: Observe = lambda _report, _receptacle: None,
     ):
+        self._observe = observe
         self._try_model = try_model
         self._config, self._n_dims, self._link = config, tasks.first.space.n_dims, link
         self._ticks = 0
@@ -141,7 +148,9 @@ class Robot:
         self._inbox.put_own(partial(self.supervisor.on_path, request, path, note))
 
     def _tell_state(self) -> None:
-        self._announce(keys.TELEMETRY, self._reporter.report(self.overruns))
+        report = self._reporter.report(self.overruns)
+        self._announce(keys.TELEMETRY, report)
+        self._observe(report, self.embodiment.world.receptacle())
 
     def tell_dropped(self, words: str) -> None:
         """Tell that the link dropped a listener; from any thread."""

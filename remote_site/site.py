@@ -26,6 +26,8 @@ from farhand.common.whole_file import Claim
 from farhand.common.wire.messages import EventKind, PlannedPath
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.common.wire.words import sentence
+from farhand.remote_site.camera.camera_process import camera_of
+from farhand.remote_site.camera.robot_camera import RobotCamera
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.driver import call_all, halts_of
 from farhand.remote_site.interface.embodiment import Embodiment
@@ -193,15 +195,18 @@ class RemoteSite:
             robot.take_path(request, path, note)  # needs the planner first
 
         planner, trials = Planner(take_path), ModelTrials()
+        shutter = camera_of(self._config, self._tasks.first, self._cell)
+        camera = RobotCamera(link, boot.clock, self._config.link.rate_bps, shutter)
         hardware = boot.embodiment.hardware
         try:
             robot = Robot(
                 self._config, self._tasks, boot.clock, link, planner.request, event_log.append,
-                boot.remembered, boot.embodiment, try_model=trials.submit_trial,
+                boot.remembered, boot.embodiment, try_model=trials.submit_trial, observe=camera.observe,
             )  # fmt: skip
             for reason in boot.reasons:
                 robot.supervisor.machine.tell(EventKind.RESTARTED, reason, succeeded=False)
             _log.info("the robot is ready: %s", self._config.link.listen)
+            camera.start()
             self._ticked_s, self._robot = time.monotonic(), robot
             ready()
             return self._loop(robot, memory, TickTimes(event_log.append, hardware.control_hz))
@@ -209,6 +214,7 @@ class RemoteSite:
             call_all(
                 halts_of(hardware.plant, hardware.perception)
             )  # first: nobody controls the machine any more
+            camera.close()
             trials.close()
             planner.close()
             link.close()

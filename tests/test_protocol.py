@@ -20,6 +20,7 @@ from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import Message
 from farhand.local_site.console.console import Console
 from farhand.local_site.teaching.library import Library
+from farhand.remote_site.camera.robot_camera import RobotCamera
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.robot import Robot
 from tests.messages import all_kinds
@@ -76,6 +77,7 @@ def test_the_robot_listens_to_what_the_page_says_goes_to_it():
         lambda **fields: None,
         None,
     )
+    RobotCamera(spy, BootClock(), 0.0, None)
     to_robot = [flow for flow in FLOWS if flow.channel.key.startswith("op/")]
     assert spy.kinds == {flow.channel: flow.sent for flow in to_robot}
     assert spy.served == {flow.channel for flow in to_robot if flow.answered is not None}

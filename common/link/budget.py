@@ -1,8 +1,8 @@
 """Budget of each flow on a narrow link, so that commands and stops never wait behind a report.
 
 Streams of which only the newest message counts get a share of the rate and skip what does not fit. Bulk is
-sent in parts, each requested when the previous one was confirmed. The rest of the rate is for commands, stops
-and their acknowledgements, which are never delayed.
+sent in parts, each requested when the previous one was confirmed. Pictures come after everything else, and have a share
+as well. The rest of the rate is for commands, stops and their acknowledgements, which are never delayed.
 """
 
 from __future__ import annotations
@@ -21,9 +21,12 @@ OVERHEAD_BYTES = 70
 _SHARES: dict[Channel, float] = {
     keys.TELEMETRY: 0.45,
     keys.PATH: 0.15,
+    keys.PICTURE: 0.25,
     keys.INPUT: 0.45,
     keys.HEARTBEAT: 0.20,
 }
+LEAST_PICTURE_BPS = 30_000.0
+"""Rate of a link below which no pictures are sent: its reports would suffer [bit/s]."""
 _WHOLE_BYTES, _LEAST_PART_BYTES = 32_768, 256
 _PART_S = 0.4
 

@@ -218,7 +218,7 @@ class ZenohLink:
                 key,
                 priority=getattr(zenoh.Priority, channel.urgency.value),
                 congestion_control=control.BLOCK if blocks else control.DROP,
-                express=channel.urgency is not Urgency.BULK,
+                express=not channel.is_large,
                 reliability=reliability.RELIABLE if reliably else reliability.BEST_EFFORT,
             ),
         )

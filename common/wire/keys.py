@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from farhand.common.wire.messages import MAX_BYTES, MOST_CONTENT_BYTES
+from farhand.common.wire.messages import MAX_BYTES, MAX_PICTURE_BYTES, MOST_CONTENT_BYTES
 
 _SMALL_BYTES = 2048
 """Largest size of a message without bulk content [B]: names and a few numbers."""
@@ -24,6 +24,7 @@ class Urgency(Enum):
     TELEMETRY = "DATA_HIGH"
     EVENT = "DATA"
     BULK = "DATA_LOW"
+    PICTURE = "BACKGROUND"
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,12 @@ class Channel:
     @property
     def is_streamed(self) -> bool:
         """True if a lost message is not resent, because the next one replaces it."""
-        return not self.must_arrive and self.urgency is not Urgency.BULK
+        return not self.must_arrive and not self.is_large
+
+    @property
+    def is_large(self) -> bool:
+        """True if its messages need many packets, which travel as a stream that everything else overtakes."""
+        return self.urgency in (Urgency.BULK, Urgency.PICTURE)
 
 
 def answers_for(site: str, asker: str) -> str:
@@ -85,6 +91,7 @@ REPORT = Channel("op/report", Urgency.EVENT, must_arrive=True)
 EVENTS = Channel("op/events", Urgency.EVENT, must_arrive=True)
 CATALOGUE = Channel("op/catalogue", Urgency.EVENT, must_arrive=True)
 BLOB = Channel("op/blob", Urgency.BULK, must_arrive=True)
+CAMERA = Channel("op/camera", Urgency.EVENT, must_arrive=True)
 
 RIGHT = Channel("op/right", Urgency.EVENT, must_arrive=True)
 """What a site may do, which the robot's end of the link itself answers, also to a site that may do nothing."""
@@ -94,8 +101,11 @@ STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True, both_ways=Tru
 TELEMETRY = Channel("rov/tele/state", Urgency.TELEMETRY, must_arrive=False)
 EVENT = Channel("rov/event", Urgency.EVENT, must_arrive=True, most_bytes=MAX_BYTES)
 PATH = Channel("rov/path", Urgency.BULK, must_arrive=False, most_bytes=MAX_BYTES)
+PICTURE = Channel(
+    "rov/picture", Urgency.PICTURE, must_arrive=False, most_bytes=MAX_PICTURE_BYTES + _SMALL_BYTES
+)
 
-OBSERVERS = (STOP, HEARTBEAT, REPORT, EVENTS, CATALOGUE, BLOB)
+OBSERVERS = (STOP, HEARTBEAT, REPORT, EVENTS, CATALOGUE, BLOB, CAMERA)
 """Channels on which a site may send that has the right to watch and stop only."""
 
 ALL = (
@@ -110,9 +120,11 @@ ALL = (
     EVENTS,
     CATALOGUE,
     BLOB,
+    CAMERA,
     STOP_ACK,
     TELEMETRY,
     EVENT,
     PATH,
+    PICTURE,
 )
 """All channels of the sites; `RIGHT` belongs to the link itself."""

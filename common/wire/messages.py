@@ -29,6 +29,8 @@ MAX_BYTES = 4 * MOST_CONTENT_BYTES
 
 The transport accepts little more, the decoder no more.
 """
+MAX_PICTURE_BYTES = 16_384
+"""Largest size of a picture [B]; one of usual quality has a fifth of it."""
 MOST_TASKS = 8
 """Largest number of tasks of a robot."""
 
@@ -403,6 +405,51 @@ class PlannedPath(Message, frozen=True, kw_only=True):
     """Distance of a previewed motion's start or end from the demonstrated ones, as a multiple of their spread; 0: no preview."""
     away_frame: Count = 0
     """Index of the task frame in which that multiple is largest, from 0."""
+
+
+class CameraRequest(Message, frozen=True, kw_only=True):
+    """Request for pictures of the robot's camera, repeated while somebody looks at them."""
+
+    session: Id
+    late_s: Annotated[float, Meta(ge=0, le=1e6)] = 0.0
+    """Largest excess of a picture's transit over that of the quickest report, since the last request [s]."""
+
+
+class CameraReply(Message, frozen=True, kw_only=True):
+    """Robot's answer whether it sends pictures."""
+
+    sends: bool
+    """True if pictures come, or will as soon as the camera gives one."""
+    reason: Reason | None = None
+    """Reason why no picture comes now; nil while they come."""
+    stamp: Stamp
+
+
+class PictureView(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
+    """Pinhole camera that took a picture, its axes to the right, down and forwards."""
+
+    pose: tuple[Coordinate, Coordinate, Coordinate, Coordinate, Coordinate, Coordinate, Coordinate]
+    """Pose of the camera from the arm's base: position [m] and quaternion w, x, y, z."""
+    focal_px: Annotated[float, Meta(gt=0, le=1e6)]
+    """Focal length in pixels of the picture."""
+    centre_px: tuple[Coordinate, Coordinate]
+    """Place of the optical axis, from the upper left corner of the picture."""
+
+
+class CameraPicture(Message, frozen=True, kw_only=True):
+    """Picture of the robot's camera, newest only."""
+
+    seq: Count
+    stamp: Stamp
+    """Time of the exposure."""
+    width_px: Annotated[int, Meta(ge=1, le=4096)]
+    """Width of the picture."""
+    height_px: Annotated[int, Meta(ge=1, le=4096)]
+    """Height of the picture."""
+    jpeg: Annotated[bytes, Meta(max_length=MAX_PICTURE_BYTES)]
+    """JPEG file."""
+    view: PictureView | None = None
+    """Camera that took it; nil if the camera does not know its own place."""
 
 
 class Stop(Message, frozen=True, kw_only=True):

@@ -111,6 +111,12 @@ class Code(StrEnum):
     CONDITION = "condition"
     NOT_A_MOTION = "not a motion"
 
+    # The camera
+    NO_CAMERA = "no camera"
+    CAMERA_STARTS = "camera starts"
+    CAMERA_FAILED = "camera failed"
+    LINK_NARROW = "link narrow"
+
     # Ends of commands, and other events
     DONE = "done"
     RESUMED = "resumed"

@@ -96,6 +96,11 @@ WORDS: dict[Code, str] = {
     Code.VARIANCE: "model: {field}: variances from {least_allowed:g} to {most_allowed:g}, got {least:.3g} to {most:.3g}",
     Code.CONDITION: "model: {field}: a condition number of at most {limit:g}, got {condition:.3g}",
     Code.NOT_A_MOTION: "the model leads nowhere: its motion is not finite",
+    # The camera
+    Code.NO_CAMERA: "this robot has no camera",
+    Code.CAMERA_STARTS: "the camera starts",
+    Code.CAMERA_FAILED: "{text}",
+    Code.LINK_NARROW: "the link carries {rate_kbps:.3g} kbit/s, pictures need {least_kbps:g}",
     # Ends of commands, and other events
     Code.DONE: "done",
     Code.RESUMED: "resumed",

@@ -20,7 +20,15 @@ from farhand.common.link.interface import Link
 from farhand.common.link.link_monitor import LinkMonitor
 from farhand.common.log import EventLog
 from farhand.common.wire import keys
-from farhand.common.wire.messages import Event, ExecutionReport, PlannedPath, ReportRequest, Telemetry, Wish
+from farhand.common.wire.messages import (
+    CameraPicture,
+    Event,
+    ExecutionReport,
+    PlannedPath,
+    ReportRequest,
+    Telemetry,
+    Wish,
+)
 from farhand.common.wire.reasons import Code, Reason
 from farhand.local_site.console import intents
 from farhand.local_site.console.catalogue import RobotCatalogue
@@ -32,6 +40,7 @@ from farhand.local_site.console.executions import ExecutionHistory
 from farhand.local_site.console.sending import Sending
 from farhand.local_site.console.teaching import Teaching
 from farhand.local_site.console.teleoperation import Teleoperation
+from farhand.local_site.exchange.camera import CameraWatch
 from farhand.local_site.exchange.fetching import KnownScenes
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.notices import Notice, Notices
@@ -91,6 +100,7 @@ class Console:
         self._events = EventFollower(self._inquiries, self._on_event)
         self._reports = Reports(monitor, self._events, self._on_restart)
         self._executions = ExecutionHistory(self._inquiries, library)
+        self._camera = CameraWatch(self._inquiries, monitor, self._commanding.session, now_s)
         self._place = place or make_workcell(library.task)
         self._catalogue = RobotCatalogue(self._inquiries, library, site_name, self._tell, rate_bps, known)
         self._teaching = Teaching(library, self._place, self._tell)
@@ -100,7 +110,7 @@ class Console:
         limit_flows(link, rate_bps)
         self._parts = ConsoleParts(
             library, self._place, self._catalogue, self._teaching, self._sending, self._models, self._commanding,
-            self._stop, self._reports, self._executions, monitor, self._notices,
+            self._stop, self._reports, self._executions, self._camera, monitor, self._notices,
         )  # fmt: skip
         self._dispatcher = Dispatcher(self._parts, Teleoperation(link), now_s)
         self._changed = threading.Condition()
@@ -127,6 +137,7 @@ class Console:
         hear(keys.TELEMETRY, Telemetry, self._on_telemetry)
         hear(keys.EVENT, Event, self._events.received)
         hear(keys.PATH, PlannedPath, lambda path: self._reports.on_path(path, self._now_s()))
+        hear(keys.PICTURE, CameraPicture, self._camera.on_picture)
         self._place.start(self.owner.put, self._library.on_moved)
 
     def close(self) -> None:
@@ -199,6 +210,7 @@ class Console:
         self._commanding.tick(self._reports.robot, now_s)
         self._sending.tick(self._commanding.robot_tasks)
         self._executions.tick()
+        self._camera.tick()
 
     # Reports of the robot -----------------------------------------------------------------------
 
@@ -206,6 +218,7 @@ class Console:
         if self._reports.on_telemetry(report, self._now_s()):
             self._commanding.on_report(report)
             self._catalogue.on_report(report)
+            self._camera.on_report(report)
             if self._commanding.in_control(report):
                 self._sending.ask_what_it_has(report.stamp.boot)
 

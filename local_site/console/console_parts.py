@@ -11,6 +11,7 @@ from farhand.local_site.console.console_state import ConsoleState, TaskStanding
 from farhand.local_site.console.executions import ExecutionHistory
 from farhand.local_site.console.sending import Sending
 from farhand.local_site.console.teaching import Teaching
+from farhand.local_site.exchange.camera import CameraWatch
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.notices import Notices
 from farhand.local_site.exchange.reports import Reports
@@ -34,6 +35,7 @@ class ConsoleParts:
         stop: Newest stop of this site.
         reports: Newest reports of the robot.
         executions: Executions that the robot has told of.
+        camera: Pictures of the robot's camera.
         monitor: State of the link.
         notices: Messages for the operator.
     """
@@ -48,6 +50,7 @@ class ConsoleParts:
     stop: StopLane
     reports: Reports
     executions: ExecutionHistory
+    camera: CameraWatch
     monitor: LinkMonitor
     notices: Notices
 
@@ -92,6 +95,7 @@ class ConsoleParts:
             own_frames=tuple(self.place.frames),
             own_arm=self.place.view,
             executions=self.executions.known,
+            camera=self.camera.state,
             path=reports.path,
             path_received_s=reports.path_received_s,
             plan_id=reports.plan_id,

@@ -17,6 +17,7 @@ from farhand.common.wire.messages import PlannedPath, Telemetry, Wish
 from farhand.common.wire.reasons import Reason
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console.executions import Executions
+from farhand.local_site.exchange.camera import CameraState
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.teaching.demonstration import Demonstration
@@ -115,6 +116,7 @@ class ConsoleState:
         own_frames: Present task frames of the workcell. Length P.
         own_arm: Snapshot of the operator's arm; None where a hand alone demonstrates.
         executions: Executions that the robot has told of.
+        camera: Pictures of the robot's camera.
         path: Newest path.
         path_received_s: Time of its arrival, on the console's clock [s].
         plan_id: Id of the newest preview, 0 without one.
@@ -159,6 +161,7 @@ class ConsoleState:
     own_frames: tuple[TaskFrame, ...]
     own_arm: ArmView | None
     executions: Executions
+    camera: CameraState
     path: PlannedPath | None
     path_received_s: float
     plan_id: int

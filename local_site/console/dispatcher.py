@@ -57,6 +57,8 @@ class Dispatcher:
                 self._command(intent)
             case intents.WishControl(wish):
                 parts.commanding.wish(wish)
+            case intents.WatchCamera(on):
+                parts.camera.want(on)
             case intents.Choose(task):
                 parts.teaching.choose(task)
                 parts.reports.forget_plan()

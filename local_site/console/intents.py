@@ -46,7 +46,6 @@ class EndDemonstration:
     """
 
     label: ClassVar[str] = "end"
-
     anyway: bool = False
 
 
@@ -89,7 +88,6 @@ class SelectRevision:
     """
 
     label: ClassVar[str] = "go to"
-
     revision: int
 
 
@@ -109,7 +107,6 @@ class Delete:
     """
 
     label: ClassVar[str] = "delete"
-
     revision: int
 
 
@@ -134,7 +131,6 @@ class Choose:
     """
 
     label: ClassVar[str] = "choose"
-
     task: str
 
 
@@ -147,7 +143,18 @@ class AutoSend:
     """
 
     label: ClassVar[str] = "auto send"
+    on: bool
 
+
+@dataclass(frozen=True)
+class WatchCamera:
+    """Choice whether the robot's pictures are requested.
+
+    Args:
+        on: True to request them.
+    """
+
+    label: ClassVar[str] = "camera"
     on: bool
 
 
@@ -160,7 +167,6 @@ class WishControl:
     """
 
     label: ClassVar[str] = "control"
-
     wish: Wish
 
 
@@ -192,7 +198,6 @@ class Hand:
     """
 
     label: ClassVar[str] = "hand"
-
     point: tuple[float, ...]
     time_s: float
     released: bool = False
@@ -207,7 +212,6 @@ class ResetArm:
     """
 
     label: ClassVar[str] = "new place"
-
     seed: int | None = None
 
 
@@ -247,7 +251,6 @@ class DragTarget:
     """
 
     label: ClassVar[str] = "move target"
-
     position_m: tuple[float, ...]
 
 
@@ -267,4 +270,4 @@ Teach = (
     | ResetArm
     | MoveHand
 )
-Intent = CommandRobot | WishControl | Hand | DragTarget | Choose | Send | Teach
+Intent = CommandRobot | WishControl | WatchCamera | Hand | DragTarget | Choose | Send | Teach

@@ -49,7 +49,7 @@ def refusal_of(intent: intents.Intent, state: ConsoleState) -> Reason | None:
             return _choice_refusal(task, state)
         case intents.Align() | intents.Centre() | intents.Step() | intents.ResetArm():
             return _arm_refusal(intent, state)
-        case intents.Hand() | intents.DragTarget() | intents.AutoSend():
+        case intents.Hand() | intents.DragTarget() | intents.AutoSend() | intents.WatchCamera():
             return None
     return _teaching_refusal(intent, state)
 

@@ -19,7 +19,7 @@ _equal = operator.attrgetter(
     "revision", "plan_id", "stop", "robot_records", "fetching", "scene_fetching", "miss",
 )  # fmt: skip
 _identical = operator.attrgetter(
-    "learned", "robot_model", "forming", "own_arm", "path", "robot_scene", "executions"
+    "learned", "robot_model", "forming", "own_arm", "path", "robot_scene", "executions", "camera"
 )
 
 

@@ -216,6 +216,10 @@ class World(Protocol):
         """Move the simulated target, within its bounds. Shape (D,) [m]."""
         ...
 
+    def receptacle(self) -> Array | None:
+        """Return the true pose of a simulated receptacle, for a simulated camera; None for none. Shape (7,)."""
+        ...
+
     def memory(self, task: AnyTask) -> ArmMemory | None:
         """Return the state that the next boot needs beyond the effector's position; None for none."""
         ...

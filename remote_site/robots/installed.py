@@ -42,6 +42,10 @@ class Kind(NamedTuple):
 PLANT = Kind("plant", "farhand.plants", ("read", "accelerate", "follow", "brake"))
 ARM_DRIVER = Kind("arm_driver", "farhand.arm_drivers", ("read", "command"))
 PERCEPTION = Kind("perception", "farhand.perceptions", ("observe",))
+CAMERA = Kind("camera", "farhand.cameras", ("capture",))
+"""Camera, which is imported and made in a process of its own alone."""
+NO_CAMERA = "none"
+"""Name that stands for no camera."""
 _KINDS = (PLANT, ARM_DRIVER, PERCEPTION)
 
 
@@ -86,6 +90,8 @@ def check_drivers(config: RemoteConfig, task: AnyTask) -> None:
     for kind in _KINDS:
         if name := kind.choice(config).use:
             _load(kind, name)
+    if (name := config.camera.use) not in ("", NO_CAMERA):
+        _found(CAMERA, name)
 
 
 @contextmanager
@@ -107,7 +113,7 @@ def in_operation(config: RemoteConfig, task: AnyTask, cell: Cell | None, now_s: 
     drivers: list[Any] = []
     with ExitStack() as stack:
         for kind in _KINDS:
-            driver, name = _make(kind, config, task, cell), kind.choice(config).use
+            driver, name = make_driver(kind, config, task, cell), kind.choice(config).use
             if isinstance(driver, Startable):
                 with _told(kind, name, "cannot be started"):
                     driver.start()
@@ -120,13 +126,24 @@ def in_operation(config: RemoteConfig, task: AnyTask, cell: Cell | None, now_s: 
         yield Drivers(*drivers)
 
 
-def _make(kind: Kind, config: RemoteConfig, task: AnyTask, cell: Cell | None) -> Any:
-    """Make the configured driver of a kind; None for the simulated one."""
+def make_driver(kind: Kind, config: RemoteConfig, task: AnyTask, cell: Cell | None) -> Any:
+    """Make the configured driver of a kind; None for the simulated one.
+
+    Args:
+        kind: Kind of driver.
+        config: Names and options of the drivers.
+        task: The first task, which a driver is made with.
+        cell: Arm in front of its receptacle; the drivers of its machine and its camera are made with its robot's file.
+
+    Raises:
+        InvalidConfiguration: When none has the configured name; names the field.
+        DriverFailed: When it cannot be imported or made, or lacks a method.
+    """
     choice = kind.choice(config)
     if not choice.use:
         return None
     maker = _load(kind, choice.use)
-    subject = cell.robot if kind is ARM_DRIVER and cell is not None else task
+    subject = cell.robot if kind in (ARM_DRIVER, CAMERA) and cell is not None else task
     with _told(kind, choice.use, f"does not take its options {choice.options}"):
         driver = maker(subject, choice.options)
     if missing := [name for name in kind.methods if not callable(getattr(driver, name, None))]:
@@ -151,13 +168,18 @@ def _look(kind: Kind, driver: Any, task: AnyTask, cell: Cell | None, now_s: floa
 
 
 def _load(kind: Kind, name: str) -> Callable[[Any, dict[str, Any]], Any]:
+    point = _found(kind, name)
+    with _told(kind, name, "cannot be imported"):
+        return point.load()
+
+
+def _found(kind: Kind, name: str) -> EntryPoint:
     point = _entry_point(kind, name)
     if point is None:
         known = ", ".join(installed(kind)) or "there is none: install the package that brings it along"
         expected = f"a driver that is installed (entry points {kind.group}): {known}; got {name!r}"
         raise InvalidConfiguration("remote configuration", f"{kind.field}.use", expected)
-    with _told(kind, name, "cannot be imported"):
-        return point.load()
+    return point
 
 
 def _entry_point(kind: Kind, name: str) -> EntryPoint | None:

@@ -179,6 +179,9 @@ class NoWorld:
     def move_target(self, position_m: Array) -> None:
         """See `World`; without a simulation the target cannot be moved."""
 
+    def receptacle(self) -> Array | None:
+        """See `World`."""
+
     def memory(self, task: AnyTask) -> ArmMemory | None:
         """See `World`."""
 

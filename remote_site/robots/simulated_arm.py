@@ -156,6 +156,10 @@ class SimulatedArm(ArmHardware):
         """See `World`."""
         self.environment.move_to(position_m, self.plant.time_s)
 
+    def receptacle(self) -> Array:
+        """See `World`."""
+        return self.simulation.mouth
+
     def memory(self, task: AnyTask) -> ArmMemory:
         """See `World`."""
         time_s = self.plant.time_s

@@ -29,18 +29,22 @@ class Renderer:
         simulation: Simulation to draw.
         width: Width of the pictures, at most 1920 [pixels].
         height: Height of the pictures, at most 1080 [pixels].
+        shadows: Draw shadows and smooth edges; without a graphics card both take most of the time.
 
     Raises:
         RenderingUnavailable: When this machine has neither EGL nor OSMesa.
     """
 
-    def __init__(self, simulation: Simulation, width: int = 960, height: int = 540):
+    def __init__(self, simulation: Simulation, width: int = 960, height: int = 540, shadows: bool = True):
         self._context = _open_context(width, height)
         self._context.make_current()
         self._model, self._data = simulation.model_and_data()
         self._size = height, width
+        if not shadows:
+            self._model.vis.quality.offsamples = 0
         self._scene = mujoco.MjvScene(self._model, maxgeom=_MOST_GEOMS)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         self._options = mujoco.MjvOption()
         self._options.geomgroup[HIDDEN] = 0
         self._camera = mujoco.MjvCamera()

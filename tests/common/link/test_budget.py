@@ -27,6 +27,10 @@ def test_the_streams_of_each_direction_leave_a_third_for_commands_and_stops(rate
         assert sum(budget_bytes_s(channel, rate_bps) for channel in direction) <= 0.67 * rate_bps / 8
 
 
+def test_what_pictures_take_beside_the_streams_leaves_room_for_commands_and_stops():
+    assert sum(budget_bytes_s(channel, 8.0) for channel in (*DOWNWARDS, keys.PICTURE)) <= 0.85
+
+
 def test_what_must_arrive_is_never_held_back():
     for channel in keys.ALL:
         if channel.must_arrive:
