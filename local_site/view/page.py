@@ -142,7 +142,7 @@ class Page:
             self._pace = PaceSlider(gui, self._console.submit, self._act)
         with gui.add_folder("Watching"):
             gui.add_html('<i class="fh-here fh-here-take"></i>')
-            self._open_button(gui, "Take over", lambda tab: self._tabs.take_over(tab), "gray")  # noqa: PLW0108 (made later)
+            self._open_button("Take over", lambda tab: self._tabs.take_over(tab))  # noqa: PLW0108 (made later)
 
     def _build_foot(self, gui: viser.GuiApi) -> None:
         """Build the tabs at the bottom: what was, what was taught, and how the link is."""
@@ -155,22 +155,14 @@ class Page:
         with gui.add_folder("View"):
             gui.add_html('<i class="fh-here fh-here-view"></i>')
             for view in self._scene.views:
-                self._open_button(gui, view, lambda tab, view=view: self._tabs.look(tab, view), "gray")
+                self._open_button(view, lambda tab, view=view: self._tabs.look(tab, view))
         with gui.add_folder("Legend"):
             gui.add_html('<i class="fh-here fh-here-legend"></i>')
             self._legend = Legend(gui, self._scene.layers, self._act)
 
-    def _open_button(
-        self, gui: viser.GuiApi, label: str, do: Callable[[int], None], colour: buttons.Colour
-    ) -> None:
+    def _open_button(self, label: str, do: Callable[[int], None]) -> None:
         """Add a button that works in watching tabs, too: it is about the tab alone."""
-        handle = gui.add_button(label, color=colour)
-
-        async def pressed(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            if (tab := event.client_id) is not None:
-                self._events.put(partial(do, tab))
-
-        handle.on_click(pressed)
+        handle = buttons.add_tab_button(self._server.gui, label, do, self._events.put)
         self._server.incoming.open_to_everybody(handle)
 
     # Events, from the server's threads: they only enqueue ---------------------------------------
@@ -219,7 +211,7 @@ class Page:
         state, now_s = self._console.picture, elapsed_s()
         self._robot_half.note(state, now_s)
         self._hand.move(state, now_s)
-        if self._redraw.due(state, now_s):
+        if self._redraw.due(state, now_s) or self._robot_half.plays:
             self._draw(state, now_s)
 
     def _draw(self, state: ConsoleState, now_s: float) -> None:
@@ -231,7 +223,7 @@ class Page:
         picture = self._robot_half.draw(state, now_s)
         past = picture.then_s is not None
         with self._server.atomic():
-            ghost = self._scene.draw(state, picture)
+            self._scene.draw(state, picture)
         self._server.flush()
         self._line.draw(state, past)
         self._stop.draw(state)
@@ -241,7 +233,7 @@ class Page:
         self._pace.draw(state, now_s)
         self._guidance.draw(state)
         self._happened.draw(state)
-        self._strip.draw(state, picture, ghost, now_s)
+        self._strip.draw(state, picture, now_s)
         self._hand.draw(state)
         self._executions.draw(state)
         self._demonstrations.draw(state)

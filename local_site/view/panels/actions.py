@@ -13,6 +13,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.buttons import ButtonSpec, OnPress
 from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.scene.ghost import preview_miss
 
 _STEPS = ("Teach", "Send", "Arm", "Preview", "Execute")
 _WHY_LOCKED = (
@@ -65,7 +66,8 @@ def _at_rest(state: ConsoleState) -> tuple[ButtonSpec, ...]:
     if not holds:
         return buttons.ASK, buttons.ARM, buttons.RECORD
     if state.plan_id:
-        return buttons.EXECUTE, buttons.PREVIEW, buttons.COUPLE
+        first = (buttons.RECORD, buttons.EXECUTE) if preview_miss(state) else (buttons.EXECUTE,)
+        return *first, buttons.PREVIEW, buttons.COUPLE
     return buttons.PREVIEW, buttons.COUPLE, buttons.GO_TO_READY, buttons.DISARM
 
 

@@ -156,6 +156,27 @@ def add_button(gui: viser.GuiApi, spec: ButtonSpec, on_press: OnPress) -> viser.
     return handle
 
 
+def add_tab_button(
+    gui: viser.GuiApi, label: str, do: Callable[[int], None], enqueue: Callable[[Callable[[], None]], None]
+) -> viser.GuiButtonHandle:
+    """Add a button about the tab alone that presses it.
+
+    Args:
+        gui: GUI of the server.
+        label: Text on the button.
+        do: Called with the tab, on the page's thread.
+        enqueue: Has a function called on the page's thread.
+    """
+    handle = gui.add_button(label, color="gray")
+
+    async def pressed(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        if (tab := event.client_id) is not None:
+            enqueue(lambda: do(tab))
+
+    handle.on_click(pressed)
+    return handle
+
+
 def show_state(
     handle: viser.GuiButtonHandle,
     spec: ButtonSpec,

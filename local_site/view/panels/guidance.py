@@ -13,6 +13,7 @@ from farhand.common.wire.words import PRESS_AGAIN
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words import Words, words_of
+from farhand.local_site.view.scene.ghost import preview_miss
 from farhand.local_site.workcell.hand_motion import can_centre
 
 _REFUSAL_S = 12.0
@@ -40,6 +41,8 @@ class AdvicePanel:
         """Show the advice."""
         refused = refusal(state)
         told = element("refusal", refused, "fh-not-done", tag="div", role="status") if refused else ""
+        missed = preview_miss_words(state)
+        told += element("preview-miss", missed, "fh-not-done", tag="div", role="status") if missed else ""
         hidden = {"hidden": ""} if refused else {}
         self._html.show(
             f'<div class="fh-advice"><i>{"not done" if refused else "next"}</i>{told}'
@@ -150,6 +153,14 @@ def _executing_advice(state: ConsoleState) -> str:
     if not state.plan_id:
         return "Press Preview to see the plan, Execute to run it, or Couple to drive by hand."
     return f"{plan_words(state)}Press Execute to run the model, or Couple to drive by hand."
+
+
+def preview_miss_words(state: ConsoleState) -> str:
+    """Return how the shown preview misses the task's goal; empty if it reaches the goal."""
+    miss = preview_miss(state)
+    return (
+        f"This preview ends {miss}, not at the task's goal: teach again before you execute. " if miss else ""
+    )
 
 
 def plan_words(state: ConsoleState) -> str:

@@ -45,25 +45,24 @@ class StatusStrip:
         self._strip, self._alarm, self._cards, self._frame = Html(gui), Html(gui), Html(gui), Html(gui)
         self._age_s, self._age_shown_s = 0.0, float("-inf")
 
-    def draw(self, state: ConsoleState, picture: RobotPicture, ghost: Ghost | None, now_s: float) -> None:
+    def draw(self, state: ConsoleState, picture: RobotPicture, now_s: float) -> None:
         """Show the newest state; below the robot's half what that shows.
 
         Args:
             state: Present state of the console.
             picture: What the robot's half shows.
-            ghost: The robot's expected present pose.
             now_s: Present time on the console's clock [s].
         """
         age, words = self._age(state, now_s), words_of(state.task)
         old = " fh-strip-old" if state.link.health is not LinkHealth.OK else ""
         self._strip.show(f'<div class="fh-strip{old}">{_cells(state, age, now_s)}</div>')
-        self._alarm.show(_alarm(state, ghost, now_s))
+        self._alarm.show(_alarm(state, picture.ghost, now_s))
         self._frame.show('<div class="fh-coupled"></div>' if state.coupled else "")
         self._cards.show(
             '<div class="fh-card fh-local"><b>YOURS</b> '
             + element("recording", "RECORDING" if state.recording else "", "fh-recording")
             + f" {local_words(state, words)}</div>"
-            f'<div class="fh-card fh-remote"><b>ROBOT</b> {_remote_words(state, picture, age, ghost, words)}</div>'
+            f'<div class="fh-card fh-remote"><b>ROBOT</b> {_remote_words(state, picture, age, words)}</div>'
         )
 
     def _age(self, state: ConsoleState, now_s: float) -> str:
@@ -183,9 +182,7 @@ def _model_words(state: ConsoleState) -> str:
     return ", on its way" if state.sending_model else ", robot lacks it"
 
 
-def _remote_words(
-    state: ConsoleState, picture: RobotPicture, age: str, ghost: Ghost | None, words: Words
-) -> str:
+def _remote_words(state: ConsoleState, picture: RobotPicture, age: str, words: Words) -> str:
     robot = state.robot
     if picture.then_s is not None:
         return element("seen", f"as it was {ago_words(picture.now_s - picture.then_s)}", "fh-old")
@@ -196,7 +193,14 @@ def _remote_words(
     old = state.link.health is not LinkHealth.OK
     seen = element("seen", f"OLD: seen {age} ago" if old else f"seen {age} ago", "fh-old" if old else "")
     taught = element("robot-recording", _recording_words(state), "fh-recording")
-    return seen + text(_motion_words(robot, ghost, words)) + taught
+    return seen + text(_motion_words(robot, picture.ghost, words)) + _error_words(picture) + taught
+
+
+def _error_words(picture: RobotPicture) -> str:
+    """Return how far the ghost was from where the robot has reported to have been."""
+    if picture.error_m is None:
+        return ""
+    return " · " + element("prediction", f"ghost {1e3 * picture.error_m:.0f} mm off")
 
 
 def _recording_words(state: ConsoleState) -> str:

@@ -6,6 +6,7 @@ It is the committed path at (stamp + time since receipt + half the round trip).
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath, Telemetry
 from farhand.common.wire.motion_encoding import points_of
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.teaching.goal import goal_miss
 
 Array = NDArray[np.float64]
 
@@ -34,19 +36,21 @@ class Ghost:
         point: Point in the task frame: a position (D,) [m] or a pose (7,).
         left_s: Time to the end of the path [s]; not positive beyond it.
         done: True at the end of the path: the motion is expected to have ended.
+        robot_s: Time for which it is expected, on the robot's clock [s].
     """
 
     point: Array
     left_s: float
     done: bool
+    robot_s: float = 0.0
 
 
 def shown_path(state: ConsoleState) -> PlannedPath | None:
-    """Return the path to draw: the committed one during an execution, a valid preview in HOLD."""
+    """Return the path to draw: the committed one during an execution, also a paused one, a valid preview in HOLD."""
     path, robot = state.path, state.robot
     if path is None or robot is None or path.stamp.boot != robot.stamp.boot:
         return None
-    if state.mode is ControlMode.AUTONOMOUS:
+    if state.mode in (ControlMode.AUTONOMOUS, ControlMode.PAUSED):
         return path
     previewed = path.plan_id and path.plan_id == state.plan_id
     return path if state.mode is ControlMode.HOLD and previewed else None
@@ -87,17 +91,30 @@ class RobotPicture:
         now_s: Present time on the console's clock [s].
         then_s: Time of the shown moment on the console's clock [s]; None for the present.
         trace: Where the robot went in its newest execution, in the task frame. Shape (n, D) [m]; None without one.
+        ghost: The robot's expected present pose; None without an execution.
+        error_m: Distance of an earlier expectation from what the robot has reported since [m]; None without one.
+        played: Point of the preview that is played, in the task frame. Shape (C,); None without a preview.
+        miss: How the preview misses the task's goal, in words; empty if it reaches the goal.
     """
 
     state: ConsoleState
     now_s: float
     then_s: float | None = None
     trace: Array | None = None
+    ghost: Ghost | None = None
+    error_m: float | None = None
+    played: Array | None = None
+    miss: str = ""
 
     @property
     def old(self) -> bool:
         """True if the robot was reported too long ago, or is shown as it was."""
         return self.state.link.health is not LinkHealth.OK
+
+    @property
+    def hand(self) -> Array | None:
+        """Point at which the ghost is drawn: expected, or of the preview. Shape (C,); None for no ghost."""
+        return self.played if self.ghost is None else self.ghost.point
 
     def name(self, name: str) -> str:
         """Return the robot's name in the scene, with the age of what is drawn when that is old."""
@@ -108,9 +125,29 @@ class RobotPicture:
             return name
         return f"{name}, {math.floor(age_s + self.now_s - self.state.now_s)} s ago"
 
-    def prediction(self) -> Ghost | None:
-        """Return the robot's expected present pose; None without an execution, and for a moment of the past."""
-        return None if self.then_s is not None else predict(self.state, self.now_s)
+
+def preview_miss(state: ConsoleState) -> str:
+    """Return how the shown preview misses the task's goal, in words; empty if it reaches the goal, or without one."""
+    path = shown_path(state)
+    if path is None or state.mode is not ControlMode.HOLD:
+        return ""
+    if not path.reaches_end:
+        return "before the end of the motion"
+    return goal_miss(state.task, points_of(path)[-1])
+
+
+def along(points: Array, at: float) -> Array:
+    """Return a point of a path between its rows. Shape (C,).
+
+    Args:
+        points: Positions [m] or poses. Shape (n, C).
+        at: Number of the row, with a fraction; cut to the path's ends.
+    """
+    last = len(points) - 1
+    low = int(np.clip(np.floor(at), 0, last))
+    high, part = min(low + 1, last), float(np.clip(at - low, 0.0, 1.0))
+    space = POSE if points.shape[1] == POSE.n_coordinates else Manifold(points.shape[1])
+    return space.exp(points[low], part * space.log(points[low], points[high]))
 
 
 def predict(state: ConsoleState, now_s: float) -> Ghost | None:
@@ -128,12 +165,33 @@ def predict(state: ConsoleState, now_s: float) -> Ghost | None:
     points = points_of(path)
     at = (robot_now_s - path.stamp.t_ns * 1e-9) / path.step_s
     last = len(points) - 1
-    low = int(np.clip(np.floor(at), 0, last))
-    high = min(low + 1, last)
-    part = float(np.clip(at - low, 0.0, 1.0))
-    space = POSE if points.shape[1] == POSE.n_coordinates else Manifold(points.shape[1])
-    point = space.exp(points[low], part * space.log(points[low], points[high]))
-    return Ghost(point, (last - at) * path.step_s, done=at >= last)
+    return Ghost(along(points, at), (last - at) * path.step_s, done=at >= last, robot_s=robot_now_s)
+
+
+class PredictionCheck:
+    """Comparison of the ghost with the truth, once the robot has reported where it was then. Used by the page's thread."""
+
+    def __init__(self) -> None:
+        self._expected: deque[tuple[float, Array]] = deque(maxlen=600)
+        self._checked_s = float("-inf")
+        self.error_m: float | None = None
+        """Distance between the newest report and what was expected for its time [m]; None without an execution."""
+
+    def update(self, robot: Telemetry | None, ghost: Ghost | None) -> None:
+        """Note an expectation, and compare a new report with the ones for its time."""
+        if ghost is None or robot is None:
+            self._expected.clear()
+            self.error_m = None
+            return
+        if not self._expected or ghost.robot_s > self._expected[-1][0]:
+            n_dims = min(len(ghost.point), 3)
+            self._expected.append((ghost.robot_s, ghost.point[:n_dims]))
+        at_s = robot.stamp.t_ns * 1e-9
+        if at_s != self._checked_s and self._expected[0][0] <= at_s <= self._expected[-1][0]:
+            self._checked_s = at_s
+            times_s, points = (np.array(each) for each in zip(*self._expected, strict=True))
+            expected = [np.interp(at_s, times_s, axis) for axis in points.T]
+            self.error_m = float(np.linalg.norm(tip_in_frame(robot)[: len(expected)] - expected))
 
 
 def reported_frame(robot: Telemetry) -> Array:

@@ -18,6 +18,8 @@ REMOTE_GRID: Rgb = (92, 77, 57)
 LOCAL: Rgb = (96, 165, 250)
 REMOTE: Rgb = (251, 178, 60)
 PREDICTED: Rgb = (232, 121, 249)
+MISSES: Rgb = (239, 68, 68)
+"""Of a preview that ends off the task's goal."""
 OLD: Rgb = (140, 140, 140)
 ACTIVE: Rgb = (255, 255, 255)
 TARGET: Rgb = (226, 232, 240)

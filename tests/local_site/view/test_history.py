@@ -20,10 +20,8 @@ from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.actions import offered
 from farhand.local_site.view.panels.looking_back import Look, ago_words
 from farhand.local_site.view.panels.timeline import timeline_svg
-from tests.local_site.view.panels.test_truth import LOST, ROBOT_IN
+from tests.local_site.view.panels.test_truth import LOST, OK, ROBOT_IN
 from tests.local_site.view.test_redraw import ROBOT
-
-OK = replace(LOST, health=LinkHealth.OK)
 
 
 def report(mode: ControlMode, x_m: float, phase: Phase = Phase.NONE, **more: Any) -> Telemetry:

@@ -29,7 +29,6 @@ from farhand.local_site.view.scene.arm.task_drawing import (
 )
 from farhand.local_site.view.scene.curves import Curves, Trace
 from farhand.local_site.view.scene.ghost import (
-    Ghost,
     RobotPicture,
     reported_frame,
     shown_points,
@@ -37,6 +36,7 @@ from farhand.local_site.view.scene.ghost import (
 )
 from farhand.local_site.view.scene.nodes import Layers, add_solids, put, show
 from farhand.local_site.view.scene.palette import Rgb
+from farhand.local_site.view.scene.tube import Tube
 
 _GHOST_OPACITY = 0.55
 _ROBOT_NAME = "ROBOT"
@@ -66,24 +66,26 @@ class RemoteArm:
         frame = self._receptacle.name
         model, predicted = layers.node("Model", f"{frame}/model"), layers.node("Path", f"{frame}/predicted")
         self._model, self._line = Ellipsoids(scene, model), Curves(scene, f"{predicted}/path", 6.0)
+        self._tube = Tube(scene, predicted)
         self._ghost = scene.add_frame(f"{predicted}/ghost", show_axes=False, visible=False)
         seen = (*description.tool.meshes, *description.held)
         add_solids(scene, f"{predicted}/ghost", seen, palette.PREDICTED, opacity=_GHOST_OPACITY)
         self._trace = Trace(scene, layers.node("Trace", f"{frame}/trace"))
         self._name = scene.add_label(f"{parent}/name", _ROBOT_NAME, position=_NAME_M, anchor="center-left")
         self._path: NDArray[np.float64] | None = None
+        self._misses = False
         self._shown: tuple[Telemetry, bool] | None = None
 
     def remove(self) -> None:
         """Remove the drawing from the scene, without `bodies`."""
         self._node.remove()
 
-    def draw(self, picture: RobotPicture) -> Ghost | None:
-        """Show a report of the robot and the prediction; return the prediction."""
+    def draw(self, picture: RobotPicture) -> None:
+        """Show a report of the robot and the prediction."""
         state = picture.state
         robot = state.robot
         if robot is None:
-            return None
+            return
         self._draw_report(robot, picture.old)
         self._trace.show(picture.trace)
         name = picture.name(_ROBOT_NAME)
@@ -91,13 +93,12 @@ class RemoteArm:
             self._name.text = name
         has = state.robot_model
         self._model.show(has.model if has is not None else None, robot.component)
-        arrived = state.phase.at_end
-        self._draw_path(None if arrived else shown_points(state))
-        ghost = None if arrived else picture.prediction()
-        if ghost is not None:
-            put(self._ghost, self.description.tool_at(ghost.point))
-        show(self._ghost, ghost is not None)
-        return ghost
+        points = None if state.phase.at_end else shown_points(state)
+        self._draw_path(points, bool(picture.miss))
+        self._tube.show(points, has.model if has is not None else None, state.plan_id)
+        if picture.hand is not None:
+            put(self._ghost, self.description.tool_at(picture.hand))
+        show(self._ghost, picture.hand is not None)
 
     def _draw_report(self, robot: Telemetry, old: bool) -> None:
         if self._shown is not None and self._shown[0] is robot and self._shown[1] == old:
@@ -108,12 +109,14 @@ class RemoteArm:
         self._bodies.draw_age(old)
         self._receptacle.draw(reported_frame(robot), old)
 
-    def _draw_path(self, points: NDArray[np.float64] | None) -> None:
-        if (points is None and self._path is None) or unmoved(self._path, points):
+    def _draw_path(self, points: NDArray[np.float64] | None, misses: bool) -> None:
+        if misses == self._misses and unmoved(self._path, points):
             return
-        self._path = points
+        self._path, self._misses = points, misses
         curves = [points[:, :3]] if points is not None else []
-        self._line.show(curves, [palette.many([palette.PREDICTED])] * len(curves))
+        self._line.show(
+            curves, [palette.many([palette.MISSES if misses else palette.PREDICTED])] * len(curves)
+        )
 
 
 _LOCAL, _REMOTE, _ARMS, _ROBOT = "/local", "/remote", "/arms", "/robot"
@@ -165,8 +168,8 @@ class ArmScene:
         self.jog = Jog(self._gizmo.lead, submit, self.turns)
         """Moves the hand by keys and gamepad."""
 
-    def draw(self, state: ConsoleState, picture: RobotPicture) -> Ghost | None:
-        """Draw the newest state of the console, and the robot's half; return the robot's expected present pose."""
+    def draw(self, state: ConsoleState, picture: RobotPicture) -> None:
+        """Draw the newest state of the console, and the robot's half."""
         robot = state.robot_scene
         if robot is not None and (self._remote is None or self._remote.description is not robot):
             self._meet(robot)
@@ -179,7 +182,8 @@ class ArmScene:
         self._model.show(state.forming or (state.learned.model if state.learned else None))
         self._demonstrations.draw(state)
         self._trace.show(picture.trace)
-        return self._remote.draw(picture) if self._remote is not None else None
+        if self._remote is not None:
+            self._remote.draw(picture)
 
     def _meet(self, robot: SceneDescription) -> None:
         """Draw the robot; if both arms look alike, they share one drawing."""

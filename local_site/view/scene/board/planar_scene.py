@@ -20,7 +20,7 @@ from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import FOV_RAD, VIEWS, Board, add_mat, view_of
 from farhand.local_site.view.scene.board.robot_drawing import ModelDrawing, RobotDrawing, add_target
 from farhand.local_site.view.scene.curves import Trace
-from farhand.local_site.view.scene.ghost import Ghost, RobotPicture
+from farhand.local_site.view.scene.ghost import RobotPicture
 from farhand.local_site.view.scene.nodes import (
     LINE_Z_M,
     MARK_Z_M,
@@ -221,12 +221,12 @@ class PlanarScene:
         local.listen(local.grip, lambda tab, *drag: act(tab, partial(self._drawing.drag, *drag)))
         remote.listen(self._robot.grip, lambda tab, *drag: act(tab, partial(target.drag, *drag)))
 
-    def draw(self, state: ConsoleState, picture: RobotPicture) -> Ghost | None:
-        """Draw the newest state of the console, and the robot's half; return the robot's expected present position."""
+    def draw(self, state: ConsoleState, picture: RobotPicture) -> None:
+        """Draw the newest state of the console, and the robot's half."""
         self._model.show(state.forming or (state.learned.model if state.learned else None))
         self._drawing.draw(state)
         self._trace.show(picture.trace)
-        return self._robot.draw(picture)
+        self._robot.draw(picture)
 
     def let_go(self) -> None:
         """End the drag of a closed tab."""

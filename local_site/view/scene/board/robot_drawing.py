@@ -11,13 +11,12 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from farhand.common.control_mode import Phase
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import Board
 from farhand.local_site.view.scene.curves import Trace
-from farhand.local_site.view.scene.ghost import Ghost, RobotPicture, shown_points, unmoved
+from farhand.local_site.view.scene.ghost import RobotPicture, shown_points, unmoved
 from farhand.local_site.view.scene.nodes import (
     HIDDEN_Z_M,
     LINE_Z_M,
@@ -31,6 +30,7 @@ from farhand.local_site.view.scene.nodes import (
     place,
     show,
 )
+from farhand.local_site.view.scene.tube import Tube
 
 _DEVIATIONS = 2.0
 _OPACITY = 0.35
@@ -132,6 +132,7 @@ class RobotDrawing:
         self.grip = add_flat(scene, f"{self._frame_name}/grip", around, palette.TARGET, HIDDEN_Z_M + 0.01)
         self._model = ModelDrawing(scene, layers.node("Model", f"{self._frame_name}/learned"))
         self._predicted = layers.node("Path", f"{self._frame_name}/predicted")
+        self._tube = Tube(scene, self._predicted, MODEL_Z_M)
         self._trace = Trace(scene, layers.node("Trace", f"{self._frame_name}/trace"), LINE_Z_M)
         self._name = scene.add_label(
             f"{name}/name",
@@ -149,14 +150,15 @@ class RobotDrawing:
         )
         self._path: NDArray[np.float64] | None = None
         self._line: viser.LineSegmentsHandle | None = None
+        self._misses = False
         self._old = False
 
-    def draw(self, picture: RobotPicture) -> Ghost | None:
-        """Show a report of the robot and the prediction; return the prediction."""
+    def draw(self, picture: RobotPicture) -> None:
+        """Show a report of the robot and the prediction."""
         state = picture.state
         robot = state.robot
         if robot is None:
-            return None
+            return
         self._draw_report(robot, picture.old)
         self._trace.show(picture.trace)
         name = picture.name(_NAME)
@@ -164,11 +166,10 @@ class RobotDrawing:
             self._name.text = name
         has = state.robot_model
         self._model.show(has.model if has is not None else None, robot.component)
-        arrived = state.phase is Phase.ARRIVED
-        self._draw_path(None if arrived else shown_points(state))
-        ghost = None if arrived else picture.prediction()
-        self._draw_ghost(ghost)
-        return ghost
+        points = None if state.phase.at_end else shown_points(state)
+        self._draw_path(points, bool(picture.miss))
+        self._tube.show(points, has.model if has is not None else None, state.plan_id)
+        self._draw_ghost(picture)
 
     def _draw_report(self, robot: Telemetry, old: bool) -> None:
         x, y = robot.frame_origin_m[:2]
@@ -185,27 +186,34 @@ class RobotDrawing:
             self._point.color = palette.OLD if old else palette.REMOTE
             self._target.color = palette.OLD if old else palette.TARGET
 
-    def _draw_path(self, points: NDArray[np.float64] | None) -> None:
-        if unmoved(self._path, points):
+    def _draw_path(self, points: NDArray[np.float64] | None, misses: bool) -> None:
+        if misses == self._misses and unmoved(self._path, points):
             return
-        self._path = points
+        if self._line is not None and misses != self._misses:
+            self._line.remove()
+            self._line = None
+        self._path, self._misses = points, misses
         if points is not None and len(points) > 1:
             lines = shapes.segments(points[:, :2], LINE_Z_M)
             if self._line is not None and self._line.points.shape == lines.shape:
                 self._line.points = lines.astype(np.float32)  # in place: a new node would flicker
             else:
-                self._line = add_lines(self._scene, f"{self._predicted}/path", lines, palette.PREDICTED, 3.0)
+                self._line = add_lines(
+                    self._scene,
+                    f"{self._predicted}/path",
+                    lines,
+                    palette.MISSES if misses else palette.PREDICTED,
+                    3.0,
+                )
         elif self._line is not None:
             self._line.remove()
             self._line = None
 
-    def _draw_ghost(self, ghost: Ghost | None) -> None:
-        for mark, shown in (
-            (self._ghost, ghost is not None and not ghost.done),
-            (self._hollow, ghost is not None and ghost.done),
-        ):
-            if ghost is not None and shown:
-                place(mark, float(ghost.point[0]), float(ghost.point[1]), MARK_Z_M)
+    def _draw_ghost(self, picture: RobotPicture) -> None:
+        hand, done = picture.hand, picture.ghost is not None and picture.ghost.done
+        for mark, shown in ((self._ghost, hand is not None and not done), (self._hollow, done)):
+            if hand is not None and shown:
+                place(mark, float(hand[0]), float(hand[1]), MARK_Z_M)
             show(mark, shown)
 
 

@@ -5,36 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import pytest
 from msgspec import structs
 
 from farhand.common.control_mode import ControlMode, Phase
-from farhand.common.link.link_monitor import LinkHealth
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.teaching.samples import sample_strokes
-from farhand.local_site.teaching.task_library import TaskLibrary
 from farhand.local_site.view.panels.actions import offered, step, steps_html
 from farhand.local_site.view.panels.guidance import advice
-from tests.local_site.robot_end import TASK
-from tests.local_site.view.panels.test_truth import LOST, ROBOT_IN
-
-OK = replace(LOST, health=LinkHealth.OK)
-
-
-@pytest.fixture
-def taught(nothing_yet: ConsoleState, tmp_path) -> ConsoleState:
-    """Taught, and the robot has it."""
-    library = TaskLibrary(TASK, tmp_path / "taught")
-    library.learn(sample_strokes(TASK))
-    learned = library.learned
-    assert learned is not None
-    task = replace(
-        nothing_yet.tasks[0], learned_sha256=learned.sha256, confirmed_sha256=learned.sha256, robot_does=True
-    )
-    return replace(
-        nothing_yet, link=OK, in_control=True, learned=learned, demonstrations=library.demonstrations, tasks=(task,),
-        robot_model=learned, confirmed_sha256=learned.sha256, can_undo=True,
-    )  # fmt: skip
+from tests.local_site.view.panels.test_truth import LOST, OK, ROBOT_IN
 
 
 def labels(picture: ConsoleState, mode: ControlMode, phase: Phase = Phase.NONE, **changes: Any) -> list[str]:

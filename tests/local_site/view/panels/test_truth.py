@@ -31,6 +31,7 @@ ROBOT_IN = Telemetry(
     frame_origin_m=(0.7, 0.3),
 )
 LOST = LinkView(LinkHealth.LOST, 9.7, 0.6, 10.0, 100, 0)
+OK = LinkView(LinkHealth.OK, 0.0, 0.6, 0.3, 100, 0)
 
 
 def seen(base: ConsoleState, **changes: object) -> ConsoleState:

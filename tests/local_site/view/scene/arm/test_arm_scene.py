@@ -53,5 +53,5 @@ def test_the_robot_is_drawn_once_it_is_known_and_drawn_anew_when_another_one_is_
 
 def test_the_page_says_what_it_waits_for(nothing_yet: ConsoleState):
     picture = replace(nothing_yet, robot=report(), scene_fetching=0.3)
-    words = _remote_words(picture, RobotPicture(picture, 0.0), "0.1 s", None, words_of(HOT_STAB))
+    words = _remote_words(picture, RobotPicture(picture, 0.0), "0.1 s", words_of(HOT_STAB))
     assert words == "fetching what the robot looks like, 30%"
