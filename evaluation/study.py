@@ -22,7 +22,7 @@ import multiprocessing
 import os
 import platform
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any, Protocol, cast
@@ -161,7 +161,7 @@ def run(
             "evaluate", next(iter(arms)), f"none: {name} runs on no arm, or on one alone"
         )
     results = _run_all(
-        name, study.trial, [{**case, **arms} for case in _chosen(study.cases(trials, seed), only)]
+        name, study.trial, [{**case, **arms} for case in chosen(study.cases(trials, seed), only)]
     )
     summary, markdown = study.summarise(results)
     record = {
@@ -183,12 +183,27 @@ def run(
     return path
 
 
-def _chosen(cases: list[Case], only: str | None) -> list[Case]:
-    chosen = [case for case in cases if only is None or only in map(str, case.values())]
-    if not chosen:
-        words = sorted({value for case in cases for value in case.values() if isinstance(value, str)})
-        raise InvalidConfiguration("evaluate", "only", f"one of {', '.join(words)}, got {only!r}")
-    return chosen
+def words(cases: list[Case]) -> list[str]:
+    """Return the words that tell the cases apart, for `--only`."""
+    return sorted({value for case in cases for value in case.values() if isinstance(value, str)})
+
+
+def chosen(cases: list[Case], only: str | None) -> list[Case]:
+    """Return the cases with this word; all when it is None.
+
+    Raises:
+        InvalidConfiguration: When no case has it.
+    """
+    found = [case for case in cases if only is None or only in map(str, case.values())]
+    if not found:
+        raise InvalidConfiguration("evaluate", "only", f"one of {', '.join(words(cases))}, got {only!r}")
+    return found
+
+
+def by_value(results: list[Case], key: str, values: Iterable[str]) -> dict[str, list[Case]]:
+    """Group results by one of their values, without the values that `--only` left out."""
+    groups = {value: [result for result in results if result[key] == value] for value in values}
+    return {value: group for value, group in groups.items() if group}
 
 
 def _run_all(name: str, trial: Callable[[Case], Case], cases: list[Case]) -> list[Case]:

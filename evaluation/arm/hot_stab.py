@@ -30,7 +30,7 @@ from farhand.evaluation.arm.arm_trial import Conditions, Trial, arm_cell
 from farhand.evaluation.metrics.motion_metrics import dtw_rms, time_rms
 from farhand.evaluation.metrics.sensor import TRACKER, Sensor
 from farhand.evaluation.metrics.tables import table
-from farhand.evaluation.study import Case, reporting_seeds
+from farhand.evaluation.study import Case, by_value, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
@@ -121,18 +121,17 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     """Make one row for each noise, and the error to the demonstrations."""
     summary: Case = {}
     rows = []
-    for name in REQUIRED:
-        part = [r for r in results if r["scenario"] == name]
+    for name, part in by_value(results, "scenario", REQUIRED).items():
         summary[name] = summary_of(part, REQUIRED[name])
         rows.append(row_of(name, part, summary[name]))
     like = [r for r in results if "dtw_rms_m" in r]
     for key in ("dtw_rms_m", "time_rms_m", "duration_ratio"):
         summary[key] = float(np.mean([r[key] for r in like])) if like else None
     summary["n_components"] = int((~taught(_taught_on(results[0])).terminal).sum())
-    for key in ("success_rate", "success_interval"):
-        summary[key] = summary["typical"][key]
-    text = f"{_likeness(summary)} {_tracking(summary['clean'])}"
-    causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in REQUIRED]
+    if "typical" in summary:
+        summary |= {key: summary["typical"][key] for key in ("success_rate", "success_interval")}
+    text = " ".join([_likeness(summary), *([_tracking(summary["clean"])] if "clean" in summary else [])])
+    causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in REQUIRED if name in summary]
     parts = ["# Hot-stab", "", _TEXT, "", table(HEADER, rows), "", text, "", "Causes of failure:", *causes]
     return summary, "\n".join(parts)
 

@@ -47,7 +47,7 @@ from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial, arm_cell
 from farhand.evaluation.arm.hot_stab import LAMBDA_M
 from farhand.evaluation.metrics.motion_metrics import dtw_rms, time_rms
 from farhand.evaluation.metrics.tables import table
-from farhand.evaluation.study import Case, reporting_seeds
+from farhand.evaluation.study import Case, by_value, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
@@ -212,17 +212,16 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     """Make one row for each scenario, and the error to the demonstrations."""
     summary: Case = {}
     rows = []
-    for name, scenario in SCENARIOS.items():
-        part = [r for r in results if r["scenario"] == name]
-        summary[name] = summary_of(part, scenario.required)
+    for name, part in by_value(results, "scenario", SCENARIOS).items():
+        summary[name] = summary_of(part, SCENARIOS[name].required)
         rows.append(row_of(name, part, summary[name]))
     like = [r for r in results if "dtw_rms_m" in r]
     for key in ("dtw_rms_m", "time_rms_m"):
         summary[key] = float(np.mean([r[key] for r in like])) if like else None
     summary["n_components"] = int((~taught(results[0].get("own_arm", "")).terminal).sum())
-    for key in ("success_rate", "success_interval"):
-        summary[key] = summary["typical"][key]
-    causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in SCENARIOS]
+    if "typical" in summary:
+        summary |= {key: summary["typical"][key] for key in ("success_rate", "success_interval")}
+    causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in SCENARIOS if name in summary]
     parts = ["# Hot-stab removal", "", _TEXT, "", table(HEADER, rows), "", _likeness(summary), ""]
     return summary, "\n".join([*parts, "Causes of failure:", *causes])
 

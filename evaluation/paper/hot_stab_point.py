@@ -27,7 +27,7 @@ from farhand.evaluation.metrics.motion_metrics import approach_of, dtw_rms, time
 from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wilson_interval
 from farhand.evaluation.paper.approach_trials import SCENARIOS, hands, scene, stepping, taught
 from farhand.evaluation.paper.closed_loop import Disturbance, execute
-from farhand.evaluation.study import Case, reporting_seeds
+from farhand.evaluation.study import Case, by_value, reporting_seeds
 
 _TRIALS = 200  # trials of each scenario
 _MAX_TURN_DEG = 3.0
@@ -69,8 +69,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     """Make one row per scenario, and the error to the demonstrations."""
     summary: Case = {}
     rows = []
-    for name in SCENARIOS:
-        part = [r for r in results if r["scenario"] == name]
+    for name, part in by_value(results, "scenario", SCENARIOS).items():
         success = [r["success"] for r in part]
         summary[name] = {
             "success_rate": float(np.mean(success)),
@@ -89,11 +88,6 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
                 quantiles([r["turn_deg"] for r in part]),
             )
         )
-    static = [r for r in results if r["scenario"] == "static"]
-    summary["success_rate"] = summary["static"]["success_rate"]
-    summary["success_interval"] = summary["static"]["success_interval"]
-    for key in ("n_components", "time_rms_m", "dtw_rms_m", "step_time_rms_m", "step_dtw_rms_m"):
-        summary[key] = float(np.mean([r[key] for r in static]))
     header = (
         "",
         "success",
@@ -103,6 +97,17 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
         "lateral [mm]",
         "tool turned [deg]",
     )
+    parts = ["# Hot-stab on a point plant", _TEXT, table(header, rows)]
+    if static := [r for r in results if r["scenario"] == "static"]:
+        summary |= {key: summary["static"][key] for key in ("success_rate", "success_interval")}
+        for key in ("n_components", "time_rms_m", "dtw_rms_m", "step_time_rms_m", "step_dtw_rms_m"):
+            summary[key] = float(np.mean([r[key] for r in static]))
+        parts += _errors(static)
+    return summary, "\n\n".join(parts)
+
+
+def _errors(static: list[Case]) -> list[str]:
+    """Return the components, and the table of errors to the demonstrations."""
     text = (
         f"Components: {spread([r['n_components'] for r in static])} (paper: 15). Root mean square error to a "
         "demonstration from its own start (paper: 1.2 ± 0.2 cm, alignment not stated):"
@@ -113,8 +118,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     ]
     errors.append(("required of the ramp", "at most 2.2", "at most 0.8"))
     columns = ("reference", "at equal fractions of the time [cm]", "along dynamic time warping [cm]")
-    parts = ["# Hot-stab on a point plant", _TEXT, table(header, rows), text, table(columns, errors)]
-    return summary, "\n\n".join(parts)
+    return [text, table(columns, errors)]
 
 
 _TEXT = (__doc__ or "").split("\n", 1)[1].strip()

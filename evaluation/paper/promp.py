@@ -39,7 +39,7 @@ from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wi
 from farhand.evaluation.paper.approach_task import FAR_STARTS, TAUGHT_STARTS, demonstrate, random_frame
 from farhand.evaluation.paper.approach_trials import hands, stepping, taught
 from farhand.evaluation.paper.closed_loop import Disturbance, execute
-from farhand.evaluation.study import Case, reporting_seeds
+from farhand.evaluation.study import Case, by_value, reporting_seeds
 from farhand.local_site.teaching.demonstration import Demonstration
 
 Array = NDArray[np.float64]
@@ -124,8 +124,8 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     summary: Case = {}
     lines = ["# Ours and ProMP", "", (__doc__ or "").split("\n", 1)[1].strip()]
     header = ("", "RMSE, time [cm]", "RMSE, DTW [cm]", "off the axis [deg], median / 90 %", "success", "smoothness", "duration ratio")  # fmt: skip
-    for part, title in zip(PARTS, ("Seen starts", "New starts and receptacles", "Far starts"), strict=True):
-        rows_of = [r for r in results if r["part"] == part]
+    titles = dict(zip(PARTS, ("Seen starts", "New starts and receptacles", "Far starts"), strict=True))
+    for part, rows_of in by_value(results, "part", PARTS).items():
         chosen = _best_of_grid(rows_of)
         rows = []
         for name in METHODS:
@@ -147,7 +147,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
                 )
             )
         setting = GRID[int(chosen.split()[1])]
-        lines += ["", f"## {title}", "", table(header, rows), "", f"Best of the grid here: {setting}."]
+        lines += ["", f"## {titles[part]}", "", table(header, rows), "", f"Best of the grid here: {setting}."]
     return summary, "\n".join([*lines, "", _NOTE])
 
 

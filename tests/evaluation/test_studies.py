@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from farhand.evaluation.human.human_report import files
-from farhand.evaluation.study import STUDIES, plain, tuning_seeds
+from farhand.evaluation.study import STUDIES, chosen, plain, tuning_seeds, words
 
 # What a study must find even at this size.
 FINDS = {
@@ -41,6 +41,8 @@ def run_small(name: str, out_dir: Path) -> tuple[dict, str]:
     study = importlib.import_module(STUDIES[name])
     results = [study.trial(case) for case in study.cases(1, 7)]
     summary, markdown = study.summarise(results)
+    for only in words(results):  # what `--only` leaves is summarised as well
+        assert study.summarise(chosen(results, only))[1].startswith("# "), only
     json.dumps(plain({"trials": results, "summary": summary}), allow_nan=False)
     figures = study.draw(results, out_dir)
     assert figures
