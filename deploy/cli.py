@@ -37,7 +37,7 @@ class Up:
     port: int = 8080
     """Port of the web page on this machine; 0 takes a free one, which is printed with the page's address."""
     robot: str = ""
-    """Robot of an arm's task: name of one that comes with Farhand (jaco, panda, baxter-left, baxter-right), or a robot file;
+    """Robot of an arm's task: name of one that comes with Farhand (an unknown one lists them), or a robot file;
     jaco when not given."""
     own_arm: str = ""
     """The operator's own arm, in the same way; it need not be the robot's."""
@@ -92,7 +92,7 @@ class Demo:
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
     robot: str = ""
-    """Robot of an arm's task: name of one that comes with Farhand (jaco, panda, baxter-left, baxter-right), or a robot file;
+    """Robot of an arm's task: name of one that comes with Farhand (an unknown one lists them), or a robot file;
     jaco when not given."""
     own_arm: str = ""
     """The operator's own arm, in the same way; it need not be the robot's."""

@@ -140,19 +140,26 @@ class SamplesCommand:
 
 @dataclass(frozen=True)
 class RobotCommand:
-    """Check a robot file against its model and its workplace, or search a base and a rest posture for it."""
+    """Check a robot file against its model and its workplace, search a base and a rest posture for it, or draw it."""
 
-    do: Annotated[Literal["check", "place"], tyro.conf.Positional]
-    """check: masses, ranges, reach and size of the looks; place: candidates of base and rest posture, the best is printed."""
+    do: Annotated[Literal["check", "place", "show"], tyro.conf.Positional]
+    """check: masses, ranges, reach and size of the looks; place: candidates of base and rest posture, the best is printed;
+    show: a picture of the robot at rest before its receptacle (needs EGL or OSMesa)."""
     robot: Annotated[str, tyro.conf.Positional]
     """Name of a robot that comes with Farhand, or a robot file."""
     candidates: int = 300
     """With place: number of candidates; each takes up to a second."""
     seed: int = 0
     """With place: seed of the candidates."""
+    out: Path = Path("robot.png")
+    """With show: the picture to write."""
 
     def run(self) -> int:
         """Run the command and return its exit status."""
-        from farhand.deploy.robots_report import check, place
+        from farhand.deploy.robots_report import check, place, show
 
-        return check(self.robot) if self.do == "check" else place(self.robot, self.candidates, self.seed)
+        if self.do == "check":
+            return check(self.robot)
+        return (
+            show(self.robot, self.out) if self.do == "show" else place(self.robot, self.candidates, self.seed)
+        )

@@ -1,20 +1,28 @@
-"""`farhand robot check` and `farhand robot place`: what a robot file makes of its model."""
+"""`farhand robot check`, `place` and `show`: what a robot file makes of its model."""
 
 from __future__ import annotations
 
+import io
 import sys
+from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 from farhand.common.arm.cell import Cell
 from farhand.common.arm.kinematics import Kinematics
-from farhand.common.arm.placing import Place, examine, search
+from farhand.common.arm.placing import Place, corners, examine, search
 from farhand.common.arm.robot_file import RobotFile
 from farhand.common.arm.simulation.description import MOST_BYTES, describe
+from farhand.common.arm.simulation.disturbances import Surroundings
+from farhand.common.arm.simulation.rendering import Renderer
+from farhand.common.arm.simulation.simulation import Simulation
 from farhand.common.errors import InvalidConfiguration
+from farhand.common.whole_file import write_whole
 from farhand.deploy.places import find_robot
 
 _MOST_CANDIDATES = 100_000
+_PICTURE = 1280, 720
 
 
 def check(name_or_file: str) -> int:
@@ -66,6 +74,37 @@ def place(name_or_file: str, n_candidates: int, seed: int) -> int:
     _say_place(found)
     _say_toml(found.robot)
     return 0 if found.n_reached == found.n_examined else 1
+
+
+def show(name_or_file: str, picture: Path) -> int:
+    """Draw a robot at rest before the receptacle in the middle of its workplace.
+
+    Returns:
+        0.
+
+    Raises:
+        InvalidConfiguration: When there is no such robot, its file does not fit its model, or the picture cannot be
+            written there.
+        RenderingUnavailable: When this machine has nothing to draw with.
+    """
+    robot = find_robot(name_or_file)
+    cell = Cell(robot=robot)
+    simulation = Simulation(cell)
+    middle = next(corners(robot))
+    around = Surroundings.still(cell).with_receptacle(middle)
+    simulation.reset(np.array(robot.home_rad), around)
+    model, data = simulation.model_and_data()
+    links = [body for body in range(model.nbody) if model.body(body).name.startswith(("arm/", "tool/"))]
+    with Renderer(simulation, *_PICTURE) as renderer:
+        drawn = Image.fromarray(renderer.render_around(np.vstack([data.xpos[links], middle[:3]])))
+    content = io.BytesIO()
+    drawn.save(content, "PNG", optimize=True)
+    try:
+        write_whole(picture, content.getvalue())
+    except OSError as error:
+        raise InvalidConfiguration("command line", "out", f"a file that can be written: {error}") from error
+    _say(f"{robot.source}: drawn at rest into {picture}")
+    return 0
 
 
 def _say_place(place: Place) -> None:

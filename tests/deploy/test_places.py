@@ -2,7 +2,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.deploy.cli import main
@@ -67,4 +69,16 @@ def test_a_robot_is_checked_against_its_workplace_and_placed(capfd: pytest.Captu
     assert main(["robot", "place", "panda", "--candidates", "0"]) == 0
     assert "home_rad = [-0.054, -1.493" in capfd.readouterr().out
     assert main(["robot", "check", "no-such-robot"]) == 2
-    assert "jaco, panda" in capfd.readouterr().err.replace("baxter-left, baxter-right, ", "")
+    words = capfd.readouterr().err
+    assert all(name in words for name in ("baxter-left", "jaco", "panda", "ur5e"))
+
+
+@pytest.mark.rendering
+def test_a_robot_is_drawn_at_rest_before_its_receptacle(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
+    picture = tmp_path / "gen3.png"
+    assert main(["robot", "show", "gen3", "--out", str(picture)]) == 0
+    drawn = np.asarray(Image.open(picture))
+    assert drawn.shape == (720, 1280, 3) and drawn.std() > 20.0
+    assert "drawn at rest" in capfd.readouterr().out
+    assert main(["robot", "show", "gen3", "--out", str(tmp_path / "no" / "folder.png")]) == 2
+    assert "a file that can be written" in capfd.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import logging
 from ctypes.util import find_library
 from typing import Any
 
@@ -16,6 +17,7 @@ from farhand.common.errors import FarhandError
 
 _LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
 _MOST_GEOMS = 2000
+_ROOM, _AZIMUTH_DEG, _ELEVATION_DEG = 1.5, 52.0, -18.0
 
 
 class RenderingUnavailable(FarhandError):
@@ -48,15 +50,27 @@ class Renderer:
         self._options = mujoco.MjvOption()
         self._options.geomgroup[HIDDEN] = 0
         self._camera = mujoco.MjvCamera()
-        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
         self._drawing = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._drawing)
 
     def render(self, camera: str) -> NDArray[np.uint8]:
         """Render the picture of one of the scene's cameras. Shape (height, width, 3)."""
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self._camera.fixedcamid = self._model.camera(camera).id
+        return self._render()
+
+    def render_around(self, points_m: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Render the picture of all these points [m], seen from the side and from above. Shape (height, width, 3)."""
+        low, high = points_m.min(0), points_m.max(0)
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+        self._camera.lookat[:] = 0.5 * (low + high)
+        self._camera.distance = _ROOM * float(np.linalg.norm(high - low))
+        self._camera.azimuth, self._camera.elevation = _AZIMUTH_DEG, _ELEVATION_DEG
+        return self._render()
+
+    def _render(self) -> NDArray[np.uint8]:
         height, width = self._size
         self._context.make_current()
-        self._camera.fixedcamid = self._model.camera(camera).id
         mujoco.mjv_updateScene(
             self._model,
             self._data,
@@ -88,6 +102,7 @@ class Renderer:
 def _open_context(width: int, height: int) -> Any:
     # PyOpenGL selects one library for the whole process, so it is chosen before the first attempt.
     installed = (name for name, library in _LIBRARIES.items() if find_library(library))
+    logging.getLogger("OpenGL").setLevel(logging.WARNING)  # it tells which of its accelerators are missing
     backend = WANTED_GL if WANTED_GL in _LIBRARIES else next(installed, "egl")
     try:
         return importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
