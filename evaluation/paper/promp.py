@@ -124,7 +124,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     summary: Case = {}
     lines = ["# Ours and ProMP", "", (__doc__ or "").split("\n", 1)[1].strip()]
     header = ("", "RMSE, time [cm]", "RMSE, DTW [cm]", "off the axis [deg], median / 90 %", "success", "smoothness", "duration ratio")  # fmt: skip
-    titles = dict(zip(PARTS, ("Seen starts", "New starts and receptacles", "Far starts"), strict=True))
+    titles = {"seen": "Seen starts", "new": "New starts and receptacles", "far": "Far starts"}
     for part, rows_of in by_value(results, "part", PARTS).items():
         chosen = _best_of_grid(rows_of)
         rows = []

@@ -12,7 +12,7 @@ import pytest
 from farhand.common.errors import InvalidConfiguration
 from farhand.evaluation import study
 from farhand.evaluation.live import neighbours
-from farhand.evaluation.study import _chosen, reporting_seeds, run, tuning_seeds
+from farhand.evaluation.study import chosen, reporting_seeds, run, tuning_seeds
 from tests.farhand_process import await_end
 
 
@@ -95,7 +95,7 @@ def test_a_study_that_is_killed_or_interrupted_ends_with_its_workers_in_the_midd
 
 def test_of_a_study_the_chosen_rows_alone_are_run_and_an_unknown_word_lists_those_there_are():
     cases = neighbours.cases(5, 0)
-    assert _chosen(cases, None) == cases
-    assert [case["neighbour"] for case in _chosen(cases, "garbage")] == ["garbage"]
+    assert chosen(cases, None) == cases
+    assert [case["neighbour"] for case in chosen(cases, "garbage")] == ["garbage"]
     with pytest.raises(InvalidConfiguration, match=r"only: one of .*garbage, .*nobody, .*got 'rubbish'"):
-        _chosen(cases, "rubbish")
+        chosen(cases, "rubbish")
