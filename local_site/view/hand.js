@@ -88,6 +88,7 @@ if (!window.farhandHand) {
     tick();
   };
   addEventListener("blur", letGo);
+  document.addEventListener("freeze", letGo);
   document.addEventListener("visibilitychange", letGo);
   addEventListener("gamepaddisconnected", tick);
 

@@ -29,7 +29,9 @@ SkillName = Literal["insert", "extract"]
 _REST_S = 1.0
 _STILL_M_S, _AWAY_M, _STUCK_S = 0.01, 0.025, 0.3
 _SETTLED_S = 0.3
-"""Duration of a standstill: after it, a motion of the hand has ended [s]."""
+"""Duration of a standstill [s]."""
+_NEAR_M = 3e-4
+"""An arm at most so far from the hand has come to it: a slow arm counts as still well before [m]."""
 _RADIAN_M = 0.2
 """Weight of a radian beside metres [m/rad]."""
 _FAR_M = 10.0
@@ -107,7 +109,7 @@ class HeldArm:
             self._points.append(self._arm.tip)
             self._times_s.append(self._n_ticks * TICK_S)
         self._notice()
-        if self._ramp is not None and self._ramp.arrived and self._still:
+        if self._ramp is not None and self._ramp.arrived and self._has_come:
             self.let_go()
 
     def take(self) -> Moved:
@@ -154,6 +156,12 @@ class HeldArm:
             _AWAY_M, self._away_m(before) - least_m
         )
         self._n_stuck = self._n_stuck + 1 if stuck else 0
+
+    @property
+    def _has_come(self) -> bool:
+        """True if the arm stands at the hand, or has stood for longer, because it comes no nearer."""
+        near = self._still and self._away_m(self._tip) < _NEAR_M
+        return near or self._n_still * TICK_S >= _REST_S
 
     @property
     def _still(self) -> bool:

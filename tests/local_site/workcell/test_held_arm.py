@@ -140,3 +140,11 @@ def test_right_and_up_are_as_a_person_behind_the_arm_sees_them(heading: float, p
     np.testing.assert_allclose(into, turn.as_matrix()[:, 2], atol=1e-9)
     np.testing.assert_allclose(np.cross(into, up), right, atol=1e-9)
     assert up[2] >= 0.5  # 45 degrees of roll and 40 of pitch at most
+
+
+def test_also_the_smallest_step_is_made_whole():
+    arm = HeldArm("insert", JACO, 2)
+    before = arm.view()
+    lead(arm, hand_motion.Nudge((0.0, 0.001, 0.0)))
+    wait(arm, 2.0)
+    np.testing.assert_allclose(arm.view().tip[:3] - before.tip[:3], [0.0, 0.001, 0.0], atol=2e-4)
