@@ -88,7 +88,7 @@ if (!window.farhandHand) {
     tick();
   };
   addEventListener("blur", letGo);
-  document.addEventListener("freeze", letGo);
+  for (const change of ["freeze", "resume"]) document.addEventListener(change, letGo);
   document.addEventListener("visibilitychange", letGo);
   addEventListener("gamepaddisconnected", tick);
 
