@@ -2,12 +2,14 @@
 
 Prints how soon a page answers and shows the robot's mode after `farhand up --link geo` (this needs a
 Chromium), and how much of a core the local site needs, and sends to one client, while nothing moves and while
-the robot moves; all of these without an argument.
+the robot moves, for an arm also while a preview plays, and how soon a press is shown as pending; all of these
+without an argument.
 """
 
 from __future__ import annotations
 
 import os
+import statistics
 import sys
 import tempfile
 import time
@@ -28,6 +30,7 @@ from tests.farhand_process import running
 _MEASURED_S = 15.0
 _PATIENCE_S = 120.0
 _SLOWLY_PERCENT = 20.0
+_PRESSES = 5
 _READY = (("Load samples", "robot lacks it"), ("Send model", "robot has it"), ("Arm", "HOLD"))
 
 
@@ -110,13 +113,34 @@ def measure_arm(folder: Path) -> None:
         for button, shown in _READY:
             client.press(button)
             until(client, shown)
+        say_pending(client)
         client.set("Speed [%]", value=_SLOWLY_PERCENT)
         until(client, f"at {_SLOWLY_PERCENT:.0f}%")
+        client.press("Preview")
+        until(client, "of motion")
+        report("a preview", stack, client)
         client.press("Preview")
         until(client, "of motion")
         client.press("Execute")
         until(client, "APPROACHING")
         report("an arm moves", stack, client)
+
+
+def say_pending(client: RawClient) -> None:
+    """Measure the time from a press to its mark as pending, and to the mode that it leads to, as a client is sent them."""
+    marked_s, done_s = [], []
+    for _ in range(_PRESSES):
+        for label, mode in (("Disarm", "DISARMED"), ("Arm", "HOLD")):
+            began_s = time.monotonic()
+            client.press(label)
+            until(client, "yellow")
+            marked_s.append(time.monotonic() - began_s)
+            until(client, mode)
+            done_s.append(time.monotonic() - began_s)
+    say(
+        f"{'a press:':16} pending after {1e3 * statistics.median(marked_s):.0f} ms (largest {1e3 * max(marked_s):.0f}; "
+        f"at most 100), done after {1e3 * statistics.median(done_s):.0f} ms"
+    )
 
 
 def until(client: RawClient, words: str) -> None:

@@ -11,7 +11,7 @@ import viser
 from msgspec import Meta
 from viser import _messages
 
-from farhand.local_site.view.tabs import Sessions
+from farhand.local_site.view.sessions import Sessions
 from farhand.local_site.view.uploads import FilePart, FileStart, Uploads
 
 LARGEST_BYTES = 4096

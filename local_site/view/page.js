@@ -2,8 +2,7 @@
 if (!window.farhand) {
   const LOOK_MS = 200;
   const SILENT_AFTER_LOOKS = 8; // not a time: a page that was busy itself has not heard what it could hear
-  const NARROW_BUTTONS = ["Pause", "Resume", "Abort"];
-  const TABS = ["Timeline", "Executions", "Demonstrations", "Model", "Link", "Events"];
+  const words = window.farhandWords;
   const farhand = (window.farhand = { beat: null, heard: performance.now(), looks: 0 });
 
   const add = (tag, attributes, parent = document.body) => {
@@ -33,12 +32,12 @@ if (!window.farhand) {
   const mode = line("mode", "fh-narrow-mode"), age = line("age", "fh-narrow-age");
   const alarm = line("alarm", "fh-narrow-alarm"), advice = line("advice", "fh-narrow-advice");
   const actions = line("actions", "fh-narrow-actions");
-  for (const label of NARROW_BUTTONS) {
+  for (const label of words.narrowButtons) {
     const button = add("button", { class: "fh-own", type: "button", "data-label": label }, actions);
     button.textContent = label;
     button.addEventListener("click", () => served(label)?.click());
   }
-  show(line("note", "fh-narrow-note"), "This window is too narrow for more: it watches, stops, pauses and aborts. From 700 px on it does all.");
+  show(line("note", "fh-narrow-note"), words.narrow);
   const drawNarrow = () => {
     show(mode, [said("mode") || "UNKNOWN", said("phase")].filter(Boolean).join(" "));
     show(age, `data ${said("age") || "unknown"} old, link ${said("link") || "unknown"}`);
@@ -61,10 +60,7 @@ if (!window.farhand) {
     const silent = farhand.looks > SILENT_AFTER_LOOKS;
     const silent_s = Math.floor((performance.now() - farhand.heard) / 1000);
     banner.style.opacity = silent ? "1" : "0";
-    show(banner, silent
-      ? `NO NEWS from the local site for ${silent_s} s: what you see is old, and STOP cannot be sent from here. ` +
-        "Stop the robot at its own site, or start farhand local again."
-      : "");
+    show(banner, silent ? words.noNews.replace("{}", silent_s) : "");
   };
 
   // A file that is too large is not sent: a STOP would wait behind it. The server is told its name alone.
@@ -78,18 +74,18 @@ if (!window.farhand) {
 
   // Drawer and tabs: of this window alone, so the server does not know of them
   const menu = add("button", { id: "fh-menu", class: "fh-own", type: "button", "aria-expanded": "false" });
-  menu.textContent = "More";
+  menu.textContent = words.more;
   menu.addEventListener("click", () => {
     const open = document.body.toggleAttribute("data-drawer");
     menu.setAttribute("aria-expanded", open);
-    show(menu, open ? "Close" : "More");
+    show(menu, open ? words.close : words.more);
   });
-  const tabs = add("div", { id: "fh-tabs", role: "tablist", "aria-label": "Details" });
+  const tabs = add("div", { id: "fh-tabs", role: "tablist", "aria-label": words.details });
   const select = (name) => {
     document.body.dataset.tab = name;
     for (const tab of tabs.children) tab.setAttribute("aria-selected", tab.dataset.name === name);
   };
-  for (const label of TABS) {
+  for (const label of words.tabs) {
     const name = label.toLowerCase();
     const tab = add("button", { class: "fh-own", type: "button", role: "tab", id: `fh-tab-${name}`, "data-name": name }, tabs);
     tab.textContent = label;
@@ -126,7 +122,7 @@ if (!window.farhand) {
     const does = [said("mode") || "UNKNOWN", said("phase")].filter(Boolean).join(" ");
     const alarming = said("stop").replace(/ \d+ s\b.*/, "");
     show(urgent, alarming);
-    show(calm, [does, said("link") === "OK" ? "" : `link ${said("link")}`, said("past") && "the robot is shown as it was, not now", said("refusal")].filter(Boolean).join(", "));
+    show(calm, [does, said("link") === "OK" ? "" : `link ${said("link")}`, said("past") && words.past, said("refusal")].filter(Boolean).join(", "));
     const title = `${alarming ? `! ${alarming}` : does} · Farhand`;
     if (document.title !== title) document.title = title;
     // viser gives its sliders and the numbers beside them no name

@@ -35,7 +35,8 @@ from farhand.local_site.view.robot_half import RobotHalf
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
 from farhand.local_site.view.scene.board.planar_scene import PlanarScene
 from farhand.local_site.view.server import PageServer
-from farhand.local_site.view.tabs import Sessions, Tabs
+from farhand.local_site.view.sessions import Sessions
+from farhand.local_site.view.tabs import Tabs
 
 _log = loop_logger(__name__)
 
@@ -143,6 +144,12 @@ class Page:
         with gui.add_folder("Watching"):
             gui.add_html('<i class="fh-here fh-here-take"></i>')
             self._open_button("Take over", lambda tab: self._tabs.take_over(tab))  # noqa: PLW0108 (made later)
+        with gui.add_folder("Another tab"):
+            gui.add_html('<i class="fh-here fh-here-keep"></i>')
+            gui.add_html(
+                '<div class="fh-asked" role="alert">Another tab takes over in 5 s, unless you keep control.</div>'
+            )
+            self._open_button("Keep control", lambda tab: self._tabs.keep(tab))  # noqa: PLW0108 (made later)
 
     def _build_foot(self, gui: viser.GuiApi) -> None:
         """Build the tabs at the bottom: what was, what was taught, and how the link is."""
@@ -239,4 +246,4 @@ class Page:
         self._demonstrations.draw(state)
         self._graph.draw(state)
         self._history.draw(state, self._drawer.link_name, now_s)
-        self._tabs.draw(state.recording)
+        self._tabs.draw(state.recording, now_s)

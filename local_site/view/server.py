@@ -25,13 +25,14 @@ from farhand.common.address import bind
 from farhand.common.log import loop_logger
 from farhand.local_site.view.door import Door, Visit
 from farhand.local_site.view.incoming import LARGEST_BYTES, Incoming
-from farhand.local_site.view.tabs import Sessions
+from farhand.local_site.view.panels.words.scripts import script_words
+from farhand.local_site.view.sessions import Sessions
 from farhand.local_site.view.uploads import PART_BYTES
 
 _log = loop_logger(__name__)
 
 _FILES = Path(__file__).parent
-_SCRIPTS = ("page.js", "hand.js")
+_SCRIPTS = ("page.js", "hand.js", "tour.js")
 _MOST_TABS = 32
 _MOST_UNOPENED = 64
 _MESSAGES_PER_S, _BYTES_PER_S, _BURST_S = 250.0, 4e6, 1.0
@@ -78,7 +79,8 @@ class PageServer(viser.ViserServer):
         self.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         self.gui.add_html(f"<style>{(_FILES / 'page.css').read_text('utf-8')}</style>")
         # viser has no public way to give the page a script of its own; it keeps this message for late tabs.
-        script = "\n".join((_FILES / name).read_text("utf-8") for name in _SCRIPTS)
+        files = ((_FILES / name).read_text("utf-8") for name in _SCRIPTS)
+        script = "\n".join((script_words(), *files))
         self._websock_server.queue_message(_messages.RunJavascriptMessage(source=script))
 
     @property

@@ -1,87 +1,18 @@
-"""Browser tabs as they open and close: the camera of each, and the notice of its role.
-
-Sessions of browser tabs: one tab is active, the others watch. Anybody may stop.
-"""
+"""Browser tabs as they open and close: the camera of each, and the notice of its role."""
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
-from enum import StrEnum
 from typing import Protocol
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from farhand.common.clock import elapsed_s
 from farhand.local_site.view.panels.html import Html, element
-
-
-class Role(StrEnum):
-    """Role of a tab."""
-
-    ACTIVE = "active"
-    WATCHING = "watching"
-    FREE = "free"
-    """No tab is active: the first that acts becomes active."""
-
-
-class Sessions:
-    """Open tabs, by the number of their connection. Used by the server's thread and the page's."""
-
-    def __init__(self) -> None:
-        self._open: list[int] = []
-        self._active: int | None = None
-        self._lock = threading.Lock()
-
-    @property
-    def active(self) -> int | None:
-        """Tab that may act."""
-        return self._active
-
-    @property
-    def tabs(self) -> tuple[int, ...]:
-        """All open tabs."""
-        return tuple(self._open)
-
-    def joined(self, tab: int) -> None:
-        """Add an opened tab; it becomes active if no other one is."""
-        with self._lock:
-            self._open.append(tab)
-            if self._active is None:
-                self._active = tab
-
-    def left(self, tab: int) -> bool:
-        """Remove a closed tab. Return whether it was the active one."""
-        with self._lock:
-            if tab in self._open:
-                self._open.remove(tab)
-            was_active = self._active == tab
-            if was_active:
-                self._active = None
-            return was_active
-
-    def acts(self, tab: int) -> bool:
-        """Decide whether this tab may act; if no tab is active, it becomes so."""
-        with self._lock:
-            if self._active is None and tab in self._open:
-                self._active = tab
-            return self._active == tab
-
-    def take_over(self, tab: int) -> bool:
-        """Make an open tab the active one. Return whether it was not before."""
-        with self._lock:
-            taken = tab in self._open and self._active != tab
-            if taken:
-                self._active = tab
-            return taken
-
-    def role(self, tab: int) -> Role:
-        """Return the role of a tab."""
-        active = self._active
-        if active is None:
-            return Role.FREE
-        return Role.ACTIVE if active == tab else Role.WATCHING
+from farhand.local_site.view.panels.words.lists import ASKED, KEPT, NOT_DONE, ROLE_WORDS
+from farhand.local_site.view.sessions import Role, Sessions
 
 
 class Scene(Protocol):
@@ -99,14 +30,6 @@ class Scene(Protocol):
     def let_go(self) -> None:
         """End the drag of a closed tab."""
         ...
-
-
-_NOT_DONE = "Nothing was done: this tab only watches. Press Take over to act here."
-_WORDS = {
-    Role.ACTIVE: "",
-    Role.WATCHING: "This tab watches: another one is active. STOP works here too. Take over makes this one active.",
-    Role.FREE: "No tab is active: act here to take over.",
-}
 
 
 class Tabs:
@@ -136,7 +59,8 @@ class Tabs:
         self._before: tuple[int, str, NDArray[np.float64], NDArray[np.float64]] | None = None
         """Tab whose camera is at the view for teaching, with the view and the camera that it had before."""
         self._roles: dict[int, Html] = {}
-        self._refused: set[int] = set()
+        self._told: dict[int, str] = {}
+        """What a watching tab is told beside its role."""
 
         async def joined(client: viser.ClientHandle) -> None:
             async def moved(_camera: viser.CameraHandle) -> None:
@@ -153,33 +77,48 @@ class Tabs:
         server.on_client_connect(joined)
         server.on_client_disconnect(left)
 
-    def draw(self, teaches: bool) -> None:
+    def draw(self, teaches: bool, now_s: float) -> None:
         """Show each tab its role, and the active one the view for teaching as long as a demonstration is recorded.
 
         Args:
             teaches: True while a demonstration is recorded.
+            now_s: Present time [s]: a tab that asked takes over once it is time.
         """
+        if self._sessions.take_over_if_due(now_s):
+            self._active_left()
         if teaches and not self._teaches:
             self._begin_teaching()
         elif self._teaches and not teaches:
             self._end_teaching()
         self._teaches = teaches
+        self._draw_roles()
+
+    def _draw_roles(self) -> None:
+        asker = self._sessions.asker
         for tab, role_html in self._roles.items():
             role = self._sessions.role(tab)
             if role is not Role.WATCHING:
-                self._refused.discard(tab)
-            words = _NOT_DONE if tab in self._refused else _WORDS[role]
-            role_html.show(element("session", role.value, "fh-active", hidden="") + _banner(role, words))
+                self._told.pop(tab, None)
+            words = ASKED if tab == asker else self._told.get(tab, ROLE_WORDS[role])
+            told = element("role", words, "fh-role", tag="div", role="status") if words else ""
+            style = _WATCHER_STYLE if role is Role.WATCHING else _KEEP_STYLE if asker is not None else ""
+            role_html.show(element("session", role.value, "fh-active", hidden="") + told + style)
 
     def refused(self, tab: int) -> None:
         """Show one tab that it may not act."""
         if tab in self._clients:
-            self._refused.add(tab)
+            self._told[tab] = NOT_DONE
 
     def take_over(self, tab: int) -> None:
-        """Make a watching tab the active one; the other one watches, and its drag ends."""
-        if self._sessions.take_over(tab):
-            self._active_left()
+        """Have a watching tab become the active one, unless that objects."""
+        self._told.pop(tab, None)
+        self._sessions.ask(tab, elapsed_s())
+
+    def keep(self, tab: int) -> None:
+        """Have the active tab object to another one that asks to take over."""
+        asker = self._sessions.keep(tab)
+        if asker is not None:
+            self._told[asker] = KEPT
 
     def look(self, tab: int, view: str) -> None:
         """Fit a view into a tab's canvas, however the present one was turned."""
@@ -219,7 +158,7 @@ class Tabs:
         self._fit(client)
 
     def _left(self, tab: int, was_active: bool) -> None:
-        self._refused.discard(tab)
+        self._told.pop(tab, None)
         self._clients.pop(tab, None)
         self._sizes.pop(tab, None)
         self._roles.pop(tab, None)
@@ -238,13 +177,12 @@ class Tabs:
         client.flush()
 
 
-def _banner(role: Role, words: str) -> str:
-    told = element("role", words, "fh-role", tag="div") if words else ""
-    return told + (_WATCHER_STYLE if role is Role.WATCHING else "")
-
-
 _WATCHER_STYLE = """<style>
 .mantine-Paper-root[data-with-border]:not(:has(.fh-here-take, .fh-here-view)) :is(.mantine-Button-root, input, [role=slider]) { visibility: hidden; }
 .mantine-Paper-root[data-with-border]:has(.fh-here-take) { display: block; }
 </style>"""
 """Only what a watching tab may press is drawn in it, and can be reached by its keyboard."""
+_KEEP_STYLE = """<style>
+.mantine-Paper-root[data-with-border]:has(.fh-here-keep) { display: block; }
+</style>"""
+"""The active tab may object while another one asks."""

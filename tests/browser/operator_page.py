@@ -45,6 +45,7 @@ class OperatorPage:
         self.console: list[str] = []
         self.requests: list[str] = []
         page.set_default_timeout(WAIT_MS)
+        page.add_init_script("try { localStorage.setItem('farhand-tour', 'seen'); } catch { }")
         page.on("pageerror", lambda error: self.problems.append(str(error)))
         page.on("console", lambda message: self.console.append(message.text))
         page.on("request", lambda request: self.requests.append(request.url))

@@ -22,7 +22,7 @@ from tests.browser.operator_page import WAIT_MS
 from tests.browser.robot_record import RobotRecord, recorded, went_m
 from tests.browser.stack import Stack, farhand_up, swaying_task
 from tests.browser.tabs import tabs_of
-from tests.browser.test_layout import assert_legible
+from tests.browser.test_layout import assert_accessible, assert_legible
 
 Array = NDArray[np.float64]
 NewArmTab = Callable[[Stack], ArmPage]
@@ -80,6 +80,7 @@ def test_driving_begins_and_ends_without_a_jump(tab: ArmPage, stack: Stack) -> N
     arm = tab.new_place()
     with recorded(stack) as robot:
         tab.insist("Arm", "mode", "HOLD")
+        assert_accessible(tab)
         tab.insist("Couple", "mode", "DIRECT")
         robot.let_pass(1.0)
         tab.insist("Clutch", "mode", "HOLD")
@@ -117,6 +118,7 @@ def test_the_samples_lead_to_a_seated_plug_by_clicks_alone(tab: ArmPage) -> None
     tab.says("demos", "5")
     assert 0.0 < tab.number("force") < 60.0
     assert_legible(tab)
+    assert_accessible(tab)
 
 
 def test_a_demonstration_by_the_arrows_leads_to_a_seated_plug(tab: ArmPage) -> None:
@@ -137,6 +139,7 @@ def test_a_demonstration_by_the_arrows_leads_to_a_seated_plug(tab: ArmPage) -> N
         tip[:3] += frame.A[:3, axis] * way_m
     lead(tab, tip, 2, BORE_M - float(frame.to_local(tip)[2]), DEEP)
     assert_legible(tab)
+    assert_accessible(tab)
     tab.press("End")
     tab.says("demos", f"{demos + 1:.0f}")
     tab.execute_until_seated()

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from axe_playwright_python.sync_playwright import Axe
 
 from tests.browser.operator_page import OperatorPage
 
 SIZES = [(1280, 720), (1920, 1080)]
+SMALL_SIZES = [(1024, 600), (768, 1024), (390, 844)]
+_NARROW_PX = 700
+"""Below this width the page shows less, see `test_small_windows`."""
 
 # The boxes of all lines of text that are to be seen: {owner, text, x, y, right, bottom, cut}.
 TEXT_BOXES = """() => {
@@ -36,16 +41,16 @@ TEXT_BOXES = """() => {
 TO_THE_TOP = "() => document.querySelectorAll('*').forEach((element) => { element.scrollTop = 0 })"
 
 
-def assert_legible(tab: OperatorPage) -> None:
+def assert_legible(tab: OperatorPage, sizes: Sequence[tuple[int, int]] = SIZES) -> None:
     """In each of the sizes; the window is as before in the end, for who takes hold of something in it."""
     before = tab.page.viewport_size
     assert before is not None
-    for width, height in SIZES:
+    for width, height in sizes:
         tab.page.set_viewport_size({"width": width, "height": height})
         tab.page.evaluate(TO_THE_TOP)
         tab.next_frame()
         boxes = tab.page.evaluate(TEXT_BOXES)
-        assert len(boxes) > 30
+        assert len(boxes) > (30 if width >= _NARROW_PX else 5)
         assert [box["text"] for box in boxes if box["cut"]] == [], f"cut off at {width} x {height}"
         assert overlapping(boxes) == [], f"at {width} x {height}"
     tab.page.set_viewport_size(before)

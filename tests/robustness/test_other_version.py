@@ -22,8 +22,8 @@ from farhand.common.wire.reasons import Code
 from farhand.evaluation.harness.farhand_process import HeardProcess
 from farhand.local_site.console.facts import operator_facts
 from farhand.local_site.console.permission import command_refusal
-from farhand.local_site.view.panels.guidance import advice
-from farhand.local_site.view.panels.status_strip import _lease_words
+from farhand.local_site.view.panels.words.advice import advice
+from farhand.local_site.view.panels.words.status import lease_words
 from tests.local_site.robot_end import desk
 from tests.robustness.raw_operator import RawOperator
 
@@ -70,7 +70,7 @@ def test_the_operators_site_says_that_the_robot_is_of_another_version_and_sends_
         of_newer()
         picture = it.until(lambda p: bool(p.other_schema))
         assert f"version {SCHEMA}, got {NEWER}" in picture.other_schema
-        assert "another version" in advice(picture) and _lease_words(picture) == "another version"
+        assert "another version" in advice(picture) and lease_words(picture) == "another version"
         for action in set(Action) - {Action.STOP}:
             reason = command_refusal(action, picture)
             assert reason is not None and reason.code == Code.OTHER_VERSION

@@ -14,6 +14,7 @@ from farhand.common.wire.messages import SLOWEST_PACE
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState, TaskStanding
 from farhand.local_site.view.panels.html import Html, element, text
+from farhand.local_site.view.panels.words.lists import standing_words
 from farhand.local_site.view.scene.nodes import Layers
 
 Submit = Callable[[intents.Intent], None]
@@ -169,22 +170,3 @@ class Legend:
 
 def _line(task: TaskStanding) -> str:
     return f"<div><b>{text(task.name)}</b> {element(f'standing-{task.name}', standing_words(task))}</div>"
-
-
-def standing_words(task: TaskStanding) -> str:
-    """Return a task's number of demonstrations, and whether the robot has the model, as text."""
-    n = task.n_demonstrations
-    if not task.robot_does:
-        return "not done by this robot"
-    if not n:
-        return "not taught"
-    robot = (
-        "on its way"
-        if task.sending_sha256
-        else "asking the robot"
-        if task.asking
-        else "robot lacks it"
-        if task.differs
-        else "robot has it"
-    )
-    return f"{n} demo{'' if n == 1 else 's'}, {robot}"

@@ -12,7 +12,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.permission import refusal_of
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.view.panels.choices import Act, Submit
-from farhand.local_site.view.panels.words import upload_words
+from farhand.local_site.view.panels.words.lists import upload_words
 from farhand.local_site.view.uploads import MOST_FILE_BYTES
 
 Save = Callable[[int, str, bytes], None]

@@ -19,7 +19,7 @@ from farhand.common.impairment.link_control import RelayControl
 from farhand.common.log import loop_logger
 from farhand.local_site.view.panels.choices import Act
 from farhand.local_site.view.panels.html import Html, element
-from farhand.local_site.view.panels.words import loss_words
+from farhand.local_site.view.panels.words.lists import loss_words
 
 _log = loop_logger(__name__)
 

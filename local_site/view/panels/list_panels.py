@@ -14,13 +14,11 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.permission import refusal_of
 from farhand.local_site.exchange.notices import Notice
-from farhand.local_site.teaching.revisions import Revision
 from farhand.local_site.view.panels.choices import Act, Submit
 from farhand.local_site.view.panels.html import Html, clock, text
+from farhand.local_site.view.panels.words.lists import LATE_S, event_words, revision_label, robot_clock
 
 _SHOWN = 80
-_LATE_S = 2.0
-"""An event that was so long on its way was held up by an outage, and is shown when it happened [s]."""
 
 
 class EventPanel:
@@ -51,32 +49,16 @@ class EventPanel:
         lines = [self._line(notice, newest=notice is notices[-1]) for notice in reversed(notices)]
         self._html.show(
             '<div class="fh-lower fh-log"><div class="fh-caption">events, the newest first</div>'
-            f'<div class="fh-messages" data-tp="messages" tabindex="0">{"".join(lines)}</div></div>'
+            f'<div class="fh-messages" data-tp="messages" tabindex="0" role="log" aria-live="off" aria-label="events">{"".join(lines)}</div></div>'
         )
 
     def _line(self, notice: Notice, newest: bool) -> str:
         kind = ("fh-said" if notice.good else "fh-refused") + " fh-newest" * newest
-        at_s = self._wall_s + notice.time_s - (notice.late_s if notice.late_s > _LATE_S else 0.0)
+        at_s = self._wall_s + notice.time_s - (notice.late_s if notice.late_s > LATE_S else 0.0)
         return (
             f'<div data-tp="message" class="{kind}" title="{text(robot_clock(notice))}">'
-            f"{clock(at_s)}{text(words(notice))}</div>"
+            f"{clock(at_s)}{text(event_words(notice))}</div>"
         )
-
-
-def words(notice: Notice) -> str:
-    """Return the event as one line."""
-    late = f", heard {notice.late_s:.0f} s later" if notice.late_s > _LATE_S else ""
-    by = f" [{notice.who}]" if notice.who else ""
-    if notice.text.startswith(notice.what) and not by:
-        return f"{notice.text}{late}"  # avoids "executing: executing hot-stab"
-    return f"{notice.what}{by}: {notice.text}{late}"
-
-
-def robot_clock(notice: Notice) -> str:
-    """Return the time of an event on the clock that applies to it."""
-    if notice.robot_s is None:
-        return "this site's own; its clock"
-    return f"{notice.robot_s:.2f} s on the robot's clock; the time shown is this site's"
 
 
 _NONE: str = "nothing was taught yet"
@@ -111,7 +93,7 @@ class LibraryPanel:
 
     def draw(self, state: ConsoleState) -> None:
         """Show the kept revisions; the current one is selected until another one is chosen."""
-        labels = tuple(map(_label, state.revisions)) or (_NONE,)
+        labels = tuple(map(revision_label, state.revisions)) or (_NONE,)
         numbers = tuple(revision.number for revision in state.revisions) or (0,)
         if (labels, state.revision) != (self._labels, self._present):
             chosen = self._chosen()
@@ -140,8 +122,3 @@ class LibraryPanel:
         async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             if event.client_id is not None:
                 self._act(event.client_id, lambda: self._submit(make()))
-
-
-def _label(revision: Revision) -> str:
-    n = len(revision.demonstrations)
-    return f"{revision.number}: {n} demonstration{'' if n == 1 else 's'}"

@@ -17,6 +17,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.history import History, Moment
 from farhand.local_site.view.panels.choices import Act
 from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.panels.words.status import past_words
 
 _SPANS = {"2 min": 120.0, "15 min": 900.0, "Session": 0.0}
 """Spans of the timeline by their names [s]; that of the session is as long as it took."""
@@ -37,14 +38,6 @@ class Look:
 
     span_s: float = _LEAST_S
     then_s: float | None = None
-
-
-def ago_words(seconds: float) -> str:
-    """Return how long ago something was, as text."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    parts = ((hours, "h"), (minutes, "min"), (rest if not hours else 0, "s"))
-    return f"{' '.join(f'{n} {unit}' for n, unit in parts if n) or '0 s'} ago"
 
 
 def must_see_now(state: ConsoleState) -> bool:
@@ -136,10 +129,3 @@ class LookingBack:
         async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             if event.client_id is not None:
                 self._act(event.client_id, do)
-
-
-def past_words(then: Moment, now_s: float) -> str:
-    """Return the mark over a picture of the robot that is not of now."""
-    force = f", {then.force_n:.0f} N" if then.force_n is not None else ""
-    old = "" if then.heard or then.age_s is None else f", {then.age_s:.0f} s old already"
-    return f"{ago_words(now_s - then.time_s)}, not now: {then.mode or 'no report yet'}{force}{old}"

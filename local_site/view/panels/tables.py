@@ -15,7 +15,7 @@ from farhand.local_site.console.executions import Executions, ReportedExecution
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.goal import goal_miss
 from farhand.local_site.view.panels.html import Html, clock, element, text
-from farhand.local_site.view.panels.words import at_the_end, count_words, outcome_words
+from farhand.local_site.view.panels.words.lists import at_the_end, count_words, outcome_words
 
 
 class DemonstrationList:
@@ -103,4 +103,4 @@ def _table(name: str, head: Sequence[str], rows: Sequence[str], empty: str) -> s
     table = (
         f"<table><tr>{titles}</tr>{''.join(rows)}</table>" if rows else f'<div class="fh-empty">{empty}</div>'
     )
-    return f'<div class="fh-lower" data-tab="{name}" data-tp="{name}"><div class="fh-list" tabindex="0">{table}</div></div>'
+    return f'<div class="fh-lower" data-tab="{name}" data-tp="{name}"><div class="fh-list" tabindex="0" role="region" aria-label="{name}">{table}</div></div>'

@@ -10,7 +10,8 @@ import viser
 
 from farhand.local_site.view.history import History, Moment
 from farhand.local_site.view.panels.html import Html, text
-from farhand.local_site.view.panels.looking_back import Look, ago_words
+from farhand.local_site.view.panels.looking_back import Look
+from farhand.local_site.view.panels.words.status import ago_words
 
 _PERIOD_S = 1.0
 _COLUMNS = 240
@@ -128,7 +129,7 @@ def _outages(moments: Sequence[Moment], axis: _Axis) -> str:
 
 def _spans(moments: Sequence[Moment], now_s: float) -> list[tuple[float, float, Moment]]:
     """Return each moment with the time from which and until which it holds [s]."""
-    ends = [*(m.time_s for m in moments[1:]), now_s]
+    ends = [*(m.time_s for m in moments[1:]), now_s][: len(moments)]
     return [(m.time_s, end, m) for m, end in zip(moments, ends, strict=True)]
 
 

@@ -18,7 +18,7 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.executions import KEPT, ExecutionHistory
 from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.view.panels.words import at_the_end, count_words, outcome_words
+from farhand.local_site.view.panels.words.lists import at_the_end, count_words, outcome_words
 from tests.local_site.robot_end import TASK, desk
 from tests.loopback import OperatorsEnd
 

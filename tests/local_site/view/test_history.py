@@ -18,8 +18,9 @@ from farhand.local_site.view import history
 from farhand.local_site.view.history import AT_REST_S, MOST_MOMENTS, History, as_it_was
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.actions import offered
-from farhand.local_site.view.panels.looking_back import Look, ago_words
+from farhand.local_site.view.panels.looking_back import Look
 from farhand.local_site.view.panels.timeline import timeline_svg
+from farhand.local_site.view.panels.words.status import ago_words
 from tests.local_site.view.panels.test_truth import LOST, OK, ROBOT_IN
 from tests.local_site.view.test_redraw import ROBOT
 
@@ -121,6 +122,10 @@ def test_one_axis_has_mode_component_force_with_its_limit_depth_age_outages_and_
     ):
         assert part in svg, part
     assert ">now<" in svg and ">2 min ago<" in svg
+
+
+def test_the_timeline_is_drawn_before_the_first_report() -> None:
+    assert "<svg" in timeline_svg([], 20.0, 30.0)
 
 
 def test_no_peak_of_the_force_is_left_out_of_a_long_timeline(heard: ConsoleState) -> None:

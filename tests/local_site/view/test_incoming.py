@@ -25,7 +25,7 @@ from farhand.local_site.view.incoming import LARGEST_BYTES
 from farhand.local_site.view.page import Page
 from farhand.local_site.view.scene.arm.arm_scene import HandGizmo
 from farhand.local_site.view.server import PageServer
-from farhand.local_site.view.tabs import Sessions
+from farhand.local_site.view.sessions import Sessions
 from farhand.local_site.view.uploads import MOST_FILE_BYTES, PART_BYTES
 from tests.browser.raw_client import RawClient, raw_connection
 from tests.local_site.robot_end import FRAMES, TASK, Desk, desk, stroke

@@ -10,7 +10,7 @@ from msgspec import structs
 from farhand.common.control_mode import ControlMode, Phase
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.actions import offered, step, steps_html
-from farhand.local_site.view.panels.guidance import advice
+from farhand.local_site.view.panels.words.advice import advice
 from tests.local_site.view.panels.test_truth import LOST, OK, ROBOT_IN
 
 

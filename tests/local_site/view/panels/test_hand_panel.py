@@ -12,8 +12,8 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.deploy.places import find_task
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels import buttons
-from farhand.local_site.view.panels.guidance import advice
 from farhand.local_site.view.panels.hand_panel import beside_axis, gauge_html
+from farhand.local_site.view.panels.words.advice import advice
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.cells import JACO

@@ -10,7 +10,7 @@ import pytest
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.view.panels.words import local_words, words_of
+from farhand.local_site.view.panels.words.tasks import local_words, words_of
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.cells import JACO

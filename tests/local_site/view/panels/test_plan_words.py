@@ -15,7 +15,7 @@ from farhand.common.wire.motion_encoding import packed
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.lesson import LearnedModel
-from farhand.local_site.view.panels.guidance import plan_words
+from farhand.local_site.view.panels.words.advice import plan_words
 
 
 def lesson(sides: tuple[float, ...]) -> LearnedModel:

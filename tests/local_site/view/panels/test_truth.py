@@ -19,8 +19,8 @@ from farhand.local_site.console.permission import command_refusal
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.buttons import ROBOT
-from farhand.local_site.view.panels.guidance import refusal
 from farhand.local_site.view.panels.status_strip import _alarm, _cells
+from farhand.local_site.view.panels.words.advice import refusal
 from tests.local_site.robot_end import desk
 
 ROBOT_IN = Telemetry(

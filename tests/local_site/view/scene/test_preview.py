@@ -18,12 +18,12 @@ from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLe
 from farhand.local_site.view.door import Door
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.actions import offered
-from farhand.local_site.view.panels.guidance import preview_miss_words
 from farhand.local_site.view.panels.preview_player import PreviewPlayer
+from farhand.local_site.view.panels.words.advice import preview_miss_words
 from farhand.local_site.view.scene.ghost import Ghost, PredictionCheck, predict, preview_miss, shown_path
 from farhand.local_site.view.scene.tube import Tube, covariances_along, tube
 from farhand.local_site.view.server import PageServer
-from farhand.local_site.view.tabs import Sessions
+from farhand.local_site.view.sessions import Sessions
 from tests.local_site.robot_end import HOT_STAB
 from tests.local_site.view.panels.test_plan_words import lesson
 from tests.local_site.view.panels.test_truth import OK

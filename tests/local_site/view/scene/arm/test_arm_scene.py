@@ -13,11 +13,11 @@ from farhand.common.arm.simulation.description import describe
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.door import Door
 from farhand.local_site.view.panels.status_strip import _remote_words
-from farhand.local_site.view.panels.words import words_of
+from farhand.local_site.view.panels.words.tasks import words_of
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
 from farhand.local_site.view.scene.ghost import RobotPicture
 from farhand.local_site.view.server import PageServer
-from farhand.local_site.view.tabs import Sessions
+from farhand.local_site.view.sessions import Sessions
 from tests.cells import JACO
 from tests.local_site.exchange.test_robot_scene import report
 from tests.local_site.robot_end import HOT_STAB

@@ -1,7 +1,4 @@
-"""Texts of the page: those that differ between a board and an arm, and those that name a reason or an outcome.
-
-Text above the operator's own arm: while it is led, the place of its plug.
-"""
+"""Words that differ between a board and an arm, and those above the operator's own arm: the place of its plug."""
 
 from __future__ import annotations
 
@@ -10,10 +7,7 @@ from dataclasses import dataclass, replace
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask, ArmTask
-from farhand.common.wire.messages import ExecutionReport
-from farhand.common.wire.words import sentence
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.console.executions import Executions, ReportedExecution
 from farhand.local_site.workcell.arm_view import ArmView
 
 
@@ -107,62 +101,3 @@ def _along(arrow: str, way_m: float) -> str:
 
 def _is_in(arm: ArmView) -> bool:
     return arm.depth_m > _IN_M and arm.lateral_m < _BESIDE_M
-
-
-def loss_words(transport: str, in_bursts: bool) -> str:
-    """Return what to know about the simulated link's loss; empty where its slider tells all.
-
-    Args:
-        transport: Transport of the present connections, "tcp" or "udp"; empty without any.
-        in_bursts: True if datagrams are lost in bursts, which the slider does not show.
-    """
-    if transport == "tcp":
-        return "A TCP connection loses no packets: loss and a change of ports need --transport quic."
-    if transport == "udp" and in_bursts:
-        return "Loss comes in bursts, as set at the link's control socket; the slider replaces them."
-    return ""
-
-
-def count_words(executions: Executions) -> str:
-    """Return the share of the executions that reached the end of their motion, in words."""
-    n = executions.n_ended
-    return f"{executions.n_reached_end} of {n} ended as they should" if n else "none has ended yet"
-
-
-def outcome_words(execution: ReportedExecution, newest: bool) -> str:
-    """Return how an execution ended, or that it has not.
-
-    Args:
-        execution: Execution.
-        newest: True if it is the newest: another one without an end is over, though nobody told why.
-    """
-    if execution.ended is None:
-        return "under way" if newest else "its end was not told"
-    if execution.reached_end:
-        phase = (each.value for each in execution.ended.values if each.name == "phase")
-        return str(next(phase, "at its end"))
-    return sentence(execution.ended)
-
-
-def at_the_end(report: ExecutionReport) -> str:
-    """Return the place at which an execution ended as the robot measured it; empty where it cannot know."""
-    parts = []
-    if report.depth_m is not None:
-        side = "deep" if report.depth_m >= 0.0 else "before the mouth"
-        parts.append(f"{1e3 * abs(report.depth_m):.0f} mm {side}")
-    if report.lateral_m is not None:
-        parts.append(f"{1e3 * report.lateral_m:.1f} mm beside")
-    if report.end_error_m is not None:
-        parts.append(f"{1e3 * report.end_error_m:.0f} mm off")
-    return ", ".join(parts)
-
-
-def upload_words(most_bytes: int) -> str:
-    """Return what can be uploaded.
-
-    Args:
-        most_bytes: Largest size of a file [B].
-    """
-    return (
-        f"Upload: a .npz as downloaded here, or made by farhand import, of at most {1e-6 * most_bytes:g} MB."
-    )

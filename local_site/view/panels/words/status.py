@@ -1,0 +1,131 @@
+"""Words about the robot's state: band at the top, alarm, card below the robot, and how long ago something was."""
+
+from __future__ import annotations
+
+import math
+
+from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.wire.messages import Telemetry
+from farhand.common.wire.words import sentence
+from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.stop_sender import StopStatus
+from farhand.local_site.view.history import Moment
+from farhand.local_site.view.panels.words.tasks import Words
+from farhand.local_site.view.scene.ghost import Ghost, RobotPicture
+
+LINK_WORDS = {
+    LinkHealth.NEVER: "LOST",
+    LinkHealth.OK: "OK",
+    LinkHealth.LATE: "DEGRADED",
+    LinkHealth.LOST: "LOST",
+}
+HOLDERS = {ControlMode.DIRECT: "OPERATOR", ControlMode.AUTONOMOUS: "REMOTE MPC"}
+_LOST_LINK = {"continue": "goes on", "hold": "pauses", "retract": "retracts"}
+
+
+def stop_words(stop: StopStatus, state: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
+    """Return the alarm about a stop that the robot has not confirmed, or that a site has undone."""
+    waited_s = math.floor(now_s - stop.pressed_s)
+    if stop.moves_again:
+        return f"THE ROBOT MOVES AGAIN ({stop.reported.name if stop.reported else ''}): it stood for your stop and was reset"
+    if stop.standing:
+        return f"STOP RECEIVED, the robot stood; it has not reported since ({waited_s} s)"
+    if stop.received:
+        return f"STOP RECEIVED, the robot is braking ({waited_s} s)"
+    return f"STOP NOT DELIVERED {waited_s} s{_last_known(state, ghost, now_s)}"
+
+
+def _last_known(state: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
+    """Return what the robot did when it was last heard: its present state is unknown."""
+    if state.mode is None or state.link.age_s is None:
+        return ""
+    heard_s = math.floor(state.link.age_s + now_s - state.now_s)
+    end = (
+        ""
+        if ghost is None
+        else ", by its plan done"
+        if ghost.done
+        else f", by its plan done in {math.ceil(ghost.left_s)} s"
+    )
+    return f": the robot was {state.mode.name} when last heard {heard_s} s ago{end}"
+
+
+def pace_words(state: ConsoleState) -> str:
+    """Return the robot's pace, if it is reduced."""
+    pace = state.robot.pace if state.robot is not None else 1.0
+    return f"at {pace:.0%}" if pace < 0.995 else ""
+
+
+def pending_words(state: ConsoleState, now_s: float) -> list[str]:
+    """Return the commands that the robot has not finished, each with its age."""
+    words = [f"{action} {math.floor(now_s - pending.since_s)} s" for action, pending in state.pending.items()]
+    return [*words, "send model"] if state.sending_model else words
+
+
+def lease_words(state: ConsoleState) -> str:
+    """Return which site may command the robot."""
+    if state.other_schema:
+        return "another version"
+    if state.in_control:
+        return f"{state.asked_by} asks for it" if state.asked_by else "yours to command"
+    return sentence(state.why_not_in_control) or "asking for the robot"
+
+
+def silence_words(state: ConsoleState, now_s: float) -> str:
+    """Return what an execution does without a link, or for how long the robot was silent."""
+    link = state.link
+    if link.health is LinkHealth.OK or math.isinf(link.silent_s):
+        return f"if lost: {_LOST_LINK[state.task.lost_link]}"
+    return f"silent for {math.floor(link.silent_s + now_s - state.now_s)} s"
+
+
+def model_words(state: ConsoleState) -> str:
+    """Return whether the robot has the learned model."""
+    if state.learned is None:
+        return ""
+    if state.confirmed_sha256 == state.learned.sha256:
+        return ", robot has it"
+    if state.standing.asking:
+        return ", asking the robot"
+    return ", on its way" if state.sending_model else ", robot lacks it"
+
+
+def recording_words(state: ConsoleState) -> str:
+    """Return the progress of a demonstration that the robot records."""
+    if state.recorded_s is not None:
+        return f" · recording on the robot {math.floor(state.recorded_s)} s"
+    return "" if state.fetching is None else f" · fetching {state.fetching:.0%}"
+
+
+def motion_words(robot: Telemetry, ghost: Ghost | None, words: Words) -> str:
+    """Return what the robot is doing, and when it should be done."""
+    if robot.waiting:
+        return " · waiting for input"
+    if robot.phase.at_end:
+        return f" · {robot.phase}, tracking {words.target}"
+    on_way = robot.mode is ControlMode.AUTONOMOUS and robot.component < 0 and robot.phase is Phase.APPROACHING
+    way = " · on the demonstrated way" if on_way else ""
+    if ghost is None:
+        return way
+    return f"{way} · expected done" if ghost.done else f"{way} · {math.ceil(ghost.left_s)} s to go"
+
+
+def error_words(picture: RobotPicture) -> str:
+    """Return how far the ghost was from where the robot has reported to have been; empty while that is unknown."""
+    return "" if picture.error_m is None else f"ghost {1e3 * picture.error_m:.0f} mm off"
+
+
+def ago_words(seconds: float) -> str:
+    """Return how long ago something was, as text."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = ((hours, "h"), (minutes, "min"), (rest if not hours else 0, "s"))
+    return f"{' '.join(f'{n} {unit}' for n, unit in parts if n) or '0 s'} ago"
+
+
+def past_words(then: Moment, now_s: float) -> str:
+    """Return the mark over a picture of the robot that is not of now."""
+    force = f", {then.force_n:.0f} N" if then.force_n is not None else ""
+    old = "" if then.heard or then.age_s is None else f", {then.age_s:.0f} s old already"
+    return f"{ago_words(now_s - then.time_s)}, not now: {then.mode or 'no report yet'}{force}{old}"
