@@ -8,7 +8,7 @@ from datetime import datetime
 from msgspec import Struct
 
 from farhand.common.process_status import LinkFacts, OperatorFacts, ProcessStatus, RobotFacts
-from farhand.deploy.neighbours import Entry
+from farhand.deploy.process_discovery import Entry
 
 LOW_BYTES = 64_000_000
 """Free space below which the disk counts as full: recordings and events need some [B]."""

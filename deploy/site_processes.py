@@ -21,7 +21,7 @@ from farhand.common.whole_file import write_whole
 from farhand.common.wire.codec import field_of
 from farhand.deploy.child_process import follow_parent, say_ready
 from farhand.deploy.outcome import on_end_signal
-from farhand.deploy.status_door import Identity, status_door
+from farhand.deploy.status_socket import Identity, serve_status
 
 if TYPE_CHECKING:
     from farhand.common.link.endpoint import EndpointSettings
@@ -86,7 +86,7 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
     site = RemoteSite(config, tasks, data_folder(config.data_dir), cell)
     _check_certified_name(config.link, "vehicle", config.link.vehicle)
     who = Identity("robot", config.link.vehicle, config.link.listen, tasks.names)
-    with status_door(who, site.facts, site.data_folder):
+    with serve_status(who, site.facts, site.data_folder):
         site.warm_up()  # a signal ends this at once; what follows ends in order
         on_end_signal(site.stop)
         site.run(say_ready)
@@ -100,7 +100,7 @@ def run_local(config_file: Path | None, **overrides: object) -> int:
     follow_parent()
     config = configured(LocalConfig, config_file, **overrides)
     site, who = _local_site(config)
-    with status_door(who, site.facts, site.data_folder):
+    with serve_status(who, site.facts, site.data_folder):
         site.warm_up()  # a signal ends this at once; what follows ends in order
         on_end_signal(site.stop)
         site.run(say_ready)
@@ -122,7 +122,7 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
         check_writable("json", json_file)
     config = configured(LocalConfig, config_file, **overrides)
     site, who = _local_site(config)
-    with status_door(who, site.facts, site.data_folder):
+    with serve_status(who, site.facts, site.data_folder):
         result = site.run_script(planned, say_ready)
     text = json.dumps(result)
     sys.stdout.write(text + "\n")
@@ -182,7 +182,7 @@ def run_link_process(listen: str, target: str, control: str, profile: str, seed:
     def facts() -> LinkFacts | None:
         return LinkFacts.of(controls[0].status()) if controls else None
 
-    with status_door(Identity("link", listen, listen), facts):
+    with serve_status(Identity("link", listen, listen), facts):
         asyncio.run(run_link(where, to, control_at, profile=profile, seed=seed, ready=ready))
     return 0
 

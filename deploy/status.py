@@ -10,7 +10,7 @@ import msgspec
 
 from farhand.common.process_status import LinkFacts, OperatorFacts, ProcessStatus, RobotFacts
 from farhand.deploy.diagnosis import Trouble, diagnose
-from farhand.deploy.neighbours import Entry, find_processes, forget_ended
+from farhand.deploy.process_discovery import Entry, find_processes, forget_ended
 
 HEALTHY, DEGRADED, NOT_THERE = 0, 3, 4
 """Exit statuses; 1 and 2 are those of every command."""

@@ -27,7 +27,7 @@ from farhand.deploy.outcome import summary
 from farhand.deploy.pki.throw_away import Identities, Transport, throw_away_identities
 from farhand.deploy.places import check_writable, data_folder, find_cell, find_tasks, site_name
 from farhand.deploy.site_processes import configured
-from farhand.deploy.status_door import last_words
+from farhand.deploy.status_socket import last_words
 
 _log = logging.getLogger(__name__)
 

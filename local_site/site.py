@@ -230,15 +230,15 @@ class _Opened:
     def _open_page(self) -> Page:
         """Open the page before the robot has reported: it shows that it waits."""
         # Imported here: it takes half a second, and a site without a page does not need it.
-        from farhand.local_site.view.door import Door, kept_token
         from farhand.local_site.view.page import Page
+        from farhand.local_site.view.page_access import PageAccess, kept_token
 
         control = relay_control(self._config.link_control)
         config = self._config
-        door = Door(
+        access = PageAccess(
             config.page_host, config.page_names, kept_token(self._data_dir), config.page_published_at
         )  # fmt: skip
-        page = Page(self.console, self._library.task, control, door, self._page_port, self._own)
+        page = Page(self.console, self._library.task, control, access, self._page_port, self._own)
         page.start()
         _log.info("the page is at %s", page.address)
         return page

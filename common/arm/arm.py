@@ -8,7 +8,7 @@ import numpy as np
 
 from farhand.common.arm.cell import HIDDEN, PLUG, UNTOUCHABLE, Cell, Plug
 from farhand.common.arm.engine import MjSpec, mjcf, mujoco
-from farhand.common.arm.lathe import add_lathe
+from farhand.common.arm.revolved_mesh import add_revolved_mesh
 from farhand.common.arm.robot_file import RobotFile
 from farhand.common.arm.robot_model import arm_spec
 
@@ -81,7 +81,7 @@ def _add_plug(root: Any, cell: Cell) -> None:
     root.asset.add("material", name="seal", rgba=(0.04, 0.04, 0.04, 1.0), specular=0.3, shininess=0.3)
     root.asset.add("material", name="handle", rgba=(0.95, 0.45, 0.05, 1.0), specular=0.3, shininess=0.4)
     for name, profile in _plug_profiles(plug).items():
-        mesh = add_lathe(root, f"plug_{name}", profile)
+        mesh = add_revolved_mesh(root, f"plug_{name}", profile)
         body.add("geom", type="mesh", mesh=mesh, material=name, **UNTOUCHABLE)
 
 

@@ -13,7 +13,7 @@ from itertools import count
 
 from farhand.common.clock import VirtualTime
 from farhand.common.impairment.impairment import LinkSettings
-from farhand.common.impairment.virtual_way import Kind, OneWay, Packet
+from farhand.common.impairment.virtual_direction import Kind, OneWay, Packet
 from farhand.common.link.interface import Answered, Deliver, Request
 from farhand.common.wire.keys import Channel
 

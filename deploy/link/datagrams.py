@@ -8,7 +8,7 @@ import socket
 
 from farhand.common.address import Address, show_address
 from farhand.common.impairment.impairment import LinkSettings, Outage
-from farhand.deploy.link.datagram_way import DatagramWay
+from farhand.deploy.link.datagram_direction import DatagramWay
 from farhand.deploy.link.relay_pipe import Meter
 
 log = logging.getLogger(__name__)

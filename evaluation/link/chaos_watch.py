@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 
 from farhand.common.control_mode import ControlMode
-from farhand.common.impairment.virtual_way import Kind, Packet
+from farhand.common.impairment.virtual_direction import Kind, Packet
 from farhand.common.task import Task
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode

@@ -93,8 +93,8 @@ class _Site:
 
     def press(self, n: int, moments: random.Random) -> Case:
         """Press a number of times while the console is blocked."""
-        from farhand.local_site.view.door import Door, kept_token
         from farhand.local_site.view.page import Page
+        from farhand.local_site.view.page_access import PageAccess, kept_token
 
         endpoint = f"tcp/127.0.0.1:{free_port()}"
         ours, theirs = multiprocessing.get_context("spawn").Pipe()
@@ -105,8 +105,8 @@ class _Site:
         assert ours.recv() == "listening"
         link = ZenohLink(EndpointSettings(connect=endpoint))
         console = Console(self._library, link, "operator", place=self._place)
-        door = Door("127.0.0.1", (), kept_token(self._folder))
-        page = Page(console, self._library.task, None, door, 0, self._own)
+        access = PageAccess("127.0.0.1", (), kept_token(self._folder))
+        page = Page(console, self._library.task, None, access, 0, self._own)
         fsync = os.fsync
         os.fsync = self._slow_fsync
         try:

@@ -16,7 +16,7 @@ from farhand.common.task import AnyTask, ArmTask
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.view.door import Door
+from farhand.local_site.view.page_access import PageAccess
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.actions import ActionLine
 from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec
@@ -52,7 +52,7 @@ class Page:
         console: The operator's console.
         task: A task of the robot; its kind decides which scene is drawn.
         control: Control of the simulated link; None without one.
-        door: Address of the page, and rules of access.
+        access: Address of the page, and rules of access.
         port: Port; 0 takes a free one.
         own: Description of the operator's arm, for the tasks of an arm.
 
@@ -65,7 +65,7 @@ class Page:
         console: Console,
         task: AnyTask,
         control: RelayControl | None,
-        door: Door,
+        access: PageAccess,
         port: int,
         own: SceneDescription | None = None,
     ):
@@ -73,7 +73,7 @@ class Page:
         self._events: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._shown: ConsoleState = console.picture
         self._sessions = Sessions()
-        self._server = PageServer(door, port, self._sessions, self._refused)
+        self._server = PageServer(access, port, self._sessions, self._refused)
         self._worker = LinkWorker(control) if control is not None else None
         self._build_head(self._server.gui)
         self._build_foot(self._server.gui)

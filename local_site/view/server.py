@@ -23,8 +23,8 @@ from websockets.http11 import Request, Response
 
 from farhand.common.address import bind
 from farhand.common.log import loop_logger
-from farhand.local_site.view.door import Door, Visit
 from farhand.local_site.view.incoming import LARGEST_BYTES, Incoming
+from farhand.local_site.view.page_access import PageAccess, Visit
 from farhand.local_site.view.panels.words.scripts import script_words
 from farhand.local_site.view.sessions import Sessions
 from farhand.local_site.view.uploads import PART_BYTES
@@ -51,10 +51,10 @@ _Judge = Callable[[ServerConnection, Request], Awaitable[Response | None] | Resp
 
 
 class PageServer(viser.ViserServer):
-    """Viser server on one port; the door decides on visitors, and only messages that a tab may send are accepted.
+    """Viser server on one port; the access decides on visitors, and only messages that a tab may send are accepted.
 
     Args:
-        door: Address to bind, and rules of access.
+        access: Address to bind, and rules of access.
         port: Port; 0 takes a free one.
         sessions: Open tabs, with the one that may act.
         refused: Called, on the server's thread, with a tab that tried to act but may not.
@@ -63,19 +63,19 @@ class PageServer(viser.ViserServer):
         LinkError: When the address or the port is not available.
     """
 
-    def __init__(self, door: Door, port: int, sessions: Sessions, refused: Callable[[int], None]):
-        self._door = door
+    def __init__(self, access: PageAccess, port: int, sessions: Sessions, refused: Callable[[int], None]):
+        self._access = access
         self.incoming = Incoming(self, sessions, refused)
         # A port scan or a browser that gives up is not our error, and needs no traceback.
         logging.getLogger("websockets").setLevel(logging.CRITICAL)
         # A tab may go at any moment, also while it is told where to look from.
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
-        bound = bind((door.host, port), other_port="choose another one with --port")
+        bound = bind((access.host, port), other_port="choose another one with --port")
         self.bound_port: int = bound.getsockname()[1]
         """Port of the server."""
         # viser prints a greeting to the standard output, which belongs to the command line.
         with contextlib.redirect_stdout(io.StringIO()), self._serving(bound):
-            super().__init__(host=door.host, port=self.bound_port, label="Farhand", verbose=False)
+            super().__init__(host=access.host, port=self.bound_port, label="Farhand", verbose=False)
         self.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         self.gui.add_html(f"<style>{(_FILES / 'page.css').read_text('utf-8')}</style>")
         # viser has no public way to give the page a script of its own; it keeps this message for late tabs.
@@ -86,7 +86,7 @@ class PageServer(viser.ViserServer):
     @property
     def address(self) -> str:
         """Address to open in a browser."""
-        return self._door.address(self.bound_port)
+        return self._access.address(self.bound_port)
 
     def save_in(self, tab: int, name: str, content: bytes) -> None:
         """Have a tab's browser save a file, if the tab is still open.
@@ -135,7 +135,7 @@ class PageServer(viser.ViserServer):
 
         def judge(connection: ServerConnection, request: Request) -> Any:
             talks = any("websocket" in value.lower() for value in request.headers.get_all("Upgrade"))
-            answer = self._door.judge(_visit(connection, request), self.bound_port, talks)
+            answer = self._access.judge(_visit(connection, request), self.bound_port, talks)
             if answer is not None:
                 if answer.why:
                     _log.warning(

@@ -9,22 +9,22 @@ from pathlib import Path
 from farhand.common.control_mode import ControlMode
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.wire.messages import Stop
-from farhand.local_site.view.door import Door
 from farhand.local_site.view.page import Page
+from farhand.local_site.view.page_access import PageAccess
 from tests.local_site.robot_end import TASK, Desk, desk
 
 
 @contextmanager
 def page_of(
     data_dir: Path,
-    door: Door | None = None,
+    access: PageAccess | None = None,
     port: int = 0,
     mode: ControlMode = ControlMode.DISARMED,
     control: RelayControl | None = None,
 ) -> Iterator[tuple[Desk, Page]]:
     """A page on a console, with the robot's end of the link."""
     with desk(data_dir) as it:
-        page = Page(it.console, TASK, control, door or Door(), port)
+        page = Page(it.console, TASK, control, access or PageAccess(), port)
         page.start()
         try:
             yield it.connected(mode), page

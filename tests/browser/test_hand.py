@@ -17,8 +17,8 @@ from farhand.common.arm.simulation.description import describe
 from farhand.deploy.places import find_task, sample_files
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.view.door import Door
 from farhand.local_site.view.page import Page
+from farhand.local_site.view.page_access import PageAccess
 from farhand.local_site.workcell.arm_drivers import LiveArm
 from farhand.local_site.workcell.hand_motion import hand_axes
 from tests.browser.arm_page import ArmPage
@@ -100,7 +100,7 @@ def teaching(browser: Browser, data_dir: Path) -> Iterator[Teaching]:
     tasks = HOT_STAB, find_task("hot-stab-removal")
     place = LiveArm(HOT_STAB, JACO, sample_files)
     with desk(data_dir, *tasks, place=place) as it:
-        page = Page(it.console, HOT_STAB, None, Door(), 0, describe(JACO))
+        page = Page(it.console, HOT_STAB, None, PageAccess(), 0, describe(JACO))
         page.start()
         context = browser.new_context(viewport={"width": 900, "height": 560})
         context.add_init_script(f"({_PAD})()")

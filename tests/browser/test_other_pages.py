@@ -18,7 +18,7 @@ from playwright.sync_api import Browser, expect, sync_playwright
 from viser import _messages
 
 from farhand.common.wire.messages import Stop
-from farhand.local_site.view.door import Door
+from farhand.local_site.view.page_access import PageAccess
 from tests.browser.desk_page import page_of
 from tests.browser.operator_page import CHROMIUM, WAIT_MS, launch
 from tests.browser.raw_client import CAMERA, SUBPROTOCOL, RawClient, raw_connection
@@ -170,13 +170,13 @@ def test_the_page_works_behind_a_proxy_that_rewrites_the_host_once_its_name_is_c
     with socket.create_server(("127.0.0.1", 0)) as probe:
         page_port = probe.getsockname()[1]
     with proxy_to(page_port) as proxy_port:
-        door = Door(names=(f"http://console.example:{proxy_port}",), token="the-token-of-this-test")
-        with page_of(tmp_path, door, page_port) as (it, _):
+        access = PageAccess(names=(f"http://console.example:{proxy_port}",), token="the-token-of-this-test")
+        with page_of(tmp_path, access, page_port) as (it, _):
             tab = browser.new_page()
             refused = tab.goto(f"http://console.example:{proxy_port}/")
             assert refused is not None and refused.status == 403
             expect(tab.locator("body")).to_contain_text("needs its token")
-            tab.goto(f"{door.address(page_port)}&fixedDpr=0.25")
+            tab.goto(f"{access.address(page_port)}&fixedDpr=0.25")
             assert "token" not in tab.url and "fixedDpr" in tab.url
             expect(tab.locator("[data-tp=mode]")).to_have_text("DISARMED", timeout=WAIT_MS)
             tab.get_by_role("button", name="STOP", exact=True).click()

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from farhand.common.process_status import DataFolder, LinkFacts, OperatorFacts, ProcessStatus, RobotFacts
 from farhand.deploy.diagnosis import diagnose
-from farhand.deploy.neighbours import Entry, LastWords
+from farhand.deploy.process_discovery import Entry, LastWords
 from farhand.deploy.status import DEGRADED, HEALTHY, NOT_THERE, judge
 
 DATA = DataFolder(path="/data", free_bytes=10**12)

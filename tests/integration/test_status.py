@@ -16,8 +16,8 @@ import pytest
 
 from farhand.common.address import free_port
 from farhand.common.impairment.link_control import RelayControl
-from farhand.deploy.neighbours import find_processes
 from farhand.deploy.places import find_task
+from farhand.deploy.process_discovery import find_processes
 from farhand.deploy.status import DEGRADED, HEALTHY, NOT_THERE
 from farhand.evaluation.harness.farhand_process import PATIENCE_S, HeardProcess
 from tests.farhand_process import farhand, running

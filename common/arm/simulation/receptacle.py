@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from farhand.common.arm.cell import HIDDEN, LINK, PLUG, UNTOUCHABLE, Cell, Receptacle
 from farhand.common.arm.engine import mjcf
 from farhand.common.arm.kinematics import rotation
-from farhand.common.arm.lathe import add_lathe
+from farhand.common.arm.revolved_mesh import add_revolved_mesh
 
 Array = NDArray[np.float64]
 
@@ -125,7 +125,7 @@ def _add_looks(root: Any, body: Any, receptacle: Receptacle) -> None:
     )
     profile = [(0.0, end), (outer, end), (outer, 0.004), (outer - 0.004, 0.0), (r + chamfer, 0.0)]
     profile += [(r, chamfer), (r, depth), (0.0, depth)]
-    mesh = add_lathe(root, "housing", profile[::-1])
+    mesh = add_revolved_mesh(root, "housing", profile[::-1])
     body.add("geom", type="mesh", mesh=mesh, material=material, **UNTOUCHABLE)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from farhand.common.arm.arm import add_arm
 from farhand.common.arm.cell import UNTOUCHABLE, Cell
 from farhand.common.arm.engine import MjcfElement, MjModel, MjSpec, mjcf, mujoco
-from farhand.common.arm.lathe import add_lathe
+from farhand.common.arm.revolved_mesh import add_revolved_mesh
 from farhand.common.arm.simulation.receptacle import make_receptacle
 
 STEP_S = 0.002
@@ -171,7 +171,7 @@ def _add_panel(root: MjcfElement, body: MjcfElement, cell: Cell) -> None:
     def turned(
         name: str, profile: list[tuple[float, float]], material: str, x: float = 0, y: float = 0
     ) -> None:
-        mesh = add_lathe(root, name, profile)
+        mesh = add_revolved_mesh(root, name, profile)
         _add_geom(root, body, material, type="mesh", mesh=mesh, pos=(x, y, 0))
 
     box((0, 0, face + 0.011), (width, height, 0.011), "paint")

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from farhand.common.arm.engine import MjModel, mujoco
-from farhand.common.arm.lathe import turned
+from farhand.common.arm.revolved_mesh import turned
 
 Array = NDArray[np.float64]
 Shape = tuple[Array, NDArray[np.int64]]

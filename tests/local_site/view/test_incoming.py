@@ -20,9 +20,9 @@ from websockets.exceptions import ConnectionClosed
 from farhand.common.wire.messages import MoveTarget, Stop
 from farhand.local_site.console import intents
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.view.door import Door
 from farhand.local_site.view.incoming import LARGEST_BYTES
 from farhand.local_site.view.page import Page
+from farhand.local_site.view.page_access import PageAccess
 from farhand.local_site.view.scene.arm.arm_scene import HandGizmo
 from farhand.local_site.view.server import PageServer
 from farhand.local_site.view.sessions import Sessions
@@ -38,7 +38,7 @@ ATTRIBUTES = ("removed", "update_cb", "is_button", "disabled", "visible", "label
 @contextmanager
 def opened(data_dir: Path) -> Iterator[tuple[Desk, Page]]:
     with desk(data_dir) as it:
-        page = Page(it.console, TASK, None, Door(), 0)
+        page = Page(it.console, TASK, None, PageAccess(), 0)
         page.start()
         try:
             yield it.connected(), page
@@ -229,7 +229,7 @@ def gizmo() -> Iterator[tuple[PageServer, list[intents.Intent]]]:
     """The arrows at the operator's plug, and what they ask the console for."""
     submitted: list[intents.Intent] = []
     sessions = Sessions()
-    server = PageServer(Door(), 0, sessions, lambda _tab: None)
+    server = PageServer(PageAccess(), 0, sessions, lambda _tab: None)
 
     async def joined(client: viser.ClientHandle) -> None:
         sessions.joined(client.client_id)

@@ -15,7 +15,7 @@ from farhand.common.wire.messages import PlannedPath, Stamp, Telemetry
 from farhand.common.wire.motion_encoding import packed
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from farhand.local_site.view.door import Door
+from farhand.local_site.view.page_access import PageAccess
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.actions import offered
 from farhand.local_site.view.panels.preview_player import PreviewPlayer
@@ -55,7 +55,7 @@ def point(player: PreviewPlayer, state: ConsoleState, now_s: float) -> np.ndarra
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[PageServer]:
-    server = PageServer(Door(), 0, Sessions(), lambda _tab: None)
+    server = PageServer(PageAccess(), 0, Sessions(), lambda _tab: None)
     yield server
     server.stop()
 

@@ -11,7 +11,7 @@ import viser
 from farhand.common.arm.cell import Cell, Plug
 from farhand.common.arm.simulation.description import describe
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.view.door import Door
+from farhand.local_site.view.page_access import PageAccess
 from farhand.local_site.view.panels.status_strip import _remote_words
 from farhand.local_site.view.panels.words.tasks import words_of
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
@@ -28,7 +28,7 @@ OTHER = describe(Cell(robot=JACO.robot, plug=Plug(radius_m=0.015)))
 
 @pytest.fixture
 def server() -> Iterator[PageServer]:
-    server = PageServer(Door(), 0, Sessions(), lambda _tab: None)
+    server = PageServer(PageAccess(), 0, Sessions(), lambda _tab: None)
     yield server
     server.stop()
 

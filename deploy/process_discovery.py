@@ -1,6 +1,6 @@
 """Discovery of this user's processes on this machine, and their answers.
 
-Each process has a Unix socket in the user's runtime folder: see `farhand.deploy.status_door`. A killed process
+Each process has a Unix socket in the user's runtime folder: see `farhand.deploy.status_socket`. A killed process
 leaves a socket that does not answer; one that failed leaves a file with its last words.
 """
 

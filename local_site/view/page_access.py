@@ -80,7 +80,7 @@ class HttpReply:
 
 
 @dataclass(frozen=True)
-class Door:
+class PageAccess:
     """Address of the page, and rules of access.
 
     Args:

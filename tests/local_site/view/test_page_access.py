@@ -19,9 +19,9 @@ from websockets.frames import OP_BINARY, Frame
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.wire.messages import Stop
-from farhand.local_site.view.door import Door, Visit, kept_token
 from farhand.local_site.view.host_name import Name, default_gateway
 from farhand.local_site.view.page import Page
+from farhand.local_site.view.page_access import PageAccess, Visit, kept_token
 from tests.browser.raw_client import CAMERA, SUBPROTOCOL, RawClient, raw_connection
 from tests.local_site.robot_end import TASK, Desk, desk
 
@@ -44,8 +44,8 @@ def visit(host: str = "127.0.0.1:8080", target: str = "/", peer: str = "127.0.0.
     return Visit(target, lines, peer, "192.168.1.5" if peer != "127.0.0.1" else peer)
 
 
-def enters(door: Door, request: Visit, to_talk: bool = True) -> bool:
-    return door.judge(request, PORT, to_talk) is None
+def enters(access: PageAccess, request: Visit, to_talk: bool = True) -> bool:
+    return access.judge(request, PORT, to_talk) is None
 
 
 # Names and origins ------------------------------------------------------------------------------
@@ -54,15 +54,15 @@ def enters(door: Door, request: Visit, to_talk: bool = True) -> bool:
 @pytest.mark.parametrize("name", LOOPBACK_NAMES)
 @pytest.mark.parametrize("to_talk", [True, False])
 def test_this_machines_own_names_let_in(name: str, to_talk: bool) -> None:
-    assert enters(Door(), visit(f"{name}:8080"), to_talk)
-    assert enters(Door(), visit(f"{name}:8080", origin=f"http://{name}:8080"), to_talk)
+    assert enters(PageAccess(), visit(f"{name}:8080"), to_talk)
+    assert enters(PageAccess(), visit(f"{name}:8080", origin=f"http://{name}:8080"), to_talk)
 
 
 @pytest.mark.parametrize("name", EVIL_NAMES)
 @pytest.mark.parametrize("to_talk", [True, False])
 def test_a_rebound_name_is_refused_though_its_origin_is_the_same(name: str, to_talk: bool) -> None:
-    assert not enters(Door(), visit(f"{name}:8080", origin=f"http://{name}:8080"), to_talk)
-    assert not enters(Door(), visit(f"{name}:8080"), to_talk)
+    assert not enters(PageAccess(), visit(f"{name}:8080", origin=f"http://{name}:8080"), to_talk)
+    assert not enters(PageAccess(), visit(f"{name}:8080"), to_talk)
 
 
 @pytest.mark.parametrize(
@@ -71,15 +71,17 @@ def test_a_rebound_name_is_refused_though_its_origin_is_the_same(name: str, to_t
      "file://", "chrome-extension://abc", "http://127.0.0.1:8080@evil.example", "http://127.0.0.1:8080/x"],
 )  # fmt: skip
 def test_a_page_of_another_origin_may_not_talk(origin: str) -> None:
-    assert not enters(Door(), visit(origin=origin))
+    assert not enters(PageAccess(), visit(origin=origin))
 
 
 def test_two_hosts_or_two_origins_are_one_too_many() -> None:
     twice = Visit("/", [("host", "127.0.0.1"), ("host", "127.0.0.1")], "127.0.0.1", "127.0.0.1")
-    assert not enters(Door(), twice)
+    assert not enters(PageAccess(), twice)
     good = ("origin", "http://127.0.0.1:8080")
-    assert not enters(Door(), Visit("/", [("host", "127.0.0.1:8080"), good, good], "127.0.0.1", "127.0.0.1"))
-    assert not enters(Door(), Visit("/", [], "127.0.0.1", "127.0.0.1"))
+    assert not enters(
+        PageAccess(), Visit("/", [("host", "127.0.0.1:8080"), good, good], "127.0.0.1", "127.0.0.1")
+    )
+    assert not enters(PageAccess(), Visit("/", [], "127.0.0.1", "127.0.0.1"))
 
 
 @given(st.text(max_size=40), st.text(max_size=40))
@@ -87,7 +89,7 @@ def test_whatever_stands_in_the_headers_is_judged_and_foreign_origins_never_ente
     host: str, origin: str
 ) -> None:
     name = Name.of(host)
-    if enters(Door(), visit(host, origin=origin)):
+    if enters(PageAccess(), visit(host, origin=origin)):
         assert name is not None and name.is_loopback
         own = Name.of(origin)
         assert own is not None and own.host == name.host
@@ -95,88 +97,88 @@ def test_whatever_stands_in_the_headers_is_judged_and_foreign_origins_never_ente
 
 @pytest.mark.parametrize("configured", ["https://console.example", "console.example", "console.example:443"])
 def test_a_proxy_that_rewrites_the_host_works_when_its_name_is_configured(configured: str) -> None:
-    door = Door(names=(configured,), token=TOKEN)
+    access = PageAccess(names=(configured,), token=TOKEN)
     browser = {"origin": "https://console.example", "cookie": f"farhand-{PORT}={TOKEN}"}
-    assert enters(door, visit("127.0.0.1:8080", **browser))  # rewritten
-    assert enters(door, visit("console.example", **browser))  # passed on
-    assert not enters(Door(), visit("127.0.0.1:8080", **browser))
-    assert not enters(door, visit("console.example", **(browser | {"origin": "https://evil.example"})))
-    assert not enters(door, visit("evil.example", **browser))
+    assert enters(access, visit("127.0.0.1:8080", **browser))  # rewritten
+    assert enters(access, visit("console.example", **browser))  # passed on
+    assert not enters(PageAccess(), visit("127.0.0.1:8080", **browser))
+    assert not enters(access, visit("console.example", **(browser | {"origin": "https://evil.example"})))
+    assert not enters(access, visit("evil.example", **browser))
 
 
 def test_a_page_on_all_addresses_is_served_under_the_one_that_was_reached() -> None:
-    door = Door("0.0.0.0", token=TOKEN)
+    access = PageAccess("0.0.0.0", token=TOKEN)
     cookie = f"farhand-{PORT}={TOKEN}"
-    assert enters(door, visit("192.168.1.5:8080", peer="192.168.1.9", cookie=cookie))
-    assert not enters(door, visit("192.168.1.6:8080", peer="192.168.1.9", cookie=cookie))
-    assert not enters(door, visit("evil.example:8080", peer="192.168.1.9", cookie=cookie))
+    assert enters(access, visit("192.168.1.5:8080", peer="192.168.1.9", cookie=cookie))
+    assert not enters(access, visit("192.168.1.6:8080", peer="192.168.1.9", cookie=cookie))
+    assert not enters(access, visit("evil.example:8080", peer="192.168.1.9", cookie=cookie))
 
 
 # The token --------------------------------------------------------------------------------------
 
 
 def test_off_this_machine_the_token_is_asked_for_and_kept_in_a_cookie() -> None:
-    door = Door("192.168.1.5", token=TOKEN)
+    access = PageAccess("192.168.1.5", token=TOKEN)
     far = {"host": "192.168.1.5:8080", "peer": "192.168.1.9"}
-    refused = door.judge(visit(**far), PORT, to_talk=False)
+    refused = access.judge(visit(**far), PORT, to_talk=False)
     assert (
         refused is not None
         and refused.status == 403
         and "?token=" in refused.page
         and TOKEN not in refused.page
     )
-    taken = door.judge(visit(**far, target=f"/?token={TOKEN}&fixedDpr=1"), PORT, to_talk=False)
+    taken = access.judge(visit(**far, target=f"/?token={TOKEN}&fixedDpr=1"), PORT, to_talk=False)
     assert taken is not None and taken.status == 303 and taken.headers["Location"] == "./?fixedDpr=1"
     cookie = taken.headers["Set-Cookie"].partition(";")[0]
     assert {"HttpOnly", "SameSite=Lax"} <= set(taken.headers["Set-Cookie"].split("; "))
-    assert enters(door, visit(**far, cookie=f"theme=dark; {cookie}"), to_talk=False)
-    assert enters(door, visit(**far, cookie=cookie))
+    assert enters(access, visit(**far, cookie=f"theme=dark; {cookie}"), to_talk=False)
+    assert enters(access, visit(**far, cookie=cookie))
     for wrong in (TOKEN[:-1], TOKEN + "x", "", TOKEN.upper(), "\udcff"):
-        assert not enters(door, visit(**far, cookie=f"farhand-{PORT}={wrong}"))
-        assert not enters(door, visit(**far, target="/?token=" + wrong.encode(errors="replace").decode()))
+        assert not enters(access, visit(**far, cookie=f"farhand-{PORT}={wrong}"))
+        assert not enters(access, visit(**far, target="/?token=" + wrong.encode(errors="replace").decode()))
 
 
 def test_this_machine_needs_no_token_but_a_proxy_on_it_does() -> None:
-    assert enters(Door("0.0.0.0", token=TOKEN), visit("127.0.0.1:8080"))
-    assert not enters(Door(names=("console.example",), token=TOKEN), visit("127.0.0.1:8080"))
-    assert not enters(Door("0.0.0.0", token=TOKEN), visit("127.0.0.1:8080", peer="192.168.1.9"))
+    assert enters(PageAccess("0.0.0.0", token=TOKEN), visit("127.0.0.1:8080"))
+    assert not enters(PageAccess(names=("console.example",), token=TOKEN), visit("127.0.0.1:8080"))
+    assert not enters(PageAccess("0.0.0.0", token=TOKEN), visit("127.0.0.1:8080", peer="192.168.1.9"))
 
 
 @pytest.mark.skipif(not default_gateway(), reason="this machine has no way out, so no gateway")
 def test_a_page_published_at_loopback_asks_nobody_who_comes_through_the_gateway_and_all_others() -> None:
     here, elsewhere = visit(peer=default_gateway()), visit(peer="192.168.1.77")
-    published = Door("0.0.0.0", published_at="127.0.0.1:8080")
+    published = PageAccess("0.0.0.0", published_at="127.0.0.1:8080")
     assert enters(published, here)
     assert not enters(published, elsewhere)
     assert not enters(published, visit("evil.example:8080", peer=default_gateway()))
-    assert not enters(Door("0.0.0.0"), here)
-    assert not enters(Door("0.0.0.0", published_at="192.168.1.5:8080"), here)
+    assert not enters(PageAccess("0.0.0.0"), here)
+    assert not enters(PageAccess("0.0.0.0", published_at="192.168.1.5:8080"), here)
     assert published.address(8080) == "http://127.0.0.1:8080"
 
 
 @pytest.mark.parametrize(
-    ("door", "address"),
+    ("access", "address"),
     [
-        (Door(token=TOKEN), "http://127.0.0.1:8080"),
-        (Door("::1", token=TOKEN), "http://[::1]:8080"),
-        (Door("192.168.1.5", token=TOKEN), f"http://192.168.1.5:8080/?token={TOKEN}"),
-        (Door(names=("console.example",), token=TOKEN), f"https://console.example/?token={TOKEN}"),
-        (Door("0.0.0.0", ("ship",), token=TOKEN), f"http://ship:8080/?token={TOKEN}"),
-        (Door(names=("http://ship:81",), token=TOKEN), f"http://ship:81/?token={TOKEN}"),
+        (PageAccess(token=TOKEN), "http://127.0.0.1:8080"),
+        (PageAccess("::1", token=TOKEN), "http://[::1]:8080"),
+        (PageAccess("192.168.1.5", token=TOKEN), f"http://192.168.1.5:8080/?token={TOKEN}"),
+        (PageAccess(names=("console.example",), token=TOKEN), f"https://console.example/?token={TOKEN}"),
+        (PageAccess("0.0.0.0", ("ship",), token=TOKEN), f"http://ship:8080/?token={TOKEN}"),
+        (PageAccess(names=("http://ship:81",), token=TOKEN), f"http://ship:81/?token={TOKEN}"),
     ],
 )
-def test_the_printed_address_opens_the_page(door: Door, address: str) -> None:
-    assert door.address(PORT) == address
+def test_the_printed_address_opens_the_page(access: PageAccess, address: str) -> None:
+    assert access.address(PORT) == address
 
 
 def test_a_printed_address_of_all_addresses_is_one_that_can_be_reached() -> None:
-    assert "0.0.0.0" not in Door("0.0.0.0").address(PORT)
+    assert "0.0.0.0" not in PageAccess("0.0.0.0").address(PORT)
 
 
 @pytest.mark.parametrize("name", ["", "a b", "http://", "ftp://a", "a/b", "a:99999", "user@a"])
 def test_a_name_that_is_none_is_refused_at_the_start(name: str) -> None:
     with pytest.raises(InvalidConfiguration, match="page_names"):
-        Door(names=(name,))
+        PageAccess(names=(name,))
 
 
 def test_tokens_are_random_kept_and_readable_by_their_owner_alone(tmp_path: Path) -> None:
@@ -193,8 +195,8 @@ def test_tokens_are_random_kept_and_readable_by_their_owner_alone(tmp_path: Path
 
 
 @contextmanager
-def served(it: Desk, door: Door) -> Iterator[Page]:
-    page = Page(it.console, TASK, None, door, 0)
+def served(it: Desk, access: PageAccess) -> Iterator[Page]:
+    page = Page(it.console, TASK, None, access, 0)
     page.start()
     try:
         yield page
@@ -222,7 +224,7 @@ def bytes_of_an_early_press(page: Page, uuid: str, **headers: str) -> bytes:
 
 
 def test_what_a_refused_connection_sends_is_never_read(tmp_path: Path) -> None:
-    with desk(tmp_path) as it, served(it, Door()) as page:
+    with desk(tmp_path) as it, served(it, PageAccess()) as page:
         it.connected()
         with raw_connection(base(page)) as connection:
             stop = RawClient(connection).uuid("STOP")
@@ -245,7 +247,7 @@ def test_what_a_refused_connection_sends_is_never_read(tmp_path: Path) -> None:
 
 
 def test_a_refused_tab_does_not_become_the_active_one(tmp_path: Path) -> None:
-    with desk(tmp_path) as it, served(it, Door()) as page:
+    with desk(tmp_path) as it, served(it, PageAccess()) as page:
         for _ in range(3):
             with pytest.raises(InvalidStatus) as refused, raw_connection(base(page), "http://evil.example"):
                 pass
@@ -254,7 +256,7 @@ def test_a_refused_tab_does_not_become_the_active_one(tmp_path: Path) -> None:
 
 
 def test_the_refused_page_says_why_and_no_page_can_frame_ours(tmp_path: Path) -> None:
-    with desk(tmp_path) as it, served(it, Door()) as page:
+    with desk(tmp_path) as it, served(it, PageAccess()) as page:
         request = urllib.request.Request(base(page), headers={"Host": "evil.example"})
         with pytest.raises(urllib.error.HTTPError) as refused:
             urllib.request.urlopen(request)
@@ -265,7 +267,7 @@ def test_the_refused_page_says_why_and_no_page_can_frame_ours(tmp_path: Path) ->
 
 
 def test_the_page_is_served_over_ipv6(tmp_path: Path) -> None:
-    with desk(tmp_path) as it, served(it, Door("::1")) as page:
+    with desk(tmp_path) as it, served(it, PageAccess("::1")) as page:
         assert page.address.startswith("http://[::1]:")
         with urllib.request.urlopen(page.address) as answer:
             assert answer.status == 200

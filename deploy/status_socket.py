@@ -26,7 +26,7 @@ from farhand.common.errors import FarhandError, PortTaken
 from farhand.common.process_status import DataFolder, Facts, ProcessStatus, Role
 from farhand.common.version import installed_version
 from farhand.common.whole_file import write_whole
-from farhand.deploy.neighbours import (
+from farhand.deploy.process_discovery import (
     ANSWER_S,
     ENDED,
     LastWords,
@@ -57,7 +57,7 @@ class Identity:
 
 
 @contextlib.contextmanager
-def status_door(
+def serve_status(
     who: Identity, facts: Callable[[], Facts | None], data: Callable[[], DataFolder | None] = lambda: None
 ) -> Iterator[None]:
     """Answer `farhand status` while the block runs; leave the process's last words when an error ends it.
@@ -79,7 +79,7 @@ def status_door(
     path = folder / f"{stem}-{os.getpid()}"
     listener = _listen(path)
     answer = partial(_serve, listener, lambda: who.status(facts(), data()))
-    threading.Thread(target=answer, name="status door", daemon=True).start()
+    threading.Thread(target=answer, name="status", daemon=True).start()
     try:
         with last_words(who.role, who.name):
             yield

@@ -14,7 +14,7 @@ _SMOOTH = np.cos(np.radians(30.0))
 """Corners of a profile that turn less than this are drawn round."""
 
 
-def add_lathe(root: MjcfElement, name: str, profile_m: Sequence[tuple[float, float]]) -> MjcfElement:
+def add_revolved_mesh(root: MjcfElement, name: str, profile_m: Sequence[tuple[float, float]]) -> MjcfElement:
     """Add the mesh of a profile turned about z to a model's assets; see `turned`.
 
     Returns:
