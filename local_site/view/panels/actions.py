@@ -37,7 +37,8 @@ def offered(state: ConsoleState, past: bool = False) -> tuple[ButtonSpec, ...]:
 
 def _of_state(state: ConsoleState) -> tuple[ButtonSpec, ...]:
     if state.recording:
-        return buttons.END, buttons.CENTRE, buttons.KEEP if state.miss else buttons.ALIGN, buttons.UNDO
+        ends = buttons.END, buttons.KEEP if state.miss else buttons.ALIGN, buttons.UNDO
+        return ends if state.miss else (buttons.CENTRE, *ends)
     if state.link.health is LinkHealth.LOST:
         return ()
     match state.mode:

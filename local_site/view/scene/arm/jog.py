@@ -22,8 +22,9 @@ from farhand.local_site.workcell.hand_motion import Nudge, hand_axes
 
 Array = NDArray[np.float64]
 
-SILENT_S = 0.3
-"""Silence of the tab after which the hand lets go [s]."""
+SILENT_S, SILENT_HERE_S = 0.3, 1.0
+"""Silence of the tab after which the hand lets go: of the robot, and of the operator's own simulated arm, because a
+browser that draws in software is late by more than the first [s]."""
 _SPEED_M_S, _SPEED_RAD_S = 0.08, 0.35
 _STEP_M, _STEP_RAD = 1e-3, float(np.radians(0.2))
 """A counted step; a press of a key is five of them."""
@@ -112,7 +113,7 @@ class Jog:
             return
         axes = hand_axes(reported_frame(state.robot) if state.coupled and state.robot else arm.receptacle)
         self._take_steps(state, axes)
-        if not line.held or now_s - self._heard_s > SILENT_S:
+        if not line.held or now_s - self._heard_s > (SILENT_S if state.coupled else SILENT_HERE_S):
             self.let_go()
             self._spent = False
         elif self._pose is not None and state.coupled != self._drives:

@@ -13,7 +13,7 @@ from msgspec import structs
 from farhand.common.control_mode import ControlMode
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.view.scene.arm.jog import SILENT_S, HandLine, Jog
+from farhand.local_site.view.scene.arm.jog import SILENT_HERE_S, SILENT_S, HandLine, Jog
 from farhand.local_site.workcell.hand_motion import hand_axes
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.cells import JACO
@@ -84,12 +84,15 @@ def test_released_it_stops_at_once_and_says_so(hand: Hand):
     assert len(hand.led) == n
 
 
-def test_a_tab_that_falls_silent_lets_go(hand: Hand):
+@pytest.mark.parametrize(("coupled", "silent_s"), [(True, SILENT_S), (False, SILENT_HERE_S)])
+def test_a_tab_that_falls_silent_lets_go(hand: Hand, coupled: bool, silent_s: float):
+    if coupled:
+        hand.couple()
     hand.wait(0.2, "a;0,0,0;1;1.00,0.00,0.00;1")
     n = len(hand.led)
-    hand.wait(1.0)
+    hand.wait(2.0)
     assert hand.led[-1][0] == "end"
-    assert len(hand.led) - n <= round(SILENT_S / PERIOD_S) + 2
+    assert len(hand.led) - n <= round(silent_s / PERIOD_S) + 2
     hand.wait(0.2, "a;0,0,0;1;1.00,0.00,0.00;9")  # and what is heard again moves it again
     assert hand.led[-1][0] == "update"
 
