@@ -99,7 +99,8 @@ class HeldArm:
 
     def tick(self) -> None:
         """Step one control period."""
-        self._n_ticks += 1
+        # A rest between two holds is no part of a demonstration: the robot would repeat it as a pause.
+        self._n_ticks += self._target is not None or not self._still
         if self._ramp is not None:
             self._target = self._ramp.step(TICK_S)
         if self._target is None:

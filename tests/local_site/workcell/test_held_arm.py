@@ -148,3 +148,15 @@ def test_also_the_smallest_step_is_made_whole():
     lead(arm, hand_motion.Nudge((0.0, 0.001, 0.0)))
     wait(arm, 2.0)
     np.testing.assert_allclose(arm.view().tip[:3] - before.tip[:3], [0.0, 0.001, 0.0], atol=2e-4)
+
+
+def test_the_rests_between_steps_are_no_part_of_the_motion():
+    arm = HeldArm("insert", JACO, 2)
+    up = 0.005 * hand_motion.hand_axes(arm.view().receptacle)[:, 1]
+    for _ in range(4):
+        lead(arm, hand_motion.Nudge(tuple(up)))
+        wait(arm, 5.0)
+    moved = arm.take()
+    assert moved.times_s[-1] < 4 * 1.8, "of more than 20 s"
+    assert np.linalg.norm(np.diff(moved.points[:, :3], axis=0), axis=1).max() < 1.5e-3, "nothing jumps"
+    assert np.linalg.norm(moved.points[-1, :3] - moved.points[0, :3]) == pytest.approx(0.020, abs=1e-3)
