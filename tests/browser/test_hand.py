@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from farhand.local_site.view.door import Door
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, expect
 
