@@ -85,12 +85,13 @@ class HeldArm:
 
     def hold(self, target: Array) -> None:
         """Move the hand, which holds the arm from now on, to a pose relative to the arm's base. Shape (7,)."""
-        self._target, self._n_still, self._ramp = target, 0, None
+        self._target, self._ramp = target, None
 
     def lead(self, motion: HandMotion) -> None:
         """Move the arm by the hand, evenly, to a goal, and let go there; motions under way add up."""
         ramp = self._ramp or HandRamp(self._arm.tip, self._arm.tip)
         self.hold(ramp.pose)
+        self._n_still = 0
         self._ramp = HandRamp(ramp.pose, motion(ramp.goal, self._arm.receptacle))
 
     def let_go(self) -> None:

@@ -160,3 +160,14 @@ def test_the_rests_between_steps_are_no_part_of_the_motion():
     assert moved.times_s[-1] < 4 * 1.8, "of more than 20 s"
     assert np.linalg.norm(np.diff(moved.points[:, :3], axis=0), axis=1).max() < 1.5e-3, "nothing jumps"
     assert np.linalg.norm(moved.points[-1, :3] - moved.points[0, :3]) == pytest.approx(0.020, abs=1e-3)
+
+
+def test_a_plug_is_still_in_its_seat_also_while_the_hand_goes_on_pushing():
+    arm = HeldArm("insert", JACO, 2)
+    lead(arm, hand_motion.centre)
+    beyond = arm.view().tip
+    beyond[:3] = TaskFrame.at(arm.view().receptacle).to_world(np.array([0.0, 0.0, 0.10]))
+    for _ in range(500):
+        arm.hold(beyond)  # as often as a held key says so
+        arm.tick()
+    assert arm.view().held and arm.view().still and arm.view().depth_m > 0.080

@@ -14,8 +14,8 @@ from farhand.local_site.view.scene.ghost import preview_miss
 from farhand.local_site.workcell.hand_motion import can_centre
 
 _REFUSAL_S = 12.0
-_IN_BORE_M = 0.015
-"""A plug at most so far beside the axis is before the mouth, or in the bore [m]."""
+_IN_BORE_M, _BOTTOM_M = 0.015, 0.010
+"""A plug at most so far beside the axis is before the mouth, or in the bore; what stops it near the bottom is no jam [m]."""
 _WITHOUT_LINK = {"continue": "goes on to its end", "hold": "pauses", "retract": "retracts"}
 _ASKED = frozenset(map(str, Action)) | {
     "record", "end", "undo", "load samples", "samples", "recover", "go to", "start anew", "delete", "delete demonstration", "upload", "send model",
@@ -70,8 +70,10 @@ def _recording_advice(state: ConsoleState, words: Words) -> str:
     if not inserts:
         return f"{words.teach}, or hold the key K, then press End."
     if arm.depth_m > 0.0 and arm.lateral_m < _IN_BORE_M:
-        left = f"{1e3 * max(arm.bore_m - arm.depth_m, 0.0):.0f} mm to go"
-        return f"{'It jams: press Align first. ' if arm.saturated else ''}Push on, by the blue arrow or the key I: {left}."
+        left_m = max(arm.bore_m - arm.depth_m, 0.0)
+        jams = arm.saturated and left_m > _BOTTOM_M
+        push = f"Push on, by the blue arrow or the key I: {1e3 * left_m:.0f} mm to go."
+        return f"It jams: press Align first. {push}" if jams else push
     if can_centre(arm):
         return "Press Centre: it brings your plug before the mouth of the receptacle, along the bore."
     if arm.depth_m <= 0.0 and arm.lateral_m < _IN_BORE_M:
