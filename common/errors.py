@@ -31,7 +31,7 @@ class FarhandError(Exception):
     """
 
     def __str__(self) -> str:
-        return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in super().__str__())
+        return on_one_line(super().__str__())
 
 
 class InvalidInput(FarhandError):
@@ -82,6 +82,20 @@ class DriverFailed(FarhandError):
 
 class ProcessFailed(FarhandError):
     """Unexpected end of a child process."""
+
+
+def on_one_line(text: str) -> str:
+    """Return a text with its line feeds and whatever else cannot be printed as their codes."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+def words_of(error: BaseException) -> str:
+    """Return the class and the text of a foreign error, whose text may itself fail."""
+    try:
+        text = str(error)
+    except Exception:
+        text = "(its text cannot be shown)"
+    return f"{type(error).__name__}: {text}"
 
 
 def field_of(error: Exception) -> tuple[str, str]:

@@ -109,6 +109,18 @@ def write_whole(path: Path | str, data: bytes, new_mode: int = 0o666) -> None:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
 
 
+@contextlib.contextmanager
+def all_or_none(*files: Path) -> Iterator[None]:
+    """Delete these new files if the block, which writes them, fails."""
+    try:
+        yield
+    except BaseException:
+        for file in files:
+            with contextlib.suppress(OSError):
+                file.unlink(missing_ok=True)
+        raise
+
+
 def _replace(target: Path, data: bytes, old: os.stat_result | None, new_mode: int) -> None:
     """Write a new file beside the target and rename it."""
     temporary = target.with_name(f".new-{token_hex(6)}")
@@ -149,12 +161,18 @@ class Claim:
     Args:
         folder: Folder; made when missing.
         what: Name of its content, for the message of a refusal.
+        remedy: What to do about a refusal.
 
     Raises:
         FolderInUse: When another process has it.
     """
 
-    def __init__(self, folder: Path, what: str):
+    def __init__(
+        self,
+        folder: Path,
+        what: str,
+        remedy: str = "end it, or give this one a folder of its own with --data-dir",
+    ):
         self._descriptor = -1
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -164,8 +182,7 @@ class Claim:
             holder = os.pread(self._descriptor, 20, 0).decode(errors="replace").strip()
             self.release()
             raise FolderInUse(
-                f"{folder}: process {holder or 'unknown'} keeps {what} there: end it, or give this one a folder of its"
-                " own with --data-dir"
+                f"{folder}: process {holder or 'unknown'} keeps {what} there: {remedy}"
             ) from None
         except OSError as error:
             _log.warning("%s cannot be claimed, another process may use it too: %s", folder, error.strerror)
@@ -182,6 +199,12 @@ class Claim:
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1
+
+    def __enter__(self) -> Claim:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
 
     def __del__(self) -> None:
         self.release()

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from farhand.common.errors import FarhandError, InvalidInput
+from farhand.common.errors import FarhandError, InvalidInput, on_one_line
 from farhand.deploy.entry import PACKAGE
 
 FAILED, REFUSED, INTERRUPTED, TERMINATED = 1, 2, 130, 143
@@ -70,13 +70,8 @@ def _hear_signals() -> None:
             signal.signal(number, handler)
 
 
-def _on_one_line(text: str) -> str:
-    """Escape the line feeds and other control characters of a name that an error quotes."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-
-
 def _failed(why: str, status: int) -> int:
-    sys.stderr.write(f"farhand: {_on_one_line(why)}\n")
+    sys.stderr.write(f"farhand: {on_one_line(why)}\n")
     return status
 
 

@@ -17,8 +17,10 @@ from urllib.parse import unquote
 import msgspec
 from msgspec import Struct
 
+from farhand.common.errors import InvalidMessage
 from farhand.common.process_status import ProcessStatus
 from farhand.common.temporary_folder import NoTemporaryFolder, temporary_folder
+from farhand.common.whole_file import fault_of, read_whole
 
 ANSWER_S = 2.0
 """Time limit of an answer [s]."""
@@ -103,8 +105,8 @@ def read_entry(path: Path) -> Entry | None:
     """Return the process of one file in the folder; None if the file is not Farhand's."""
     if path.suffix == ENDED:
         role, _, name = path.stem.partition("-")
-        with contextlib.suppress(OSError, msgspec.MsgspecError):
-            words = msgspec.json.decode(path.read_bytes(), type=LastWords)
+        with contextlib.suppress(InvalidMessage), fault_of(path, InvalidMessage, "last words"):
+            words = msgspec.json.decode(read_whole(path, MAX_BYTES), type=LastWords)
             return Entry(role=role, name=unquote(name), pid=words.pid, fault="ended", words=words)
         return None
     stem, _, pid = path.name.rpartition("-")
@@ -121,12 +123,14 @@ def _ask(path: Path) -> tuple[ProcessStatus | None, str]:
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking, short_address(path) as address:
             asking.settimeout(ANSWER_S)
             asking.connect(address)
-            return msgspec.json.decode(_read_all(asking), type=ProcessStatus), ""
+            said = _read_all(asking)
+        with fault_of(path, InvalidMessage, "a status"):
+            return msgspec.json.decode(said, type=ProcessStatus), ""
     except (ConnectionRefusedError, FileNotFoundError):
         return None, "dead"
     except OSError:
         return None, "silent"
-    except msgspec.MsgspecError:
+    except InvalidMessage:
         return None, "foreign"
 
 

@@ -22,6 +22,7 @@ from urllib.parse import quote
 
 import msgspec
 
+from farhand.common.clock import elapsed_s
 from farhand.common.errors import FarhandError, PortTaken
 from farhand.common.process_status import DataFolder, Facts, ProcessStatus, Role
 from farhand.common.version import installed_version
@@ -46,12 +47,12 @@ class Identity:
     name: str
     endpoint: str
     tasks: tuple[str, ...] = ()
-    began_s: float = field(default_factory=time.monotonic)
+    began_s: float = field(default_factory=elapsed_s)
 
     def status(self, facts: Facts | None, data: DataFolder | None) -> ProcessStatus:
         """Return the status with the present facts and the present state of the data folder."""
         return ProcessStatus(
-            role=self.role, name=self.name, pid=os.getpid(), uptime_s=time.monotonic() - self.began_s,
+            role=self.role, name=self.name, pid=os.getpid(), uptime_s=elapsed_s() - self.began_s,
             version=installed_version(), endpoint=self.endpoint, tasks=self.tasks, data=data, facts=facts,
         )  # fmt: skip
 

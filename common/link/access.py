@@ -13,7 +13,7 @@ from typing import Any
 
 import msgspec
 
-from farhand.common.errors import FarhandError
+from farhand.common.errors import FarhandError, InvalidMessage
 from farhand.common.link.certificates import (
     CA_FILE,
     CERTIFICATE_FILE,
@@ -25,6 +25,7 @@ from farhand.common.link.certificates import (
     shown,
 )
 from farhand.common.log import loop_logger
+from farhand.common.whole_file import fault_of
 from farhand.common.wire import keys
 from farhand.common.wire.reasons import Code, Reason, because
 
@@ -189,8 +190,9 @@ def explain_right(answer: bytes, site: str) -> Reason | None:
         site: Name of the site.
     """
     try:
-        right = msgspec.json.decode(answer, type=Right | None)
-    except msgspec.MsgspecError:
+        with fault_of("right", InvalidMessage, "a right"):
+            right = msgspec.json.decode(answer, type=Right | None)
+    except InvalidMessage:
         return None
     if right is None or right.role == "robot":
         return because(Code.UNLISTED, site=site)

@@ -14,6 +14,7 @@ from cryptography.hazmat.primitives.serialization import load_pem_private_key
 from cryptography.x509.oid import NameOID
 
 from farhand.common.errors import InvalidConfiguration, LinkError
+from farhand.common.names import Name
 from farhand.common.whole_file import fault_of, read_whole
 
 CA_FILE, CERTIFICATE_FILE, KEY_FILE = "ca.pem", "certificate.pem", "key.pem"
@@ -132,7 +133,7 @@ def read_rights(file: Path) -> dict[str, Right]:
         InvalidConfiguration: When the file cannot be read or is not such a list; names file and field.
     """
     with fault_of(file, InvalidConfiguration, "a list of sites in JSON"):
-        return msgspec.json.decode(read_whole(file), type=dict[str, Right])
+        return msgspec.json.decode(read_whole(file), type=dict[Name, Right])
 
 
 def common_name(certificate: x509.Certificate) -> str:

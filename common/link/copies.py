@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import secrets
 import threading
-import time
 import weakref
 from collections import OrderedDict
 from collections.abc import Callable
 
 import zenoh
+
+from farhand.common.clock import elapsed_s
 
 ID_BYTES = 8
 _COPIES_S = (0.0, 0.1, 0.2, 0.5, 0.9, 1.4, 2.0, 3.0, 4.0)
@@ -77,7 +78,7 @@ class Copies:
             send: Sends one copy; never blocks.
         """
         with self._changed:
-            self._open[question.id] = (question, send, time.monotonic(), 0)
+            self._open[question.id] = (question, send, elapsed_s(), 0)
             self._changed.notify()
 
     def answered(self, question_id: bytes, data: bytes) -> None:
@@ -103,12 +104,13 @@ class Copies:
         """Wait for due copies; return None at the end."""
         with self._changed:
             while not self._closed:
-                now_s, due, next_s = time.monotonic(), [], None
+                now_s, due, next_s = elapsed_s(), [], None
                 for key, (question, send, began_s, sent) in list(self._open.items()):
-                    if not question.is_open or sent == len(_COPIES_S):
-                        # The last copy may still be answered; after that the sender asks a new question.
-                        if not question.is_open or now_s - began_s > 2.0 * _COPIES_S[-1]:
-                            del self._open[key]
+                    # The last copy may still be answered; after that, or a suspend, the sender asks a new question.
+                    if not question.is_open or now_s - began_s > 2.0 * _COPIES_S[-1]:
+                        del self._open[key]
+                        continue
+                    if sent == len(_COPIES_S):
                         continue
                     if now_s >= began_s + _COPIES_S[sent]:
                         due.append(send)

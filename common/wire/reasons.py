@@ -12,6 +12,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from farhand.common.errors import on_one_line
 from farhand.common.names import PRINTABLE
 
 MOST_TEXT = 240
@@ -202,7 +203,7 @@ class Reason(Struct, frozen=True, forbid_unknown_fields=True, array_like=True):
 
 
 def because(code: Code, **values: float | str | tuple[str, ...]) -> Reason:
-    """Return a reason.
+    """Return a reason; its texts, which may be a driver's or of a name from outside, become one line.
 
     Args:
         code: Code of the reason.
@@ -225,6 +226,6 @@ def in_words(text: object) -> Reason:
 
 def _value(name: str, value: float | str) -> Value:
     if isinstance(value, str):
-        return Value(name, value[:MOST_TEXT])
+        return Value(name, on_one_line(value)[:MOST_TEXT])
     number = float(value)
     return Value(name, 0.0 if math.isnan(number) else min(max(number, -_MOST_NUMBER), _MOST_NUMBER))

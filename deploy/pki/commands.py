@@ -107,8 +107,9 @@ class Renew(_InFolder):
     def run(self) -> int:
         """Run the command and return its exit status."""
         registry = self._registry()
-        robots = {issued.name for issued in registry.all() if issued.right.role == "robot"}
-        days = self.days if self.days is not None else _ROBOT_DAYS if self.name in robots else _OPERATOR_DAYS
+        right = registry.rights.get(self.name)
+        usual = _ROBOT_DAYS if right is not None and right.role == "robot" else _OPERATOR_DAYS
+        days = self.days if self.days is not None else usual
         file = registry.renew(self.name, days)
         _say(f"copy {file} over the one of the site: the key stays")
         return 0
@@ -135,7 +136,7 @@ class Revoke(_InFolder):
 class Show(_InFolder):
     """List every site with its role, its hosts and the remaining validity of its certificate.
 
-    The exit status is 3 if a certificate that is not revoked has expired or expires within 14 days.
+    The exit status is 3 if a certificate that is not revoked has expired or expires within 14 days, or is damaged.
     """
 
     json: bool = False
@@ -180,15 +181,18 @@ def _rows(registry: Registry, now: datetime) -> list[dict[str, Any]]:
 
     rows = []
     for issued in registry.all():
-        end = issued.certificate.not_valid_after_utc
-        left = end - now
         fault, revoked = issued.fault(now), issued.right.revoked is not None
+        state, needs_renewal, end = fault, not revoked, None
+        if issued.certificate is not None:
+            end = issued.certificate.not_valid_after_utc
+            left = end - now
+            state = fault or f"valid until {shown(end)}, {days(left)} left"
+            needs_renewal = not revoked and (bool(fault) or left.days < WARNING_DAYS)
         rows.append(
             {
                 "name": issued.name, "role": issued.right.role, "hosts": list(issued.hosts),
-                "valid_until": end.isoformat(), "revoked": revoked,
-                "state": fault or f"valid until {shown(end)}, {days(left)} left",
-                "needs_renewal": not revoked and (bool(fault) or left.days < WARNING_DAYS),
+                "valid_until": end.isoformat() if end is not None else None, "revoked": revoked,
+                "state": state, "needs_renewal": needs_renewal,
             }
         )  # fmt: skip
     return rows

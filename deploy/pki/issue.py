@@ -13,7 +13,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.common.link.certificates import Right, common_name, shown, validity_fault
+from farhand.common.link.certificates import Right, shown, validity_fault
 
 ORGANIZATION = "Farhand"
 CA_DAYS = 3650
@@ -123,28 +123,27 @@ class Issued:
     """Site with its newest certificate.
 
     Args:
+        name: The site's name.
         right: Role of the site, and its revocation.
-        certificate: The newest certificate.
+        certificate: The newest certificate; None when its file is missing or damaged.
+        damage: Reason why there is no certificate, empty with one.
     """
 
+    name: str
     right: Right
-    certificate: x509.Certificate
-
-    @property
-    def name(self) -> str:
-        """The site's name."""
-        return common_name(self.certificate)
+    certificate: x509.Certificate | None
+    damage: str = ""
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """Names and addresses by which it may be dialled."""
-        return hosts_of(self.certificate)
+        """Names and addresses by which it may be dialled; none when they are unknown."""
+        return hosts_of(self.certificate) if self.certificate is not None else ()
 
     def fault(self, now: datetime) -> str:
         """Return the reason why it is refused at a time; an empty string when it is not."""
         if self.right.revoked is not None:
             return f"revoked on {shown(self.right.revoked)}"
-        return validity_fault(self.certificate, now)
+        return validity_fault(self.certificate, now) if self.certificate is not None else self.damage
 
 
 def _parse_host(text: str) -> str:

@@ -9,7 +9,8 @@ sites/NAME/key.pem
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import contextlib
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -35,15 +36,18 @@ from farhand.common.link.certificates import (
     read_rights,
 )
 from farhand.common.names import MOST_SITE_NAME, check_name
-from farhand.common.whole_file import fault_of, read_whole, write_whole
-from farhand.deploy.pki.issue import Authority, Issued, new_key, parse_hosts
+from farhand.common.whole_file import Claim, all_or_none, fault_of, read_whole, write_whole
+from farhand.deploy.pki.issue import Authority, Issued, hosts_of, new_key, parse_hosts
 
 CA_KEY = "ca.key"
 _MOST_DAYS = 3650
 
 
 class Registry:
-    """Authority with its files. Use `create` or `open`."""
+    """Authority with its files. Use `create` or `open`.
+
+    Each change raises `FolderInUse` while another process makes one.
+    """
 
     def __init__(self, folder: Path, authority: Authority, rights: dict[str, Right]):
         self._folder, self._authority, self._rights = folder, authority, rights
@@ -54,20 +58,21 @@ class Registry:
 
         Raises:
             InvalidConfiguration: When the folder has an authority, whose certificates would become worthless.
-            OSError: When the folder cannot be written.
+            OSError: When the folder cannot be written; nothing of the authority is left in it.
         """
         check_name(name, "name", most=64)
-        if (folder / CA_KEY).exists() or (folder / CA_FILE).exists():
-            expected = (
-                f"a folder without an authority; {folder} has one, which a new one would make worthless"
-            )
-            raise InvalidConfiguration("command line", "folder", expected)
-        authority = Authority.create(name, now)
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _write_key(folder / CA_KEY, authority.key)
-        write_whole(folder / CA_FILE, _pem(authority.certificate))
-        registry = cls(folder, authority, {})
-        registry._write_rights()
+        with _claim(folder):
+            if (folder / CA_KEY).exists() or (folder / CA_FILE).exists():
+                expected = (
+                    f"a folder without an authority; {folder} has one, which a new one would make worthless"
+                )
+                raise InvalidConfiguration("command line", "folder", expected)
+            registry = cls(folder, Authority.create(name, now), {})
+            with all_or_none(folder / CA_KEY, folder / CA_FILE, folder / RIGHTS_FILE):
+                _write_key(folder / CA_KEY, registry._authority.key)
+                write_whole(folder / CA_FILE, _pem(registry.authority))
+                registry._write_rights()
         return registry
 
     @classmethod
@@ -104,24 +109,34 @@ class Registry:
 
         Raises:
             InvalidConfiguration: When the name is known or malformed, a host or the days make no sense.
+            OSError: When a file cannot be written; nothing of the site is left.
         """
         check_name(name, "name", most=32 if role == "robot" else MOST_SITE_NAME)
-        if (known := self._rights.get(name)) is not None:
-            remedy = "choose another name, it stays refused" if known.revoked else f"farhand pki renew {name}"
-            state = "was revoked" if known.revoked else f"is known as {known.role}"
-            raise InvalidConfiguration("command line", "name", f"a new name; {name} {state}: {remedy}")
         if role == "robot" and not hosts:
             expected = "at least one host name or address by which operators dial the robot"
             raise InvalidConfiguration("command line", "san", expected)
         hosts, days = parse_hosts(hosts), _checked_days(days)
+        with self._changing():
+            self._check_new(name)
+            return self._issue(name, role, hosts, days, now)
+
+    def _check_new(self, name: str) -> None:
+        if (known := self._rights.get(name)) is not None:
+            remedy = "choose another name, it stays refused" if known.revoked else f"farhand pki renew {name}"
+            state = "was revoked" if known.revoked else f"is known as {known.role}"
+            raise InvalidConfiguration("command line", "name", f"a new name; {name} {state}: {remedy}")
+
+    def _issue(self, name: str, role: Role, hosts: tuple[str, ...], days: int, now: datetime | None) -> Path:
         folder, key = self.folder_of(name), new_key()
         certificate = self._authority.issue(name, key.public_key(), hosts, days, now)
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _write_key(folder / KEY_FILE, key)
-        write_whole(folder / CERTIFICATE_FILE, _pem(certificate))
-        write_whole(folder / CA_FILE, _pem(self._authority.certificate))
-        self._rights[name] = Right(role=role)
-        self._write_rights()
+        # A certificate that the list lacks could never be revoked.
+        with all_or_none(*(folder / file for file in (KEY_FILE, CERTIFICATE_FILE, CA_FILE))):
+            _write_key(folder / KEY_FILE, key)
+            write_whole(folder / CERTIFICATE_FILE, _pem(certificate))
+            write_whole(folder / CA_FILE, _pem(self.authority))
+            self._rights[name] = Right(role=role)
+            self._write_rights()
         return folder
 
     def renew(self, name: str, days: int, now: datetime | None = None) -> Path:
@@ -136,42 +151,49 @@ class Registry:
             The file of the certificate, the only one that goes to the site.
 
         Raises:
-            InvalidConfiguration: When the name is unknown or revoked, or the days make no sense.
+            InvalidConfiguration: When the name is unknown or revoked, its certificate is missing or damaged, or the
+                days make no sense.
         """
-        issued = self._find(name)
-        if issued.right.revoked is not None:
-            raise InvalidConfiguration("command line", "name", f"a name that is not revoked, got {name}")
-        key = issued.certificate.public_key()
-        if not isinstance(key, ec.EllipticCurvePublicKey):
-            raise InvalidConfiguration(
-                str(self.folder_of(name)), "", "a certificate that this authority issued"
-            )
-        certificate = self._authority.issue(name, key, issued.hosts, _checked_days(days), now)
         file = self.folder_of(name) / CERTIFICATE_FILE
-        write_whole(file, _pem(certificate))
+        with self._changing():
+            if self._right(name).revoked is not None:
+                raise InvalidConfiguration("command line", "name", f"a name that is not revoked, got {name}")
+            old = read_certificate(file)
+            key = old.public_key()
+            if not isinstance(key, ec.EllipticCurvePublicKey):
+                raise InvalidConfiguration(
+                    str(self.folder_of(name)), "", "a certificate that this authority issued"
+                )
+            certificate = self._authority.issue(name, key, hosts_of(old), _checked_days(days), now)
+            write_whole(file, _pem(certificate))
         return file
 
     def revoke(self, name: str, now: datetime | None = None) -> None:
-        """Revoke a name for good, and delete its key in this folder.
+        """Revoke a name for good, and delete its key in this folder; its certificate may be lost or damaged.
 
         Raises:
             InvalidConfiguration: When the name is unknown; to revoke twice changes nothing.
         """
-        right = self._find(name).right
-        if right.revoked is None:
-            moment = (now or datetime.now(UTC)).replace(microsecond=0)
-            self._rights[name] = Right(role=right.role, revoked=moment)
-            self._write_rights()
-        (self.folder_of(name) / KEY_FILE).unlink(missing_ok=True)
+        with self._changing():
+            right = self._right(name)
+            if right.revoked is None:
+                moment = (now or datetime.now(UTC)).replace(microsecond=0)
+                self._rights[name] = Right(role=right.role, revoked=moment)
+                self._write_rights()
+            (self.folder_of(name) / KEY_FILE).unlink(missing_ok=True)
 
     def all(self) -> Iterator[Issued]:
-        """Yield every site in the order in which they were issued.
+        """Yield every site in the order in which they were issued, with the damage of what cannot be read."""
+        for name, right in self._rights.items():
+            try:
+                yield Issued(name, right, read_certificate(self.folder_of(name) / CERTIFICATE_FILE))
+            except InvalidConfiguration as error:
+                yield Issued(name, right, None, str(error))
 
-        Raises:
-            InvalidConfiguration: When a certificate is missing or malformed; names the file.
-        """
-        for name in self._rights:
-            yield self._find(name)
+    @property
+    def rights(self) -> Mapping[str, Right]:
+        """Right of every issued name."""
+        return self._rights
 
     @property
     def authority(self) -> x509.Certificate:
@@ -182,17 +204,28 @@ class Registry:
         """Return the folder of a site's three files."""
         return self._folder / "sites" / name
 
-    def _find(self, name: str) -> Issued:
+    @contextlib.contextmanager
+    def _changing(self) -> Iterator[None]:
+        """Keep other processes out while the list is read and written; it would forget what they did."""
+        with _claim(self._folder):
+            self._rights = read_rights(self._folder / RIGHTS_FILE)
+            yield
+
+    def _right(self, name: str) -> Right:
         if name not in self._rights:
             known = ", ".join(self._rights) or "none yet"
             raise InvalidConfiguration(
                 "command line", "name", f"a name that was issued ({known}), got {name!r}"
             )
-        return Issued(self._rights[name], read_certificate(self.folder_of(name) / CERTIFICATE_FILE))
+        return self._rights[name]
 
     def _write_rights(self) -> None:
         content = msgspec.json.format(msgspec.json.encode(self._rights), indent=2)
         write_whole(self._folder / RIGHTS_FILE, content + b"\n")
+
+
+def _claim(folder: Path) -> Claim:
+    return Claim(folder, "the authority", "repeat the command once that process has ended")
 
 
 def default_folder(data_folder: Path) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.tphsmm import TPHSMM
+from farhand.common.whole_file import write_whole
 
 _FILES = (".png", ".pdf", ".svg")
 
@@ -29,6 +31,7 @@ def draw_model(model: TPHSMM, file: Path) -> None:
 
     Raises:
         InvalidConfiguration: When the file is of another kind.
+        OSError: When it cannot be written; its content is unchanged.
     """
     if file.suffix not in _FILES:
         raise InvalidConfiguration(
@@ -39,7 +42,9 @@ def draw_model(model: TPHSMM, file: Path) -> None:
     colours = matplotlib.colormaps["viridis"](0.9 * model.phase)
     _draw_components(left, model)
     _draw_durations(right, model, colours)
-    figure.savefig(file, dpi=160)
+    drawn = BytesIO()
+    figure.savefig(drawn, format=file.suffix[1:], dpi=160)
+    write_whole(file, drawn.getvalue())
 
 
 def draw_components(axes: Axes, model: TPHSMM, origin: ArrayLike = 0.0) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from farhand.common.errors import InvalidMessage
 from farhand.common.link.budget import part_bytes
 from farhand.common.log import loop_logger
-from farhand.common.whole_file import write_whole
+from farhand.common.whole_file import read_whole, write_whole
 from farhand.common.wire import keys
 from farhand.common.wire.messages import BlobReply, BlobRequest
 from farhand.common.wire.scene_description import SceneDescription
@@ -127,7 +127,7 @@ class KnownScenes:
         """Return the description with this hash; None when it is unknown, or its file was damaged."""
         if sha256 not in self._known:
             try:
-                self._take(sha256, self._file(sha256).read_bytes())
+                self._take(sha256, read_whole(self._file(sha256)))
             except (OSError, InvalidMessage):
                 return None
         return self._known.get(sha256)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from farhand.common.errors import InvalidConfiguration
+from farhand.common.names import check_name
 
 Kind = Literal["auto", "csv", "bag", "lerobot", "robomimic", "lasa", "robotasks", "letters"]
 
@@ -116,6 +117,7 @@ def _frame(text: str) -> FrameChoice:
     name, _, source = text.partition("=")
     if not name or not source:
         raise wrong("--frames", f"NAME=last, NAME=last-pose, NAME=BODY or NAME=X,Y,Z, got {text!r}")
+    check_name(name, "--frames")  # a task could not name another one
     parts = source.split(",")
     try:
         numbers = tuple(float(part) for part in parts)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import hmac
 import html
-import os
 import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ from pathlib import Path
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
 from farhand.common.errors import InvalidConfiguration
+from farhand.common.whole_file import read_whole, write_whole
 from farhand.local_site.view.host_name import (
     EVERY_ADDRESS,
     Name,
@@ -28,7 +28,7 @@ from farhand.local_site.view.host_name import (
 )
 
 TOKEN_FIELD = "token"
-_TOKEN_BYTES = 16
+_TOKEN_BYTES, _MOST_TOKEN_BYTES = 16, 4096
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,10 @@ class Visit:
 
     @property
     def query(self) -> list[tuple[str, str]]:
-        """Fields of the query."""
-        return parse_qsl(urlsplit(self.target).query, keep_blank_values=True)
+        """Fields of the query; none of a target that is no path."""
+        with contextlib.suppress(ValueError):
+            return parse_qsl(urlsplit(self.target).query, keep_blank_values=True)
+        return []
 
     def cookies(self, name: str) -> list[str]:
         """Return the values of a cookie."""
@@ -196,14 +198,13 @@ def kept_token(folder: Path) -> str:
     """
     path, new = folder / "page-token", secrets.token_urlsafe(_TOKEN_BYTES)
     with contextlib.suppress(OSError, UnicodeError):
-        folder.mkdir(parents=True, exist_ok=True)
-        with contextlib.suppress(FileExistsError):
-            descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-            with os.fdopen(descriptor, "w", encoding="ascii") as file:
-                file.write(new)
-        kept = path.read_text("ascii").strip()
+        kept = read_whole(path, _MOST_TOKEN_BYTES).decode("ascii").strip()
         if len(kept) >= len(new):
             return kept
+    with contextlib.suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        path.unlink(missing_ok=True)  # what was damaged, with its mode
+        write_whole(path, new.encode("ascii"), 0o600)
     return new
 
 

@@ -61,9 +61,11 @@ def halts_of(*drivers: object) -> list[Callable[[], None]]:
 
 
 def call_all(stops: Iterable[Callable[[], None]]) -> None:
-    """Call each function, whatever the others raise. Never raises."""
+    """Call each function, whatever the others raise, be it the end of the process. Never raises."""
     for stop in stops:
         try:
             stop()
-        except Exception:
+        except KeyboardInterrupt:
+            raise
+        except BaseException:
             _log.exception("a driver could not be stopped")

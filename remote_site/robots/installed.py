@@ -12,7 +12,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NamedTuple
 
 from farhand.common.arm.cell import Cell
-from farhand.common.errors import DriverFailed, InvalidConfiguration, InvalidInput
+from farhand.common.errors import DriverFailed, InvalidConfiguration, InvalidInput, words_of
 from farhand.common.task import AnyTask, PointTask
 from farhand.remote_site.config import DriverChoice, RemoteConfig
 from farhand.remote_site.interface.arm_driver import ArmDriver, check_reading
@@ -183,7 +183,16 @@ def _found(kind: Kind, name: str) -> EntryPoint:
 
 
 def _entry_point(kind: Kind, name: str) -> EntryPoint | None:
-    return next(iter(entry_points(group=kind.group, name=name)), None)
+    """Return the entry point of a name; None without one.
+
+    Raises:
+        InvalidConfiguration: When two packages have the name: which one drives the machine must not be a guess.
+    """
+    found = {point.value: point for point in entry_points(group=kind.group, name=name)}
+    if len(found) > 1:
+        expected = f"a driver that one installed package has; {name!r} is {' and '.join(sorted(found))}: uninstall one"
+        raise InvalidConfiguration("remote configuration", f"{kind.field}.use", expected)
+    return next(iter(found.values()), None)
 
 
 def _label(kind: Kind, name: str) -> str:
@@ -197,7 +206,8 @@ def _told(kind: Kind, name: str, failed: str) -> Iterator[None]:
     """Tell any error of foreign code in one line with its own words."""
     try:
         yield
-    except (Exception, SystemExit) as error:
-        said = f"{type(error).__name__}: {error}"
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # a library may also end the process or cancel its task
         remedy = f"mend the driver or its options, or choose another one with [{kind.field}] use or --{kind.field.replace('_', '-')}"
-        raise DriverFailed(f"{_label(kind, name)} {failed}: {said}; {remedy}") from error
+        raise DriverFailed(f"{_label(kind, name)} {failed}: {words_of(error)}; {remedy}") from error

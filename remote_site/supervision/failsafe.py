@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable
 
 from farhand.common.control_mode import ControlMode, Guard
+from farhand.common.errors import words_of
 from farhand.common.log import loop_logger
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.sensing import Sensing
@@ -82,16 +83,21 @@ class Failsafe:
         self._failed = False
 
     def run(self, do: Callable[[], None]) -> None:
-        """Run a part of a control period; if it fails, the robot brakes, is STOPPED and says why. Never raises."""
+        """Run a part of a control period; if it fails, the robot brakes, is STOPPED and says why. Never raises.
+
+        Some makers' libraries end the process or cancel their own task when a bus fails: that is an error as well.
+        """
         try:
             do()
-        except Exception as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             self._motion.halt(self._dt_s)  # before anything is logged or announced
             _log.exception("a control period failed")
             said = self._failed and self._machine.mode is ControlMode.STOPPED
             self._failed = True
             if not said:
-                self._stop(because(Code.LOOP_FAILED, text=f"{type(error).__name__}: {error}"))
+                self._stop(because(Code.LOOP_FAILED, text=words_of(error)))
 
     def _stop(self, why: Reason) -> None:
         try:

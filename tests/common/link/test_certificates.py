@@ -191,3 +191,10 @@ def test_a_changed_list_takes_effect_in_place_and_each_site_is_told_what_it_may_
     finally:
         for link in (shore, watcher, robot):
             link.close()
+
+
+@pytest.mark.parametrize(
+    "answer", [b"", b'"\xff"', b'{"role": "\xff"}', b"[" * 100_000, b'{"role": "king"}', b"5", b'{"role": 5']
+)
+def test_a_robots_answer_about_rights_that_makes_no_sense_is_none(answer: bytes):
+    assert explain_right(answer, "shore-1") is None

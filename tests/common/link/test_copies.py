@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -56,6 +57,27 @@ def test_the_first_answer_counts_and_ends_the_copies():
         question.on_end()
         assert answers == [b"first"]
         assert not sent.acquire(timeout=0.5)  # the next copies would be due
+    finally:
+        copies.close()
+
+
+@pytest.mark.parametrize("suspended_s", [9.0, 60.0, 1e6])
+def test_after_a_suspend_no_copy_of_an_earlier_question_is_sent(monkeypatch, suspended_s: float):
+    now_s = [1000.0]
+    monkeypatch.setattr("farhand.common.link.copies.elapsed_s", lambda: now_s[0])
+    copies, sent, later = Copies(), threading.Semaphore(0), threading.Semaphore(0)
+    try:
+        copies.add(Question(lambda _: None), sent.release)
+        assert sent.acquire(timeout=20.0)
+        now_s[0] += suspended_s
+        copies.add(
+            Question(lambda _: None), later.release
+        )  # wakes the thread, as the end of the suspend does
+        assert later.acquire(timeout=20.0)
+        now_s[0] += 0.15
+        copies.add(Question(lambda _: None), later.release)
+        assert all(later.acquire(timeout=20.0) for _ in range(2))
+        assert not sent.acquire(blocking=False)
     finally:
         copies.close()
 

@@ -43,3 +43,9 @@ def test_from_nothing_to_a_renewed_robot_and_a_revoked_observer(tmp_path: Path):
     }  # fmt: skip
     assert "364 days left" in rows["rov1"]["state"]
     assert "89 days left" in rows["shore-1"]["state"]
+
+    (folder / "sites" / "shore-1" / "certificate.pem").write_bytes(b"")
+    shown = pki(folder, "show")
+    assert (
+        shown.returncode == 3 and "shore-1: operator; " in shown.stdout and "certificate.pem" in shown.stdout
+    )

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import errno
+import itertools
 import os
 import shutil
 import stat
 import subprocess
+from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -15,6 +18,7 @@ from hypothesis import strategies as st
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.link.certificates import SiteCertificate
+from farhand.common.whole_file import Claim, FolderInUse
 from farhand.deploy.pki.issue import parse_hosts
 from farhand.deploy.pki.registry import Registry
 from farhand.deploy.pki.throw_away import make_throw_away
@@ -174,6 +178,110 @@ def test_what_makes_no_sense_is_refused_by_field_and_leaves_nothing_behind(
             call()
     assert not (tmp_path / "pki" / "sites").exists()
     assert list(Registry.open(tmp_path / "pki").all()) == []
+
+
+def test_two_commands_at_once_forget_nothing_of_each_other(tmp_path: Path, registry: Registry):
+    registry.issue("lost", "operator", (), 90, NOW)
+    one, other = Registry.open(tmp_path / "pki"), Registry.open(tmp_path / "pki")
+    one.revoke("lost", NOW)
+    other.issue("shore-1", "operator", (), 90, NOW)
+    one.issue("shore-2", "operator", (), 90, NOW)
+    with pytest.raises(InvalidConfiguration, match="not revoked"):
+        other.renew("lost", 90, NOW)
+    rights = Registry.open(tmp_path / "pki").rights
+    assert list(rights) == ["lost", "shore-1", "shore-2"] and rights["lost"].revoked == NOW
+
+
+def test_while_one_process_changes_the_authority_another_one_is_refused_in_one_line(
+    tmp_path: Path, registry: Registry
+):
+    registry.issue("shore-1", "operator", (), 90, NOW)
+    before = (tmp_path / "pki" / "sites.json").read_bytes()
+    with Claim(tmp_path / "pki", "the authority"):
+        for change in (
+            lambda: registry.issue("shore-2", "operator", (), 90),
+            lambda: registry.renew("shore-1", 90),
+            lambda: registry.revoke("shore-1"),
+            lambda: Registry.create(tmp_path / "pki", "other"),
+        ):
+            with pytest.raises(
+                FolderInUse, match=rf"process {os.getpid()} keeps the authority there: repeat"
+            ):
+                change()
+        assert [issued.name for issued in Registry.open(tmp_path / "pki").all()] == ["shore-1"]
+    assert (tmp_path / "pki" / "sites.json").read_bytes() == before
+    registry.revoke("shore-1")
+
+
+DAMAGE: dict[str, Callable[[Path], object]] = {
+    "lost": Path.unlink,
+    "empty": lambda file: file.write_bytes(b""),
+    "no text": lambda file: file.write_bytes(b"\xff\xfe" * 100),
+    "cut": lambda file: file.write_bytes(file.read_bytes()[:200]),
+    "a folder": lambda file: (file.unlink(), file.mkdir()),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_damaged_certificate_is_told_can_be_revoked_and_hinders_no_other_site(
+    tmp_path: Path, registry: Registry, damage: str
+):
+    for name in ("shore-1", "shore-2"):
+        registry.issue(name, "operator", (), 90, NOW)
+    DAMAGE[damage](registry.folder_of("shore-1") / "certificate.pem")
+    shown = {issued.name: issued.fault(NOW) for issued in Registry.open(tmp_path / "pki").all()}
+    assert "certificate.pem: " in shown["shore-1"] and "\n" not in shown["shore-1"] and not shown["shore-2"]
+    registry.renew("shore-2", 90, NOW)
+    with pytest.raises(InvalidConfiguration, match=r"shore-1.certificate\.pem: "):
+        registry.renew("shore-1", 90, NOW)
+    registry.revoke("shore-1", NOW)
+    (lost, _) = Registry.open(tmp_path / "pki").all()
+    assert (
+        lost.fault(NOW).startswith("revoked on") and not (registry.folder_of("shore-1") / "key.pem").exists()
+    )
+
+
+def fails_at(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+    """Let the disk be full at one of the files that are written from now on."""
+    fsync, written = os.fsync, itertools.count()
+
+    def full(descriptor: int) -> None:
+        if next(written) == number:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", full)
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_what_cannot_be_written_as_a_whole_leaves_no_certificate_that_nobody_could_revoke(
+    registry: Registry, number: int, monkeypatch: pytest.MonkeyPatch
+):
+    with monkeypatch.context() as patched, pytest.raises(OSError, match="No space left"):
+        fails_at(patched, number)
+        registry.issue("shore-1", "operator", (), 90, NOW)
+    assert list(registry.folder_of("shore-1").iterdir()) == []
+    assert ": OK" in verify(registry.issue("shore-1", "operator", (), 90, NOW), "sslclient")
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_an_authority_that_cannot_be_written_as_a_whole_can_be_made_again(
+    tmp_path: Path, number: int, monkeypatch: pytest.MonkeyPatch
+):
+    with monkeypatch.context() as patched, pytest.raises(OSError, match="No space left"):
+        fails_at(patched, number)
+        Registry.create(tmp_path / "pki", "fleet", NOW)
+    site = Registry.create(tmp_path / "pki", "fleet", NOW).issue("shore-1", "operator", (), 90, NOW)
+    assert ": OK" in verify(site, "sslclient")
+
+
+@pytest.mark.parametrize("name", ["../../x", "a/b", "a\\nb", "", "<b>", "x" * 40, "*"])
+def test_a_list_of_sites_with_a_name_that_is_none_is_refused(tmp_path: Path, registry: Registry, name: str):
+    (tmp_path / "pki" / "sites.json").write_text(f'{{"{name}": {{"role": "operator"}}}}')
+    with pytest.raises(InvalidConfiguration, match=r"sites\.json: "):
+        Registry.open(tmp_path / "pki")
+    with pytest.raises(InvalidConfiguration, match=r"sites\.json: "):
+        registry.issue("shore-1", "operator", (), 90, NOW)
 
 
 @pytest.mark.parametrize("name", ["ca.pem", "ca.key", "sites.json"])

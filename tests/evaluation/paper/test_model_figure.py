@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import errno
+import os
+
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
@@ -27,3 +30,19 @@ def test_another_kind_of_file_is_refused_and_not_made(tmp_path):
     with pytest.raises(InvalidConfiguration, match=r"figure.*\.png, \.pdf, \.svg"):
         draw_model(learned(), tmp_path / "model.txt")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_figure_that_cannot_be_written_leaves_the_one_before_and_a_link_stays_one(tmp_path, monkeypatch):
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    link, file = tmp_path / "model.svg", tmp_path / "far"
+    file.write_bytes(b"before")
+    link.symlink_to(file)
+    with monkeypatch.context() as patched, pytest.raises(OSError, match="No space left") as caught:
+        patched.setattr(os, "fsync", full)
+        draw_model(learned(), link)
+    assert caught.value.filename == str(link)
+    assert file.read_bytes() == b"before" and len(list(tmp_path.iterdir())) == 2
+    draw_model(learned(), link)
+    assert link.is_symlink() and file.read_bytes().startswith(b"<?xml")

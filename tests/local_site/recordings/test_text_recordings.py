@@ -228,6 +228,13 @@ OPTIONS = {
 }  # fmt: skip
 
 
+@pytest.mark.parametrize("name", ["../goal", "a b", "<b>", "a\nb", "goal\u202e", "x" * 40])
+def test_a_task_frame_with_a_name_that_no_task_could_have_is_refused(name: str, tmp_path: Path):
+    with pytest.raises(InvalidConfiguration, match="command line: --frames: a name of letters") as caught:
+        read(tmp_path / "none.csv", frames=(f"{name}=last",))
+    assert "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize("option", OPTIONS)
 def test_an_option_that_fits_no_recording_is_refused_by_name(option: str, tmp_path: Path):
     with pytest.raises(InvalidConfiguration, match=f"command line: {option}: "):

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import socket
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from viser import _messages
 from websockets.exceptions import InvalidStatus
@@ -93,6 +95,17 @@ def test_whatever_stands_in_the_headers_is_judged_and_foreign_origins_never_ente
         assert name is not None and name.is_loopback
         own = Name.of(origin)
         assert own is not None and own.host == name.host
+
+
+@given(st.text(max_size=40), st.text(max_size=40))
+@example("//[", "")
+@example("http://[::1/?token=x", "farhand-8080")
+def test_whatever_is_asked_for_with_whatever_cookie_is_refused_without_the_token(
+    target: str, cookie: str
+) -> None:
+    asked = visit(target=target, peer="192.168.1.9", cookie=cookie)
+    for to_talk in (False, True):
+        assert not enters(Door("192.168.1.5", token=TOKEN), asked, to_talk)
 
 
 @pytest.mark.parametrize("configured", ["https://console.example", "console.example", "console.example:443"])
@@ -186,9 +199,41 @@ def test_tokens_are_random_kept_and_readable_by_their_owner_alone(tmp_path: Path
     file = tmp_path / "new" / "page-token"
     assert kept_token(tmp_path / "new") == token and file.stat().st_mode & 0o777 == 0o600
     assert kept_token(tmp_path / "other") != token and len(token) >= 22
-    file.write_text("short")
-    assert len(kept_token(tmp_path / "new")) >= 22  # a damaged file weakens nothing
     assert len(kept_token(Path("/dev/null"))) >= 22
+
+
+DAMAGE: dict[str, Callable[[Path], object]] = {
+    "short": lambda file: file.write_text("short"),
+    "empty": lambda file: file.write_bytes(b""),
+    "no text": lambda file: file.write_bytes(b"\xff" * 40),
+    "vast": lambda file: file.write_bytes(b"x" * 10_000_000),
+    "a pipe": lambda file: (file.unlink(missing_ok=True), os.mkfifo(file)),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_damaged_token_is_replaced_for_good(
+    tmp_path: Path, damage: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("farhand.common.whole_file._PATIENCE_MS", 50)
+    file = tmp_path / "page-token"
+    file.touch(0o644)
+    DAMAGE[damage](file)
+    token = kept_token(tmp_path)
+    assert 22 <= len(token) < 100 and kept_token(tmp_path) == token
+    assert file.is_file() and file.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_token_that_could_not_be_kept_is_kept_once_the_disk_has_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "fsync", full)
+        assert len(kept_token(tmp_path)) >= 22 and list(tmp_path.iterdir()) == []
+    assert kept_token(tmp_path) == kept_token(tmp_path)
 
 
 # A real server ----------------------------------------------------------------------------------

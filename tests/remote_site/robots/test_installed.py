@@ -120,6 +120,23 @@ def test_an_unknown_name_lists_those_that_are_installed(folder: Path):
         check_drivers(a_config(sight="drivers_f-nothing"), TASK)
 
 
+def test_a_name_that_two_packages_have_is_refused_naming_both(folder: Path):
+    put_drivers(folder, "drivers_h")
+    put_drivers(folder, "drivers_i")
+    points = folder / "drivers_i-1.0.dist-info" / "entry_points.txt"
+    for kind, name in (("plants", "Plant"), ("perceptions", "Sight")):
+        put = f"[farhand.{kind}]\ndrivers_h = drivers_i:{name}\n"
+        points.write_text(points.read_text().replace(f"[farhand.{kind}]\n", put))
+        field = kind.removesuffix("s")
+        config = a_config("drivers_h") if field == "plant" else a_config(sight="drivers_h")
+        both = f"{field}\\.use: .*drivers_h:{name} and drivers_i:{name}: uninstall one"
+        with pytest.raises(InvalidConfiguration, match=both):
+            check_drivers(config, TASK)
+        with pytest.raises(InvalidConfiguration, match=both):
+            operate(config)
+    check_drivers(a_config("drivers_i"), TASK)
+
+
 def test_a_task_of_the_arm_has_no_driver_of_a_point():
     with pytest.raises(InvalidConfiguration, match=r"plant\.use"):
         check_drivers(a_config("my-table"), find_task("hot-stab"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -12,7 +14,8 @@ import pytest
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.wire.messages import StopAck
+from farhand.common.wire.codec import decode, encode
+from farhand.common.wire.messages import Event, StopAck
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.reproduction.executor import Executor
@@ -29,8 +32,13 @@ class HaltingPlant(FeelingPlant):
     def __init__(self) -> None:
         super().__init__()
         self.fails: set[str] = set()
+        self.words = "emergency stop"
+        self.ends = False
+        """Whether the driver ends the process instead of raising."""
 
     def _maybe_fail(self, what: str) -> None:
+        if what in self.fails and self.ends:
+            sys.exit(f"the driver lost its bus in {what}")
         if what in self.fails:
             raise OSError(5, f"the driver lost its bus in {what}")
 
@@ -60,14 +68,14 @@ class HaltingPlant(FeelingPlant):
 
     @property
     def fault(self) -> str:
-        return "emergency stop" if "told" in self.fails else ""
+        return self.words if "told" in self.fails else ""
 
     def halt(self) -> None:
         self.told.append("halt")
         self._velocity = np.zeros_like(self._velocity)
 
 
-def failing(error: Exception) -> Callable[..., None]:
+def failing(error: BaseException) -> Callable[..., None]:
     def fail(*_args: object, **_named: object) -> None:
         raise error
 
@@ -91,16 +99,49 @@ def assert_stopped(bench: Bench, words: str) -> None:
 
 @pytest.mark.parametrize(
     "error", [np.linalg.LinAlgError("Singular matrix"), ZeroDivisionError("division"), KeyError("joint"),
-              OSError(19, "no such device"), RecursionError("too deep"), MemoryError(), AssertionError("a bug")],
+              OSError(19, "no such device"), RecursionError("too deep"), MemoryError(), AssertionError("a bug"),
+              SystemExit("the maker's library ends"), asyncio.CancelledError("its bus"), GeneratorExit("closed")],
     ids=lambda error: type(error).__name__,
 )  # fmt: skip
-def test_any_error_of_an_execution_stops_the_robot_in_its_own_words(monkeypatch, error: Exception):
+def test_any_error_of_an_execution_stops_the_robot_in_its_own_words(monkeypatch, error: BaseException):
     bench = Bench().executing()
     assert bench.speed_m_s > 0.1
     with monkeypatch.context() as patched:
         patched.setattr(Executor, "step", failing(error))
         bench.run(DT_S)
     assert_stopped(bench, f"{type(error).__name__}: {error}")
+
+
+class Untold(Exception):
+    """Error whose words fail too."""
+
+    def __str__(self) -> str:
+        raise RuntimeError("no words")
+
+
+def test_an_error_without_words_stops_the_robot_under_its_name(monkeypatch):
+    bench = Bench().executing()
+    with monkeypatch.context() as patched:
+        patched.setattr(Executor, "step", failing(Untold()))
+        bench.run(DT_S)
+    assert_stopped(bench, "Untold: (its text cannot be shown)")
+
+
+@pytest.mark.parametrize(
+    "text", ["line one\nline two", "undecoded \udcff", "turned \u202e", "nothing \0", "x" * 5000]
+)
+def test_whatever_a_driver_says_reaches_the_operator_in_one_line(text: str):
+    plant = HaltingPlant()
+    bench = Bench(plant=plant).executing()
+    plant.fails, plant.words = {"told"}, text
+    bench.run(DT_S)
+    (told,) = bench.events("stopped")
+    words = said(decode(encode(told), Event))
+    assert (
+        words.startswith("the robot's machine tells a fault: ") and words.isprintable() and len(words) < 400
+    )
+    plant.fails = set()
+    assert_stopped(bench, "tells a fault")
 
 
 PLACES = {
@@ -147,10 +188,11 @@ def test_a_driver_that_fails_is_braked_and_its_machine_halted(mode: ControlMode,
 @pytest.mark.parametrize(
     "fails", [{"read"}, {"brake"}, {"read", "brake"}, {"read", "brake", "accelerate", "follow"}]
 )
-def test_a_driver_whose_brake_fails_too_is_halted_in_every_period(fails: set[str]):
+@pytest.mark.parametrize("ends", [False, True])
+def test_a_driver_whose_brake_fails_too_is_halted_in_every_period(fails: set[str], ends: bool):
     plant = HaltingPlant()
     bench = Bench(plant=plant).executing()
-    plant.fails = fails
+    plant.fails, plant.ends = fails, ends
     bench.stop()
     for _ in range(20):
         bench.time.advance(DT_S)
