@@ -10,12 +10,14 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
-import msgspec
-
+import farhand
 from farhand.common.arm.cell import Cell
+from farhand.common.errors import InvalidMessage
 from farhand.common.log import loop_logger
 from farhand.common.task import AnyTask, ArmTask
+from farhand.common.whole_file import fault_of
 from farhand.remote_site.camera.picture_plan import CameraFailed
 from farhand.remote_site.camera.process import (
     ANSWERS,
@@ -37,6 +39,13 @@ _log = loop_logger(__name__)
 ANSWER_S, START_S = 5.0, 60.0
 """Longest time for a picture, and for the first one, with the start of the process [s]."""
 _ENDING_S = 0.5
+_PROGRAM = """import sys
+sys.path.insert(0, sys.argv.pop())
+import farhand
+del sys.path[0]
+from farhand.remote_site.camera.process import main
+main()"""
+"""Runs this very code: `-m` would take a package `farhand` of whatever folder PYTHONPATH names first."""
 
 
 class CameraProcess:
@@ -80,8 +89,9 @@ class CameraProcess:
             how = f"was ended by signal {-status}" if status < 0 else f"ended with status {status}"
             raise CameraFailed(f"the camera's process {how}")
         try:
-            answer = ANSWERS.decode(data)
-        except msgspec.MsgspecError as error:
+            with fault_of("picture", InvalidMessage, "a picture or a fault"):
+                answer = ANSWERS.decode(data)
+        except InvalidMessage as error:
             self.close()
             raise CameraFailed(f"the camera's process gave no picture ({error})") from error
         if isinstance(answer, Fault):
@@ -119,7 +129,7 @@ class CameraProcess:
             if self._interrupted:
                 raise CameraFailed("the camera is closed")
             self._process = process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "farhand.remote_site.camera.process"],
+                [sys.executable, "-P", "-c", _PROGRAM, str(Path(farhand.__file__).parents[1])],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 # The drawing library would take every processor.

@@ -1,4 +1,4 @@
-"""The camera's own process: `python -m farhand.remote_site.camera.process`. It answers each request with a picture, or a fault.
+"""The camera's own process, started by `camera_process.py`. It answers each request with a picture, or a fault.
 
 It is started with its set-up on the standard input, and ends with it. A slow, crashing or hanging camera thus costs the
 robot nothing.
@@ -174,7 +174,3 @@ def main() -> None:
     finally:
         if isinstance(camera, Closable):
             call_all([camera.close])
-
-
-if __name__ == "__main__":
-    main()

@@ -55,6 +55,20 @@ def test_a_camera_of_ones_own_gives_jpeg_files_whatever_it_prints_and_is_replace
     assert working.take(WANTED).jpeg == still.jpeg and working.pid != first
 
 
+@pytest.mark.parametrize("name", ["farhand/__init__.py", "farhand.py", "remote_site/__init__.py", "queue.py"])
+def test_a_package_of_our_name_that_stands_in_a_users_folder_is_not_run(
+    tmp_path: Path, name: str, working: CameraProcess, monkeypatch: pytest.MonkeyPatch
+):
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).write_text("raise SystemExit('foreign code')\n")
+    if name == "queue.py":  # a standard module's name: in the working directory alone
+        monkeypatch.setenv("PYTHONPATH", str(tmp_path / "drivers"))
+        (tmp_path / "drivers").mkdir()
+        put_camera(tmp_path / "drivers")
+        monkeypatch.chdir(tmp_path)
+    assert working.take(WANTED).jpeg
+
+
 @pytest.mark.parametrize(
     ("does", "words"),
     [
