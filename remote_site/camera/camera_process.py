@@ -12,7 +12,6 @@ import threading
 import time
 from pathlib import Path
 
-import farhand
 from farhand.common.arm.cell import Cell
 from farhand.common.errors import InvalidMessage
 from farhand.common.log import loop_logger
@@ -46,6 +45,8 @@ del sys.path[0]
 from farhand.remote_site.camera.process import main
 main()"""
 """Runs this very code: `-m` would take a package `farhand` of whatever folder PYTHONPATH names first."""
+_ROOT = str(Path(__file__).parents[3])
+"""Folder that holds the package."""
 
 
 class CameraProcess:
@@ -129,7 +130,7 @@ class CameraProcess:
             if self._interrupted:
                 raise CameraFailed("the camera is closed")
             self._process = process = subprocess.Popen(
-                [sys.executable, "-P", "-c", _PROGRAM, str(Path(farhand.__file__).parents[1])],
+                [sys.executable, "-P", "-c", _PROGRAM, _ROOT],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 # The drawing library would take every processor.
