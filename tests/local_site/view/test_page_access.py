@@ -105,7 +105,7 @@ def test_whatever_is_asked_for_with_whatever_cookie_is_refused_without_the_token
 ) -> None:
     asked = visit(target=target, peer="192.168.1.9", cookie=cookie)
     for to_talk in (False, True):
-        assert not enters(Door("192.168.1.5", token=TOKEN), asked, to_talk)
+        assert not enters(PageAccess("192.168.1.5", token=TOKEN), asked, to_talk)
 
 
 @pytest.mark.parametrize("configured", ["https://console.example", "console.example", "console.example:443"])

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from farhand.deploy import neighbours
-from farhand.deploy.neighbours import MAX_BYTES, find_processes, forget_ended, short_address
+from farhand.deploy import process_discovery
+from farhand.deploy.process_discovery import MAX_BYTES, find_processes, forget_ended, short_address
 
 ANSWERS = {
     "no text": b'{"role": "robot\xff"}',
@@ -53,7 +53,7 @@ def test_whatever_answers_in_place_of_a_process_is_told_as_foreign(folder: Path,
 
 
 def test_who_accepts_and_says_nothing_is_told_as_silent(folder: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(neighbours, "ANSWER_S", 0.05)
+    monkeypatch.setattr(process_discovery, "ANSWER_S", 0.05)
     with socket.socket(socket.AF_UNIX) as listener:
         with short_address(folder / "robot-rov1-12") as address:
             listener.bind(address)
