@@ -135,7 +135,7 @@ def say_pending(client: RawClient) -> None:
             client.press(label)
             until(client, "yellow")
             marked_s.append(time.monotonic() - began_s)
-            until(client, mode)
+            until(client, f">{mode}</span>")
             done_s.append(time.monotonic() - began_s)
     say(
         f"{'a press:':16} pending after {1e3 * statistics.median(marked_s):.0f} ms (largest {1e3 * max(marked_s):.0f}; "

@@ -12,7 +12,8 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.messages import Command, Stop
 from tests.browser.desk_page import await_new_stop, page_of
-from tests.browser.operator_page import WAIT_MS
+from tests.browser.operator_page import WAIT_MS, OperatorPage
+from tests.browser.test_layout import SMALL_SIZES, assert_legible
 from tests.local_site.robot_end import Desk
 
 NARROW = [(390, 844), (320, 568), (575, 700), (576, 700), (699, 400)]
@@ -75,6 +76,22 @@ def test_stop_and_mode_are_in_sight_and_stop_whatever_was_tapped(
     tab.keyboard.press("Escape")
     await_new_stop(it, n)
     tab.context.close()
+
+
+def test_no_two_texts_overlap_and_none_is_cut_in_a_small_window_in_any_mode(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with page_of(tmp_path, mode=ControlMode.DISARMED) as (it, page), it.robot.reporting():
+        tab = OperatorPage(browser.new_context(viewport={"width": 1024, "height": 600}).new_page())
+        tab.goto(page.address)
+        expect(tab.page.get_by_role("slider", name="Look back [s]")).to_be_visible(timeout=WAIT_MS)
+        for mode in ControlMode:
+            it.robot.report(mode)
+            tab.says("mode", mode.name)
+            assert_legible(tab, SMALL_SIZES)
+        tab.page.locator("#fh-help").click()
+        assert_legible(tab, SMALL_SIZES)
+        tab.page.context.close()
 
 
 def test_a_narrow_window_says_what_the_robot_does_and_pauses_and_aborts(

@@ -192,6 +192,8 @@ class PredictionCheck:
             times_s, points = (np.array(each) for each in zip(*self._expected, strict=True))
             expected = [np.interp(at_s, times_s, axis) for axis in points.T]
             self.error_m = float(np.linalg.norm(tip_in_frame(robot)[: len(expected)] - expected))
+            while len(self._expected) > 1 and self._expected[1][0] <= at_s:
+                self._expected.popleft()  # reports come in their order: nothing asks for earlier times
 
 
 def reported_frame(robot: Telemetry) -> Array:
