@@ -7,10 +7,12 @@ export OPENBLAS_NUM_THREADS := 1
 
 BIN := .venv/bin
 READY := .venv/.ready
+ROS := .venv/ros
+ROS_READY := $(ROS)/.ready
 # Options for the target's own command: make test ARGS='-k link', make run ARGS='--task planar'
 ARGS ?=
 
-.PHONY: help run test soak check bench pictures
+.PHONY: help run test soak check ros bench pictures
 
 help: ## print this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST)
@@ -20,13 +22,14 @@ run: $(READY) ## two arms with their page: both sites and the delayed link on th
 
 # Where processes run in real time, one test at a time, in this order: the containers of the last ones are up until the end.
 REAL_TIME := tests/browser tests/integration tests/evaluation/live tests/evaluation/test_surroundings.py \
-	tests/evaluation/link/test_link_delay.py tests/evaluation/link/test_link_recovery.py tests/containers
+	tests/evaluation/link/test_link_delay.py tests/evaluation/link/test_link_recovery.py tests/examples/test_ros2_job.py \
+	tests/containers
 # They remember their failures apart from the others, which run at the same time.
 REAL_TIME_PYTEST := $(BIN)/pytest -o cache_dir=.pytest_cache/real-time
 # The others take what those leave of the processor.
 VIRTUAL_TIME_LOG := .pytest_cache/virtual-time.log
 
-test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering forbids those to skip)
+test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering,ros2 forbids those to skip)
 ifeq ($(strip $(ARGS)),)
 	@mkdir -p $(dir $(VIRTUAL_TIME_LOG))
 	@echo "tests that keep up with real time; beside them, in $(VIRTUAL_TIME_LOG), all others"
@@ -52,6 +55,8 @@ check: $(READY) ## lint, format, types and import contracts
 	$(BIN)/ruff format --check
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
+
+ros: $(ROS_READY) ## ROS 2 for the test of examples/farhand_ros2, in an environment of its own (190 MB, half a minute)
 
 bench: $(READY) ## one table of times, each beside a peer: docs/performance.md
 	@$(BIN)/python -m benchmarks.performance $(ARGS)
@@ -88,4 +93,18 @@ $(READY): pyproject.toml constraints.txt | $(BIN)/python
 	@$(STILL_THERE); \
 	$(BIN)/python -m pip install --disable-pip-version-check --constraint constraints.txt \
 	    --editable '.[evaluation,test,development]'
+	@touch $@
+
+# The wheels of ROS start every Python of their environment twice, and give all its children a library path. Theirs is
+# therefore an environment of its own, which sees what .venv has.
+$(ROS_READY): $(READY) examples/farhand_ros2/pyproject.toml
+	@echo "==> installing ROS 2 into $(ROS)"
+	@$(STILL_THERE); \
+	where='import sysconfig; print(sysconfig.get_path("purelib"))'; \
+	seen=$$($(BIN)/python -c "$$where"); \
+	$(BIN)/python -m venv $(ROS); \
+	printf 'import site; site.addsitedir(%s)\n' "$$($(BIN)/python -c 'import sys; print(repr(sys.argv[1]))' "$$seen")" \
+	    >"$$($(ROS)/bin/python -c "$$where")/farhand_environment.pth"; \
+	$(ROS)/bin/python -m pip install --disable-pip-version-check --constraint constraints.txt \
+	    --editable 'examples/farhand_ros2[wheels]'
 	@touch $@

@@ -11,7 +11,7 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Kinds of tests (markers) that may skip where their means are missing, unless FARHAND_REQUIRE names them.
-_SKIPPABLE_KINDS = frozenset({"browser", "containers", "rendering"})
+_SKIPPABLE_KINDS = frozenset({"browser", "containers", "rendering", "ros2"})
 _REQUIRED_KINDS = pytest.StashKey[frozenset[str]]()
 
 

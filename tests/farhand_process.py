@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import select
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -48,9 +48,11 @@ def refusal(*arguments: object) -> str:
 
 
 @contextmanager
-def running(*arguments: object) -> Iterator[HeardProcess]:
+def running(
+    *arguments: object, environment: Mapping[str, str] | None = None, command: Sequence[str] = FARHAND
+) -> Iterator[HeardProcess]:
     """A process that is ended with the block, by force if need be."""
-    process = HeardProcess(*arguments)
+    process = HeardProcess(*arguments, environment=environment, command=command)
     try:
         yield process
     finally:

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -30,6 +30,7 @@ class FarhandProcess:
         environment: Additional variables of its environment.
         stderr: Destination of its standard error, as `subprocess` names it.
         pass_fds: File descriptors that it inherits.
+        command: Words that start `farhand`; those of this Python when not given.
     """
 
     def __init__(
@@ -38,9 +39,10 @@ class FarhandProcess:
         environment: Mapping[str, str] | None = None,
         stderr: int = subprocess.DEVNULL,
         pass_fds: tuple[int, ...] = (),
+        command: Sequence[str] = FARHAND,
     ):
         self._process = subprocess.Popen(
-            [*FARHAND, *map(str, arguments)], env={**os.environ, **(environment or {})}, text=True, pass_fds=pass_fds,
+            [*command, *map(str, arguments)], env={**os.environ, **(environment or {})}, text=True, pass_fds=pass_fds,
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=stderr,
         )  # fmt: skip
 
@@ -116,12 +118,20 @@ class HeardProcess(FarhandProcess):
 
     Args:
         arguments: Command line.
+        environment: Additional variables of its environment.
+        command: Words that start `farhand`; those of this Python when not given.
     """
 
-    def __init__(self, *arguments: object):
+    def __init__(
+        self,
+        *arguments: object,
+        environment: Mapping[str, str] | None = None,
+        command: Sequence[str] = FARHAND,
+    ):
         # Not the user's own folder, of which another process may be the owner.
         self._data = TemporaryDirectory(prefix="farhand-", ignore_cleanup_errors=True)
-        super().__init__(*arguments, environment={"XDG_DATA_HOME": self._data.name}, stderr=subprocess.PIPE)
+        own = {**(environment or {}), "XDG_DATA_HOME": self._data.name}
+        super().__init__(*arguments, environment=own, stderr=subprocess.PIPE, command=command)
         self._lines: list[str] = []
         self._ended = False
         self._said = threading.Condition()
