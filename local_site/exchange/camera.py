@@ -13,6 +13,7 @@ from farhand.local_site.exchange.requests import Requests
 
 _PERIOD_S, _REFUSED_PERIOD_S = 1.0, 15.0
 """Times between two requests: while pictures come, and while the robot has none to send [s]."""
+_LONGEST_S = 5.0
 _JPEG = b"\xff\xd8\xff"
 
 
@@ -25,12 +26,14 @@ class CameraState:
         picture: Newest picture; None before the first.
         why: The robot's reason why none comes now; None while they come.
         is_there: False if the robot has no camera, as far as is known.
+        interval_s: Time between the last two pictures, at most 5 s [s].
     """
 
     wanted: bool = False
     picture: CameraPicture | None = None
     why: Reason | None = None
     is_there: bool = False
+    interval_s: float = 1.0
 
 
 class CameraWatch:
@@ -72,7 +75,10 @@ class CameraWatch:
         if newest is not None and picture.seq <= newest.seq:
             return
         self._late_s = max(self._late_s, self._monitor.late_s(picture.stamp, self._now_s()))
-        self._show(picture=picture, why=None, is_there=True)
+        interval_s = self.state.interval_s
+        if newest is not None:
+            interval_s = min(max(1e-9 * (picture.stamp.t_ns - newest.stamp.t_ns), 0.0), _LONGEST_S)
+        self._show(picture=picture, why=None, is_there=True, interval_s=interval_s)
 
     def tick(self) -> None:
         """Repeat the request, while pictures are wanted and the robot is heard."""

@@ -20,6 +20,7 @@ from farhand.local_site.view.page_access import PageAccess
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.actions import ActionLine
 from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec
+from farhand.local_site.view.panels.camera_panel import CameraPanel
 from farhand.local_site.view.panels.charts import LinkHistory, TransitionGraph
 from farhand.local_site.view.panels.choices import Legend, PaceSlider, TaskChoice
 from farhand.local_site.view.panels.drawer import Drawer
@@ -123,17 +124,15 @@ class Page:
         if isinstance(task, ArmTask):
             assert own is not None, "the task of an arm is shown with one"
             return ArmScene(self._server.scene, own, self._console.submit, self._act)
-        explain = self._happened.explain
-        return PlanarScene(self._server.scene, task, self._console.submit, explain, self._act)
+        return PlanarScene(self._server.scene, task, self._console.submit, self._happened.explain, self._act)
 
     def _build_head(self, gui: viser.GuiApi) -> None:
         """Build what never scrolls: STOP, the band, the steps, and the action line with the advice."""
         gui.main_panel.dock_left()
         gui.main_panel.set_width(_DRAWER_PX)
         self._beat, self._strip = Html(gui), StatusStrip(gui)
-        stop = Buttons(gui, (buttons.STOP,), self._on_press)
-        self._server.incoming.open_to_everybody(*stop.handles)
-        self._stop = stop
+        self._stop = Buttons(gui, (buttons.STOP,), self._on_press)
+        self._server.incoming.open_to_everybody(*self._stop.handles)
         with gui.add_folder("Task"):
             self._task = TaskChoice(gui, self._shown, self._console.submit, self._act)
         with gui.add_folder("Next"):
@@ -166,6 +165,7 @@ class Page:
         with gui.add_folder("Legend"):
             gui.add_html('<i class="fh-here fh-here-legend"></i>')
             self._legend = Legend(gui, self._scene.layers, self._act)
+            self._camera = CameraPanel(gui, self._console.submit, self._act)
 
     def _open_button(self, label: str, do: Callable[[int], None]) -> None:
         """Add a button that works in watching tabs, too: it is about the tab alone."""
@@ -242,6 +242,7 @@ class Page:
         self._happened.draw(state)
         self._strip.draw(state, picture, now_s)
         self._hand.draw(state)
+        self._camera.draw(state, picture.ghost, bool(self.tabs_open) and not past, now_s)
         self._executions.draw(state)
         self._demonstrations.draw(state)
         self._graph.draw(state)

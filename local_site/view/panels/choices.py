@@ -44,7 +44,8 @@ class AutoSendSwitch:
             self._box.value = state.auto_send
 
 
-_HIDDEN = (55, 65, 81)
+HIDDEN = (55, 65, 81)
+"""Colour of a chip whose part of the picture is hidden."""
 _STILL_S = 0.3
 """Rest of the slider after which its value is sent, because a drag has dozens of values [s]."""
 _STEP_PERCENT = 5.0
@@ -163,7 +164,7 @@ class Legend:
     def draw(self) -> None:
         """Fill the chips of the shown layers with their colour."""
         for name, chip in self._chips.items():
-            colour = self._layers.colours[name] if self._layers.shown(name) else _HIDDEN
+            colour = self._layers.colours[name] if self._layers.shown(name) else HIDDEN
             if chip.color != colour:
                 chip.color = colour
 
