@@ -442,6 +442,8 @@ class CameraPicture(Message, frozen=True, kw_only=True):
     seq: Count
     stamp: Stamp
     """Time of the exposure."""
+    taken_s: Annotated[float, Meta(ge=0, le=1e6)] = 0.0
+    """Time from the exposure to the sending, which the camera took and not the link [s]."""
     width_px: Annotated[int, Meta(ge=1, le=4096)]
     """Width of the picture."""
     height_px: Annotated[int, Meta(ge=1, le=4096)]

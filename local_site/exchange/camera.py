@@ -74,7 +74,8 @@ class CameraWatch:
             return
         if newest is not None and picture.seq <= newest.seq:
             return
-        self._late_s = max(self._late_s, self._monitor.late_s(picture.stamp, self._now_s()))
+        late_s = self._monitor.late_s(picture.stamp, self._now_s()) - picture.taken_s
+        self._late_s = max(self._late_s, late_s)
         interval_s = self.state.interval_s
         if newest is not None:
             interval_s = min(max(1e-9 * (picture.stamp.t_ns - newest.stamp.t_ns), 0.0), _LONGEST_S)

@@ -35,7 +35,7 @@ from farhand.remote_site.robots.installed import NO_CAMERA
 
 _log = loop_logger(__name__)
 
-ANSWER_S, START_S = 5.0, 60.0
+ANSWER_S, START_S = 5.0, 120.0
 """Longest time for a picture, and for the first one, with the start of the process [s]."""
 _ENDING_S = 0.5
 _PROGRAM = """import sys

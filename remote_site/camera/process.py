@@ -25,7 +25,7 @@ from farhand.remote_site.interface.driver import Closable, Startable, call_all
 
 MOST_FRAME_BYTES = 1 << 20
 LENGTH_BYTES = 4
-_NICENESS = 10
+_NICENESS = 5
 MOST_TEXT = 200
 
 _Pose = tuple[float, float, float, float, float, float, float]

@@ -168,7 +168,7 @@ class RobotCamera:
         exposed = Stamp(stamp.boot, max(0, stamp.t_ns - round(1e9 * still.age_s)))
         self._seq += 1
         picture = CameraPicture(
-            seq=self._seq, stamp=exposed, width_px=still.width_px, height_px=still.height_px, jpeg=still.jpeg,
+            seq=self._seq, stamp=exposed, taken_s=1e-9 * max(0, self._clock.now_ns() - exposed.t_ns), width_px=still.width_px, height_px=still.height_px, jpeg=still.jpeg,
             view=still.view,
         )  # fmt: skip
         self._link.send(keys.PICTURE, encode(picture))

@@ -54,9 +54,13 @@ class Bench:
             self.inquiries.tick(self.now_s)
             self.watch.tick()
 
-    def picture(self, seq: int, way_s: float = 0.3, jpeg: bytes = JPEG, boot: str = "boot") -> None:
-        t_ns = round(1e9 * (self.now_s + 100.0 - way_s))
-        picture = CameraPicture(seq=seq, stamp=Stamp(boot, t_ns), width_px=320, height_px=240, jpeg=jpeg)
+    def picture(
+        self, seq: int, way_s: float = 0.3, jpeg: bytes = JPEG, boot: str = "boot", taken_s: float = 0.0
+    ) -> None:
+        t_ns = round(1e9 * (self.now_s + 100.0 - way_s - taken_s))
+        picture = CameraPicture(
+            seq=seq, stamp=Stamp(boot, t_ns), width_px=320, height_px=240, jpeg=jpeg, taken_s=taken_s
+        )
         self.watch.on_picture(picture)
 
 
@@ -84,6 +88,13 @@ def test_it_is_asked_once_a_second_and_told_how_late_the_pictures_came(bench: Be
     assert bench.asked[-1].late_s == pytest.approx(0.7)
     bench.run(1.1)
     assert bench.asked[-1].late_s == 0.0
+
+
+def test_a_slow_camera_is_not_taken_for_a_slow_link(bench: Bench):
+    bench.run(2.0)
+    bench.picture(1, taken_s=3.0)
+    bench.run(1.1)
+    assert bench.asked[-1].late_s == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_robot_that_sends_none_is_asked_rarely(bench: Bench):

@@ -31,7 +31,7 @@ def on_the_wire(n_bytes: int) -> int:
     view = PictureView((one, one, one, one, one, one, one), 1e5 / 3.0, (-one * 1e6, one * 1e6))
     stamp = Stamp("f" * 8, 2**63 - 1)
     picture = CameraPicture(
-        seq=2**40, stamp=stamp, width_px=4096, height_px=4096, jpeg=bytes(n_bytes), view=view
+        seq=2**40, stamp=stamp, width_px=4096, height_px=4096, jpeg=bytes(n_bytes), view=view, taken_s=0.1
     )
     return len(encode(picture)) + OVERHEAD_BYTES
 

@@ -89,6 +89,7 @@ def test_a_site_that_looks_gets_pictures_of_the_newest_report(bench: Bench, shut
     picture = bench.pictures.get(timeout=30.0)
     assert picture.jpeg == b"\xff\xd8 a picture" and (picture.width_px, picture.height_px) == (320, 240)
     assert picture.stamp == Stamp("boot", 4_500_000_000), "the simulation's time, less the image's age"
+    assert picture.taken_s == 2.5
     assert shutter.wanted.get(timeout=30.0).truth == tuple(MOUTH)
     assert bench.pictures.get(timeout=30.0).seq == picture.seq + 1
     assert bench.ask() == CameraReply(sends=True, stamp=Stamp("boot", 7_000_000_000))
