@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.page_cost import processor_s, say, until
 from farhand.common.clock import elapsed_s
-from farhand.common.control_mode import Action
+from farhand.common.control_mode import Action, ControlMode
 from farhand.common.wire.words import sentence
 from farhand.evaluation.harness.real_sites import RealSites
 from farhand.local_site.console.intents import CommandRobot, WatchCamera
@@ -91,6 +91,8 @@ def measure_commands() -> None:
     with RealSites(None, task=_TASK, profile="geo", rate_bps=_GEO_BPS) as sites:
         sites.control.set(uplink={"jitter_ms": 0}, downlink={"jitter_ms": 0})
         sites.wait_for("the control", lambda state: state.in_control)
+        while sites.console.picture.mode is not ControlMode.HOLD:
+            _command(sites, CommandRobot(Action.ARM))
         for block in range(_BLOCKS):
             watches = block % 2 == 1
             sites.console.submit(WatchCamera(watches))
@@ -108,13 +110,17 @@ def _round_trip_s(sites: RealSites, pace: float) -> float:
     """Set the robot's pace until that was accepted, and return the round trip [s]."""
     n_before = len(sites.console.picture.command_round_trips_s)
     while len(sites.console.picture.command_round_trips_s) == n_before:
-        sites.console.submit(CommandRobot(Action.SET_PACE, pace=pace))
-        sites.wait_for(
-            "an answer",
-            lambda state: Action.SET_PACE not in state.pending or len(state.command_round_trips_s) > n_before,
-        )
-    sites.wait_for("the end", lambda state: Action.SET_PACE not in state.pending)
+        _command(sites, CommandRobot(Action.SET_PACE, pace=pace))
     return sites.console.picture.command_round_trips_s[-1]
+
+
+def _command(sites: RealSites, intent: CommandRobot) -> None:
+    """Command the robot, and wait until that is settled, well or badly."""
+    asked = threading.Event()
+    sites.console.submit(intent)
+    sites.console.owner.put(asked.set)  # after the intent
+    asked.wait()
+    sites.wait_for("an answer", lambda state: intent.action not in state.pending)
 
 
 def measure_periods() -> None:

@@ -71,7 +71,7 @@ restarted site learns none of them on its own: `Recover` fetches those that are 
 A site that shows the robot's camera asks for pictures once a second (`op/camera`), and tells how late the last ones came; five
 seconds after the last request of the last site no more are taken. The robot answers with the reason if none comes. Each picture is
 the newest one, at a rate and of a size that keep within the share of a link of known rate; while the pictures come later than
-their own bytes explain, both are halved, on a link of any rate. Below 30 kbit/s none is sent. A picture is a JPEG file of the
+their own bytes explain, both are lowered, on a link of any rate. Below 30 kbit/s none is sent. A picture is a JPEG file of the
 region around the receptacle, with the place of the camera, by which the operator's site draws the expected tool into it.
 """
 

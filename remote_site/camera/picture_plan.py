@@ -18,10 +18,10 @@ _BESIDE_BYTES = OVERHEAD_BYTES + 230
 """Largest size of what a message has beside its picture: the stamp, the camera's place, the transport's own bytes [B]."""
 _FIRST_BPS, _ENOUGH_BPS = 200_000.0, 1_000_000.0
 """Rate assumed at first for a link of unknown rate, and rate that carries the best pictures [bit/s]."""
-_LATE_S, _PROMPT_S = 0.25, 0.1
-"""Excess of a picture's transit beyond the time that its own bytes take, from which and up to which the rate is halved and
-raised [s]."""
-_RAISED, _HALVED = 1.25, 0.5
+_LATE_S, _PROMPT_S, _HOPELESS_S = 0.5, 0.2, 2.0
+"""Excess of a picture's transit beyond the time that its own bytes take, from which the rate is lowered, up to which it is
+raised, and from which even the lowest one is too much [s]."""
+_RAISED, _LOWERED = 1.25, 0.7
 _RETRY_S = 20.0
 """Time after which a link that was found too narrow is tried again [s]."""
 
@@ -100,13 +100,14 @@ class LinkEstimate:
         fit = fit_pictures(self.rate_bps)
         if fit is None:
             return
-        excess_s = late_s - 8.0 * (fit.most_bytes + _BESIDE_BYTES) / self.rate_bps
-        if excess_s > _LATE_S:
-            self.rate_bps *= _HALVED
+        bits = 8.0 * (fit.most_bytes + _BESIDE_BYTES)
+        excess_s = late_s - bits / self.rate_bps
+        if excess_s > _HOPELESS_S and self.rate_bps <= LEAST_PICTURE_BPS:
+            self.rate_bps, self._narrow_since_s = bits / late_s, now_s
+        elif excess_s > _LATE_S:
+            self.rate_bps = max(LEAST_PICTURE_BPS, _LOWERED * self.rate_bps)
         elif excess_s < _PROMPT_S:
             self.rate_bps = min(self._most_bps, _RAISED * self.rate_bps)
-        if self.rate_bps < LEAST_PICTURE_BPS:
-            self._narrow_since_s = now_s
 
     def fit(self, now_s: float) -> Fit | None:
         """Return the present rate and size; None while the link is too narrow."""

@@ -112,6 +112,14 @@ def test_a_link_that_was_too_narrow_for_a_while_is_tried_again():
     assert estimate.rate_bps == 40e3
 
 
+def test_pictures_that_are_a_little_late_become_rarer_and_do_not_end():
+    estimate = LinkEstimate(60e3)
+    for second in range(30):
+        estimate.update(1.2, second)
+        assert estimate.fit(second) is not None
+    assert estimate.rate_bps == LEAST_PICTURE_BPS
+
+
 def test_pictures_are_taken_only_while_somebody_looks():
     plan = PicturePlan(0.0)
     assert plan.due(0.0)[0] is None
