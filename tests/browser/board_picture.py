@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from playwright.sync_api import FloatRect
+from playwright.sync_api import FloatRect, expect
 
 if TYPE_CHECKING:
     from tests.browser.operator_page import OperatorPage, Point
@@ -33,6 +34,7 @@ def await_boards(tab: OperatorPage) -> None:
 
 def await_point(tab: OperatorPage, at_m: Point, within_m: float = 0.03) -> Point:
     """Wait until the amber point is seen near a place of the remote board; returns where it is [m]."""
+    _hide_trace(tab)
     seen: Point | None = None
     for _ in range(_FRAMES):
         seen = seen_point(tab)
@@ -40,6 +42,17 @@ def await_point(tab: OperatorPage, at_m: Point, within_m: float = 0.03) -> Point
             return seen
         tab.next_frame()
     raise AssertionError(f"the robot's point was expected at {at_m}, and seen at {seen}")
+
+
+def _hide_trace(tab: OperatorPage) -> None:
+    """Hide the way that the robot went, which is as amber as the robot."""
+    chip = tab.page.get_by_role("button", name="Trace", exact=True)
+    red, green, blue, *_ = map(
+        int, re.findall(r"\d+", chip.evaluate("it => getComputedStyle(it).backgroundColor"))
+    )
+    if red - blue > 75 and green > 100:
+        chip.click()
+        expect(chip).not_to_have_css("background-color", f"rgb({red}, {green}, {blue})")
 
 
 def seen_point(tab: OperatorPage) -> Point | None:
