@@ -32,7 +32,7 @@ class PreviewPlayer:
     def __init__(self, gui: viser.GuiApi, act: Act):
         self._plan, self._at_s, self._plays = 0, 0.0, False
         self._ticked_s = self._moved_s = self._shown_s = float("-inf")
-        with gui.add_folder("Preview", visible=False) as self._folder:
+        with gui.add_folder("Planned motion", visible=False) as self._folder:
             gui.add_html('<i class="fh-here fh-here-preview"></i>')
             self._button = gui.add_button(_FREEZE, color="gray", hint="Play the preview, or freeze its ghost")
             self._slider = gui.add_slider("Preview at [s]", 0.0, 10.0, step=_STEP_S, initial_value=0.0)
