@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import pickle
 import select
 import subprocess
 import sys
@@ -137,7 +136,7 @@ class CameraProcess:
                 env={**os.environ, "LP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
                 start_new_session=True,  # Ctrl-C in the terminal is for the robot's process
             )
-        _write(process, pickle.dumps(self._setup))
+        _write(process, ENCODER.encode(self._setup))
         return process
 
 

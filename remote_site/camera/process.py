@@ -7,7 +7,6 @@ robot nothing.
 from __future__ import annotations
 
 import os
-import pickle
 import sys
 from typing import BinaryIO, NamedTuple
 
@@ -75,6 +74,7 @@ class Fault(msgspec.Struct, frozen=True, tag=True):
     lasting: bool = False
 
 
+SETUPS = msgspec.msgpack.Decoder(Setup)
 REQUESTS = msgspec.msgpack.Decoder(Wanted)
 ANSWERS = msgspec.msgpack.Decoder(Still | Fault)
 ENCODER = msgspec.msgpack.Encoder()
@@ -152,7 +152,7 @@ def main() -> None:
     requests = sys.stdin.buffer
     if (data := read_frame(requests)) is None:
         return
-    setup: Setup = pickle.loads(data)
+    setup = SETUPS.decode(data)
     end_with_parent(setup.parent_pid)
     os.nice(_NICENESS)  # the control loop comes first
 
