@@ -49,17 +49,21 @@ def assert_legible(tab: OperatorPage, sizes: Sequence[tuple[int, int]] = SIZES) 
     for width, height in sizes:
         tab.page.set_viewport_size({"width": width, "height": height})
         tab.page.evaluate(TO_THE_TOP)
+        faults = _faults(tab, width)
         for _ in range(_FRAMES):  # what a new mode or size has moved is in place some frames later
-            tab.next_frame()
-            boxes = tab.page.evaluate(TEXT_BOXES)
-            cut, over = [box["text"] for box in boxes if box["cut"]], overlapping(boxes)
-            if len(boxes) > (30 if width >= _NARROW_PX else 5) and not cut and not over:
+            if not faults:
                 break
-        else:
-            raise AssertionError(
-                f"at {width} x {height}: cut off {cut}, overlapping {over}, of {len(boxes)} texts"
-            )
+            tab.next_frame()
+            faults = _faults(tab, width)
+        assert not faults, f"at {width} x {height}"
     tab.page.set_viewport_size(before)
+
+
+def _faults(tab: OperatorPage, width: int) -> list[object]:
+    """Texts that are cut off or lie over others; the count where there are too few."""
+    boxes = tab.page.evaluate(TEXT_BOXES)
+    few = [] if len(boxes) > (30 if width >= _NARROW_PX else 5) else [len(boxes)]
+    return [*few, *(box["text"] for box in boxes if box["cut"]), *overlapping(boxes)]
 
 
 def assert_accessible(tab: OperatorPage) -> None:
