@@ -31,7 +31,7 @@ _ON_ITS_WAY_BACK = (Phase.RETRACTING, Phase.GOING_TO_READY)
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """What was known of the robot at one moment.
+    """State of the robot as it was known at one moment.
 
     Args:
         time_s: Time on the console's clock [s].

@@ -29,7 +29,7 @@ _STILL_S = 0.5
 
 @dataclass(frozen=True)
 class Look:
-    """What the operator looks at.
+    """Span of the timeline, and the moment that the robot's half shows.
 
     Args:
         span_s: Span of the timeline, which ends now [s].

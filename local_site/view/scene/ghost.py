@@ -84,7 +84,7 @@ def unmoved(before: Array | None, after: Array | None) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class RobotPicture:
-    """What the robot's half of the scene shows.
+    """Content of the robot's half of the scene.
 
     Args:
         state: State of the console; its robot is that of an earlier moment while the operator looks back.
