@@ -112,14 +112,21 @@ def test_the_mouse_drives_the_robot_only_while_coupled(tab: OperatorPage) -> Non
 
 def test_what_the_robot_is_driven_through_while_it_records_becomes_a_demonstration(tab: OperatorPage) -> None:
     tab.command("Arm", "HOLD")
-    tab.command("Couple", "DIRECT")
-    n = int(tab.number("demos"))
-    tab.press("Record")
-    tab.says("robot-recording", re.compile(r"recording on the robot \d+ s"))
-    begin = seen_point(tab)
-    assert begin is not None
-    with tab.hold([(0.1, 0.3), (0.12, 0.3)]):
-        drive_right_until(tab, begin[0] + 0.05)
+    n = 0
+    for _ in range(4):  # as above: a busy browser may be slower than the robot waits
+        tab.command("Couple", "DIRECT")
+        n = int(tab.number("demos"))
+        tab.press("Record")
+        tab.says("robot-recording", re.compile(r"recording on the robot \d+ s"))
+        begin = seen_point(tab)
+        assert begin is not None
+        with tab.hold([(0.1, 0.3), (0.12, 0.3)]), suppress(NotFollowed):
+            drive_right_until(tab, begin[0] + 0.05)
+            break
+        tab.says("mode", "HOLD")
+        tab.says("robot-recording", "")
+    else:
+        raise NotFollowed
     tab.says("demos", str(n + 1))
     tab.tells("learned the robot's recording")
     tab.says("robot-recording", "")

@@ -126,8 +126,8 @@ class Operator(RawOperator):
         raise AssertionError(self.report())
 
     def insert(self, sha256: str) -> None:
-        """Preview and execute until the robot says that the plug is seated."""
-        for _ in range(5):
+        """Preview and execute until the robot says that the plug is seated; it is refused until the tracker sees."""
+        for _ in range(500):
             self.hold()
             if not self.do(Action.PREVIEW, model_sha256=sha256).accepted:
                 continue
