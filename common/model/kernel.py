@@ -187,7 +187,20 @@ def kernel_folder() -> Path | None:
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function when it is called first, or take it from the cache."""
-    dispatcher: Any = njit(error_model="numpy")(function)
+    return _compiled(function)
+
+
+def plain_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function that makes no array, without counting references to those that it is given.
+
+    Counting costs 20 ns for every part of an array that a function is handed, more than most of these compute for.
+    Numba refuses a function that needs memory: one that makes an array, or assigns one to a part of another.
+    """
+    return _compiled(function, _nrt=False)
+
+
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    dispatcher: Any = njit(error_model="numpy", **options)(function)
     if _FOLDER is not None:
         dispatcher._cache = _Cache(function)
     return dispatcher

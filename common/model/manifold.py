@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from farhand.common.errors import InvalidInput
-from farhand.common.model.kernel import kernel
+from farhand.common.model.kernel import kernel, plain_kernel
 
 Array = NDArray[np.float64]
 
@@ -170,7 +170,14 @@ def _checked(points, n_dims):
     return True, unit
 
 
-@kernel
+@plain_kernel
+def copy_to(values, out):
+    """Write values to out, element by element: an assignment of arrays asks for memory. Shapes (C,), (C,)."""
+    for k in range(out.size):
+        out[k] = values[k]
+
+
+@plain_kernel
 def log_at(base, point, out):
     """Write log(base, point) to out. Shapes (C,), (C,), (T,)."""
     n = out.size if base.size == out.size else base.size - 4
@@ -193,7 +200,7 @@ def log_at(base, point, out):
     out[n], out[n + 1], out[n + 2] = scale * i, scale * j, scale * k
 
 
-@kernel
+@plain_kernel
 def exp_at(base, tangent, out):
     """Write exp(base, tangent), with a unit quaternion, to out, which may be base.
 

@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.model.kernel import kernel
-from farhand.common.model.manifold import Manifold, exp_at, log_at
+from farhand.common.model.kernel import kernel, plain_kernel
+from farhand.common.model.manifold import Manifold, copy_to, exp_at, log_at
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -61,7 +61,7 @@ def new_component(clusters):
     return k
 
 
-@kernel
+@plain_kernel
 def update(clusters, q, y, C, T, e):
     """Running mean and scatter: n += 1, S += (n-1)/n e e^T, mu <- exp(mu, e/n), with e = log(mu, y)."""
     _join(clusters, q, y, C, T, e)
@@ -70,12 +70,13 @@ def update(clusters, q, y, C, T, e):
             clusters.places[p, k, q] = clusters.means[q, p, k]
 
 
-@kernel
+@plain_kernel
 def _join(clusters, q, y, C, T, e):
     clusters.counts[q] += 1
     n = clusters.counts[q]
     if n == 1:
-        clusters.means[q] = y
+        for p in range(y.shape[0]):
+            copy_to(y[p], clusters.means[q, p])
         return
     step, share = 1.0 / n, (n - 1) / n
     for p in range(y.shape[0]):
@@ -97,7 +98,7 @@ def _join(clusters, q, y, C, T, e):
             mean[k] += step * (y[p, k] - mean[k])
 
 
-@kernel
+@plain_kernel
 def _turn_axes(scatter, first, step):
     """Carry the three rows and columns of a rotation along when its mean is rotated by a step.
 
@@ -111,7 +112,7 @@ def _turn_axes(scatter, first, step):
         _turn_back(scatter, k, first, 0, 1, x, y, z, square)
 
 
-@kernel
+@plain_kernel
 def _turn_back(S, row, column, down, right, x, y, z, square):
     """Rotate v, three numbers of S, by -h to second order: v - h x v + h x (h x v) / 2, h = (x, y, z)."""
     a, b, c = S[row, column], S[row + down, column + right], S[row + 2 * down, column + 2 * right]

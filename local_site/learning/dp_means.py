@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from farhand.common.model.kernel import kernel
+from farhand.common.model.kernel import kernel, plain_kernel
 from farhand.local_site.learning.clusters import new_component, update
 from farhand.local_site.learning.ending import ended_at
 from farhand.local_site.learning.motion import describe, travel
@@ -53,36 +53,53 @@ def assign_points(clusters, motion, points, times, max_distance, weights, hyster
     Returns:
         How many datapoints were taken in.
     """
-    C, T = points.shape[2], motion.direction.shape[1]
-    squares = np.empty((2, clusters.counts.size))
-    y, e = np.empty(clusters.means.shape[1:]), np.empty(clusters.scatters.shape[2])
-    radian = weights[2] * max_distance
+    squares, y = np.empty((2, clusters.counts.size)), np.empty(clusters.means.shape[1:])
+    room = (squares, y, np.empty(clusters.scatters.shape[2]))
     for t in range(points.shape[0]):
-        K = clusters.size[0]
-        if clusters.counts.size == K:
+        if clusters.counts.size == clusters.size[0]:
             return t
-        previous = motion.component[0]
-        rests[t] = travel(motion, points[t], times[t], max_distance, weights[2], e[:T])
-        draw_point(motion.sketch, points[t], times[t], max_distance, radian, motion.ending.noise[-1], e[:T])
-        describe(y, motion, max_distance, weights)
-        q = _nearest(clusters, K, y, C, T, previous, max_distance, radian, hysteresis, rule, squares)
-        if q < 0:
-            q = new_component(clusters)
-        if q != previous:
-            motion.component[0] = q
-            motion.clock[1] = motion.clock[0]  # a datapoint owns the interval that it ends
-            motion.clock[3] = 0.0
-        if rests[t]:
-            motion.clock[3] += times[t] - motion.clock[0]
-        y[:, 2 * C] = times[t] - motion.clock[1] - motion.clock[3]
-        if not rests[t] or clusters.counts[q] == 0:
-            _share_direction(clusters.means, q, y, C, T)
-            update(clusters, q, y, C, T, e)
-        if rule == _RELEVANT or q != previous:
-            _weigh_frames(clusters, q, C if C == T else C - 4, max_distance, rule)
-        motion.clock[0] = times[t]
-        labels[t] = q
+        labels[t] = _assign(
+            clusters,
+            motion,
+            points[t],
+            times[t],
+            max_distance,
+            weights,
+            hysteresis,
+            rule,
+            rests[t : t + 1],
+            room,
+        )
     return points.shape[0]
+
+
+@plain_kernel
+def _assign(clusters, motion, point, time, max_distance, weights, hysteresis, rule, rests, room):
+    """Learn from a datapoint, and return its component."""
+    squares, y, e = room
+    K, C, T = clusters.size[0], point.shape[1], motion.direction.shape[1]
+    previous, radian = motion.component[0], weights[2] * max_distance
+    rests[0] = travel(motion, point, time, max_distance, weights[2], e[:T])
+    draw_point(motion.sketch, point, time, max_distance, radian, motion.ending.noise[-1], e[:T])
+    describe(y, motion, max_distance, weights)
+    q = _nearest(clusters, K, y, C, T, previous, max_distance, radian, hysteresis, rule, squares)
+    if q < 0:
+        q = new_component(clusters)
+    if q != previous:
+        motion.component[0] = q
+        motion.clock[1] = motion.clock[0]  # a datapoint owns the interval that it ends
+        motion.clock[3] = 0.0
+    if rests[0]:
+        motion.clock[3] += time - motion.clock[0]
+    for p in range(y.shape[0]):
+        y[p, 2 * C] = time - motion.clock[1] - motion.clock[3]
+    if not rests[0] or clusters.counts[q] == 0:
+        _share_direction(clusters.means, q, y, C, T)
+        update(clusters, q, y, C, T, e)
+    if rule == _RELEVANT or q != previous:
+        _weigh_frames(clusters, q, C if C == T else C - 4, max_distance, rule)
+    motion.clock[0] = time
+    return q
 
 
 @kernel
@@ -112,7 +129,7 @@ def add_end(clusters, motion, max_distance, weights, rule):
     return best
 
 
-@kernel
+@plain_kernel
 def _nearest(clusters, K, y, C, T, previous, max_distance, radian, hysteresis, rule, squares):
     """Return the nearest component that is not terminal, with hysteresis; -1 when all are beyond lambda.
 
@@ -135,7 +152,7 @@ def _nearest(clusters, K, y, C, T, previous, max_distance, radian, hysteresis, r
     return best if nearest <= max_distance else -1
 
 
-@kernel
+@plain_kernel
 def _position_squares(places, shares, y, K, rule, total, one):
     """Compute squared distances of positions to all components.
 
@@ -157,13 +174,13 @@ def _position_squares(places, shares, y, K, rule, total, one):
                 total[i] = _joined(so_far, square[i], shares[i, p], rule)
 
 
-@kernel
+@plain_kernel
 def _joined(so_far, square, share, rule):
     """Return the squared distance including one more frame."""
     return min(so_far, square) if rule == _NEAREST else so_far + share * square
 
 
-@kernel
+@plain_kernel
 def _square(means, shares, i, y, C, T, metres_per_radian, rule):
     """Return the squared distance in point, distance travelled, and direction if both have one."""
     total, first = 0.0 if rule != _NEAREST else np.inf, 2 * C + 1
@@ -181,7 +198,7 @@ def _square(means, shares, i, y, C, T, metres_per_radian, rule):
     return total
 
 
-@kernel
+@plain_kernel
 def _point_square(means, i, p, y, C, T, metres_per_radian):
     """Return the squared distance of the points x in one frame."""
     square = 0.0
@@ -195,7 +212,7 @@ def _point_square(means, i, p, y, C, T, metres_per_radian):
     return square
 
 
-@kernel
+@plain_kernel
 def _weigh_frames(clusters, q, n_dims, max_distance, rule):
     """Set the frames' shares in the distance to a component, after its update; they sum to one."""
     P, n = clusters.means.shape[1], clusters.counts[q]
@@ -216,7 +233,7 @@ def _weigh_frames(clusters, q, n_dims, max_distance, rule):
         clusters.shares[q, p] /= total
 
 
-@kernel
+@plain_kernel
 def _share_direction(means, q, y, C, T):
     """Give the direction of the one that has it to the one that has none yet."""
     first = 2 * C + 1

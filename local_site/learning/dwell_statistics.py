@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.model.kernel import kernel
+from farhand.common.model.kernel import kernel, plain_kernel
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -59,7 +59,7 @@ class Segment(NamedTuple):
         return cls(np.array([-1]), np.zeros(4), np.zeros(capacity), np.zeros(capacity, np.int64))
 
 
-@kernel
+@plain_kernel
 def follow(dwell, segment, labels, times, rests):
     """Count along the components of consecutive datapoints, in place. Shapes (T,), (T,), (T,)."""
     for t in range(labels.size):
@@ -95,7 +95,7 @@ def finish(dwell, segment, terminal):
     dwell.phase_count[terminal] += 1
 
 
-@kernel
+@plain_kernel
 def _close(dwell, segment, following):
     """Count the transition, and update mean and variance of the duration (Welford)."""
     i, d = segment.component[0], segment.clock[1] - segment.clock[2]

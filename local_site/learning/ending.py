@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.model.kernel import kernel
+from farhand.common.model.kernel import kernel, plain_kernel
 from farhand.common.model.manifold import Manifold, exp_at, log_at
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ class Ending(NamedTuple):
         return cls(np.zeros((P, C)), np.zeros((P, T)), np.zeros((P, T)), np.zeros((P, 2)))
 
 
-@kernel
+@plain_kernel
 def approach_end(ending, p, before, point, dt, e):
     """Take in the next datapoint of a frame. Shapes (C,), (C,); e is room for a tangent, shape (T,)."""
     T = e.size

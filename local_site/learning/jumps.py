@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.model.kernel import kernel
-from farhand.common.model.manifold import Manifold, log_at
+from farhand.common.model.kernel import kernel, plain_kernel
+from farhand.common.model.manifold import Manifold, copy_to, log_at
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -44,7 +44,7 @@ class Jumps(NamedTuple):
         return cls(counts, np.zeros((MOST_HELD, *shape)), np.zeros(MOST_HELD), np.zeros(shape), np.zeros(3))
 
 
-@kernel
+@plain_kernel
 def stayed_away(jumps, time):
     """Decide whether the datapoints that are held back are a motion after all."""
     held = jumps.counts[1]
@@ -59,7 +59,7 @@ def let_go(jumps, radian, e):
     jumps.counts[1] = 0
 
 
-@kernel
+@plain_kernel
 def is_held_back(jumps, point, time, radian, max_distance, e):
     """Decide whether a datapoint is held back; if not, it counts, and those that were are forgotten.
 
@@ -83,23 +83,25 @@ def is_held_back(jumps, point, time, radian, max_distance, e):
         return False
     if held == 0:
         jumps.step[2] = away
-    jumps.points[held] = point
+    for p in range(point.shape[0]):
+        copy_to(point[p], jumps.points[held, p])
     jumps.times[held] = time
     jumps.counts[1] = held + 1
     return True
 
 
-@kernel
+@plain_kernel
 def _remember(jumps, point, time, away):
     """Store a datapoint as the last one that counted."""
     if jumps.counts[0] > 0:
         jumps.step[0] = away / (time - jumps.step[1])
     jumps.step[1] = time
     jumps.counts[0] = min(jumps.counts[0] + 1, 2)
-    jumps.last[:] = point
+    for p in range(point.shape[0]):
+        copy_to(point[p], jumps.last[p])
 
 
-@kernel
+@plain_kernel
 def _distance(a, b, radian, e):
     """Return the longest of the distances in the frames [m]. Shapes (P, C), (P, C), (T,)."""
     longest, n = 0.0, e.size if e.size == a.shape[1] else e.size - 3

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.model.kernel import kernel
-from farhand.common.model.manifold import Manifold, exp_at, log_at
+from farhand.common.model.kernel import plain_kernel
+from farhand.common.model.manifold import Manifold, copy_to, exp_at, log_at
 from farhand.local_site.learning.ending import Ending, approach_end
 from farhand.local_site.learning.jumps import Jumps
 from farhand.local_site.learning.sketch import Sketch
@@ -65,30 +65,31 @@ class Motion(NamedTuple):
         )
 
 
-@kernel
+@plain_kernel
 def travel(motion, point, time, max_distance, w_r, step):
     """Move to the next datapoint, and return whether the hand rests since the one before.
 
     Distance and direction depend on the path, not on its timing.
     """
     if motion.component[0] < 0:
-        motion.point[:] = point
-        motion.start[:] = point
-        motion.dragged[:] = point
-        motion.anchor[:] = point
-        motion.ending.point[:] = point
-        motion.clock[:3] = time
+        for p in range(point.shape[0]):
+            copy_to(point[p], motion.point[p])
+            copy_to(point[p], motion.start[p])
+            copy_to(point[p], motion.dragged[p])
+            copy_to(point[p], motion.anchor[p])
+            copy_to(point[p], motion.ending.point[p])
+        motion.clock[0] = motion.clock[1] = motion.clock[2] = time
         return False
     n_dims = step.size if step.size == point.shape[1] else step.size - 3
     radian, rests = w_r * max_distance, motion.clock[0] - motion.clock[2] > _MOVING_S
     for p in range(point.shape[0]):
         approach_end(motion.ending, p, motion.point[p], point[p], time - motion.clock[0], step)
-        motion.point[p] = point[p]
+        copy_to(point[p], motion.point[p])
         sensor = np.sqrt(motion.ending.noise[p, 0] + radian * radian * motion.ending.noise[p, 1])
         if _apart(motion.anchor[p], point[p], radian, step) > max(
             _NEAR * max_distance, _NEAR_DEVIATIONS * sensor
         ):
-            motion.anchor[p] = point[p]
+            copy_to(point[p], motion.anchor[p])
             motion.clock[2] = time
             rests = False
         length = _apart(motion.dragged[p], point[p], radian, step)
@@ -106,7 +107,7 @@ def travel(motion, point, time, max_distance, w_r, step):
     return rests
 
 
-@kernel
+@plain_kernel
 def _apart(a, b, radian, step):
     """Write the tangent from one point to another, and return its length [m]. Shapes (C,), (C,), (T,)."""
     log_at(a, b, step)
@@ -116,7 +117,7 @@ def _apart(a, b, radian, step):
     return np.sqrt(square)
 
 
-@kernel
+@plain_kernel
 def describe(y, motion, max_distance, weights):
     """Fill the vector y of the present datapoint, except the elapsed time."""
     C, T = motion.point.shape[1], motion.direction.shape[1]

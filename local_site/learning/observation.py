@@ -45,7 +45,7 @@ class Observer:
         Raises:
             InvalidDemonstration: When any is malformed or late.
         """
-        points, times = np.array(points, dtype=float, ndmin=2, order="C"), np.asarray(times_s, dtype=float)
+        points, times = _plain(points, 2), _plain(times_s)
         T, C = times.size, self._space.n_coordinates
         if points.shape != (T, C) or times.ndim != 1:
             raise _invalid("points, times", f"shapes (T, {C}) and (T,), got {points.shape} and {times.shape}")
@@ -58,11 +58,10 @@ class Observer:
 
     def seen_in_frames(self, points: ArrayLike, times_s: ArrayLike, after: float) -> tuple[Array, Array]:
         """Return the same for datapoints that were observed in each frame. Shape (T, P, C)."""
-        points = np.array(points, dtype=float, order="C")
+        points, times, C = _plain(points), _plain(times_s), self._space.n_coordinates
         if points.ndim != 3 or points.shape[1] != self._n_frames:
-            expected = f"shape (T, {self._n_frames}, {self._space.n_coordinates})"
+            expected = f"shape (T, {self._n_frames}, {C})"
             raise _invalid("points", f"{expected}, got {points.shape}")
-        times, C = np.asarray(times_s, dtype=float), self._space.n_coordinates
         if points.ndim != 3 or points.shape[2] != C or times.shape != points.shape[:1]:
             raise _invalid(
                 "points, times", f"shapes (T, {C}) and (T,), got {points[:, 0].shape} and {times.shape}"
@@ -92,6 +91,11 @@ class Observer:
         P, D = self._n_frames, self._space.n_dims
         quat = arrays.quat_wxyz.reshape(n_points if self._space.oriented else 0, P, 4)
         return arrays.A.reshape(n_points, P, D, D), arrays.b.reshape(n_points, P, D), quat
+
+
+def _plain(values: ArrayLike, least_axes: int = 0) -> Array:
+    """Return a copy with the memory layout that the kernels are compiled for: writable and contiguous."""
+    return np.array(values, dtype=float, ndmin=least_axes, order="C")
 
 
 def _is(a: object, b: object) -> bool:

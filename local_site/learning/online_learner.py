@@ -113,7 +113,7 @@ class OnlineLearner:
         Raises:
             InvalidDemonstration: When a datapoint is malformed or late; nothing is changed.
         """
-        return self._learn(*self._observer.seen(_plain(points), frames, _plain(times_s), self._after()))
+        return self._learn(*self._observer.seen(points, frames, times_s, self._after()))
 
     def observe_in_frames(self, points: ArrayLike, times_s: ArrayLike) -> NDArray[np.int64]:
         """Learn from datapoints that were observed separately in each task frame (before Eq. 1).
@@ -125,7 +125,7 @@ class OnlineLearner:
         Raises:
             InvalidDemonstration: When a datapoint is malformed or late; nothing is changed.
         """
-        return self._learn(*self._observer.seen_in_frames(_plain(points), _plain(times_s), self._after()))
+        return self._learn(*self._observer.seen_in_frames(points, times_s, self._after()))
 
     def _after(self) -> float:
         """Return the time that the next datapoint must exceed [s]."""
@@ -241,8 +241,3 @@ class OnlineLearner:
         if self._segment is not None:
             self._segment = filled(Segment.begin(2 * capacity), self._segment)
         self._make_room()
-
-
-def _plain(values: ArrayLike) -> NDArray[np.float64]:
-    """Return a copy with the memory layout that the kernels are compiled for: writable and contiguous."""
-    return np.array(values, dtype=float, order="C")

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.model.kernel import kernel
-from farhand.common.model.manifold import Manifold, exp_at, log_at
+from farhand.common.model.kernel import plain_kernel
+from farhand.common.model.manifold import Manifold, copy_to, exp_at, log_at
 from farhand.common.model.ways import N_PHASES
 from farhand.local_site.learning.way_statistics import WholeMotion
 
@@ -48,7 +48,7 @@ class Sketch(NamedTuple):
         )
 
 
-@kernel
+@plain_kernel
 def draw_point(sketch, point, time, max_distance, radian, noise, e):
     """Draw the next datapoint.
 
@@ -80,11 +80,12 @@ def draw_point(sketch, point, time, max_distance, radian, noise, e):
     sketch.size[0] = row + 2
     sketch.counts[row + 1] = 1.0
     sketch.times[row + 1] = time
-    sketch.points[row + 1] = point
-    sketch.first[:] = point[P - 1]
+    for p in range(P):
+        copy_to(point[p], sketch.points[row + 1, p])
+    copy_to(point[P - 1], sketch.first)
 
 
-@kernel
+@plain_kernel
 def _is_near(first, point, spacing, radian, e):
     """Decide whether a point is within a distance of another. Shapes (C,), (C,)."""
     log_at(first, point, e)
@@ -94,7 +95,7 @@ def _is_near(first, point, spacing, radian, e):
     return square < spacing * spacing
 
 
-@kernel
+@plain_kernel
 def _join_pairs(sketch, e):
     """Join the rows in pairs, weighted by their datapoints."""
     for row in range(N_ROWS // 2):
