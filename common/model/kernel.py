@@ -43,7 +43,7 @@ def _content_hash() -> str:
     for folder in _FOLDERS:
         for file in sorted((_ROOT / folder).rglob("*.py")):
             content = file.read_bytes()
-            if b"@kernel" in content:
+            if b"common.model.kernel import" in content:
                 digest.update(content)
     return digest.hexdigest()[:12]
 
