@@ -178,7 +178,7 @@ ERRORS = (
     ("`op/model`", "no terminal component", "no component where a demonstration ended",
      "refused, nothing is kept", "common/wire/words.py"),
     ("`op/pose`", "stale_refused", "another lease or coupling, or too old", "ignored and counted in telemetry",
-     "remote_site/supervision/session.py"),
+     "remote_site/supervision/operator_watchdog.py"),
     ("any query", "NOT DELIVERED", "no answer within 15 s, shown by the local site", "it may have been heard",
      "common/wire/words.py"),
 )  # fmt: skip

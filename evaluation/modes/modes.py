@@ -15,8 +15,8 @@ from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.supervision.admission import CommandLog
 from farhand.remote_site.supervision.freshness import Freshness, Verdict
 from farhand.remote_site.supervision.guards import ForceGuard, SightGuard
+from farhand.remote_site.supervision.operator_watchdog import OperatorSession
 from farhand.remote_site.supervision.recordings import Recordings
-from farhand.remote_site.supervision.session import OperatorSession
 
 Case = dict[str, Any]
 

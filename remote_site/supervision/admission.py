@@ -23,7 +23,7 @@ from farhand.remote_site.motion.model_trial import ModelTrial, Outcome, StoredMo
 from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.supervision.events import Events
 from farhand.remote_site.supervision.lease import Lease
-from farhand.remote_site.supervision.session import OperatorSession
+from farhand.remote_site.supervision.operator_watchdog import OperatorSession
 
 
 class Admission:

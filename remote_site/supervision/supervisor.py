@@ -40,8 +40,8 @@ from farhand.remote_site.supervision.events import Announce, Events, Write
 from farhand.remote_site.supervision.failsafe import BlackBox, Failsafe
 from farhand.remote_site.supervision.guards import Guards, Trip
 from farhand.remote_site.supervision.mode_machine import ModeMachine
+from farhand.remote_site.supervision.operator_watchdog import OperatorSession
 from farhand.remote_site.supervision.recordings import Recordings
-from farhand.remote_site.supervision.session import OperatorSession
 
 
 class Supervisor:

@@ -10,7 +10,7 @@ from farhand.common.wire.reasons import Reason
 from farhand.common.wire.words import sentence
 from farhand.evaluation.harness.steered_world import SteppedTime
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.supervision.session import OperatorSession
+from farhand.remote_site.supervision.operator_watchdog import OperatorSession
 from tests.messages import said
 from tests.remote_site.planar import TASK
 

@@ -1,4 +1,4 @@
-"""Session of an operator at the robot: its lease, the freshness of its messages, its silence."""
+"""Watchdog of the operator: what a silent hand or heartbeat means, and how old a message may be."""
 
 from __future__ import annotations
 
