@@ -1,9 +1,9 @@
 """Cost of the operator's page: `.venv/bin/python -m benchmarks.page_cost [start] [board] [arm]`.
 
 Prints how soon a page answers and shows the robot's mode after `farhand up --link geo` (this needs a
-Chromium), and how much of a core the local site needs, and sends to one client, while nothing moves and while
-the robot moves, for an arm also while a preview plays, and how soon a press is shown as pending; all of these
-without an argument.
+Chromium); how much of a core the local site needs, how much of that without any client, and what it sends to
+one client, while nothing moves and while the robot moves, for an arm also while a preview plays and with the
+robot's camera; and how soon a press is shown as pending. All of these without an argument.
 """
 
 from __future__ import annotations
@@ -102,28 +102,39 @@ def measure_board(folder: Path) -> None:
 
 
 def measure_arm(folder: Path) -> None:
-    """Measure the arm's page while no arm moves, and while the robot's moves slowly."""
-    with (
-        farhand_up(folder / "arm", link="geo", task="hot-stab") as stack,
-        raw_connection(stack.address) as connection,
-    ):
-        client = RawClient(connection)
-        until(client, "DISARMED")
-        report("no arm moves", stack, client)
-        for button, shown in _READY:
-            client.press(button)
-            until(client, shown)
-        say_pending(client)
-        client.set("Speed [%]", value=_SLOWLY_PERCENT)
-        until(client, f"at {_SLOWLY_PERCENT:.0f}%")
-        client.press("Preview")
-        until(client, "of motion")
-        report("a preview", stack, client)
-        client.press("Preview")
-        until(client, "of motion")
-        client.press("Execute")
-        until(client, "APPROACHING")
-        report("an arm moves", stack, client)
+    """Measure the arm's page while no arm moves, and while the robot's moves slowly; without the camera and with it."""
+    with farhand_up(folder / "arm", link="geo", task="hot-stab") as stack:
+        pid = stack.process.children()["local"]
+        before_s = processor_s(pid)
+        time.sleep(_MEASURED_S)
+        say(
+            f"{'no client:':22} local site {100 * (processor_s(pid) - before_s) / _MEASURED_S:5.1f} % of a core"
+        )
+        with raw_connection(stack.address) as connection:
+            _measure_client(stack, RawClient(connection))
+
+
+def _measure_client(stack: Stack, client: RawClient) -> None:
+    until(client, "DISARMED")
+    report("no arm moves, camera", stack, client)
+    client.press("Camera")
+    report("no arm moves", stack, client)
+    for button, shown in _READY:
+        client.press(button)
+        until(client, shown)
+    say_pending(client)
+    client.set("Speed [%]", value=_SLOWLY_PERCENT)
+    until(client, f"at {_SLOWLY_PERCENT:.0f}%")
+    client.press("Preview")
+    until(client, "of motion")
+    report("a preview", stack, client)
+    client.press("Preview")
+    until(client, "of motion")
+    client.press("Execute")
+    until(client, "APPROACHING")
+    report("an arm moves", stack, client)
+    client.press("Camera")
+    report("an arm moves, camera", stack, client)
 
 
 def say_pending(client: RawClient) -> None:
@@ -138,7 +149,7 @@ def say_pending(client: RawClient) -> None:
             until(client, f">{mode}</span>")
             done_s.append(time.monotonic() - began_s)
     say(
-        f"{'a press:':16} pending after {1e3 * statistics.median(marked_s):.0f} ms (largest {1e3 * max(marked_s):.0f}; "
+        f"{'a press:':22} pending after {1e3 * statistics.median(marked_s):.0f} ms (largest {1e3 * max(marked_s):.0f}; "
         f"at most 100), done after {1e3 * statistics.median(done_s):.0f} ms"
     )
 
@@ -165,7 +176,7 @@ def report(what: str, stack: Stack, client: RawClient) -> None:
             break
     took_s = time.monotonic() - began_s
     say(
-        f"{what + ':':16} local site {100 * (processor_s(pid) - before_s) / took_s:5.1f} % of a core, "
+        f"{what + ':':22} local site {100 * (processor_s(pid) - before_s) / took_s:5.1f} % of a core, "
         f"{n_messages / took_s:6.1f} messages/s, {(client.n_bytes - n_bytes) / took_s * 1e-3:6.1f} kB/s"
     )
 

@@ -31,10 +31,12 @@ from farhand.local_site.view.panels.link_panel import LinkWorker
 from farhand.local_site.view.panels.list_panels import EventPanel
 from farhand.local_site.view.panels.status_strip import StatusStrip
 from farhand.local_site.view.panels.tables import DemonstrationList, ExecutionList
-from farhand.local_site.view.redraw import Redraw
+from farhand.local_site.view.panels.words.lists import TAKES_OVER
+from farhand.local_site.view.redraw import Extent, Redraw
 from farhand.local_site.view.robot_half import RobotHalf
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
 from farhand.local_site.view.scene.board.planar_scene import PlanarScene
+from farhand.local_site.view.scene.ghost import RobotPicture
 from farhand.local_site.view.server import PageServer
 from farhand.local_site.view.sessions import Sessions
 from farhand.local_site.view.tabs import Tabs
@@ -42,7 +44,7 @@ from farhand.local_site.view.tabs import Tabs
 _log = loop_logger(__name__)
 
 _PERIOD_S = 1.0 / 30.0
-_BEAT_S = 0.5
+_BEAT_S = 1.0
 _DRAWER_PX = 300
 
 
@@ -145,9 +147,7 @@ class Page:
             self._open_button("Take over", lambda tab: self._tabs.take_over(tab))  # noqa: PLW0108 (made later)
         with gui.add_folder("Another tab"):
             gui.add_html('<i class="fh-here fh-here-keep"></i>')
-            gui.add_html(
-                '<div class="fh-asked" role="alert">Another tab takes over in 5 s, unless you keep control.</div>'
-            )
+            gui.add_html(f'<div class="fh-asked" role="alert">{TAKES_OVER}</div>')
             self._open_button("Keep control", lambda tab: self._tabs.keep(tab))  # noqa: PLW0108 (made later)
 
     def _build_foot(self, gui: viser.GuiApi) -> None:
@@ -176,8 +176,7 @@ class Page:
 
     def _on_press(self, tab: int, spec: ButtonSpec) -> None:
         if spec is buttons.STOP:
-            # Anybody may stop, and nothing may delay it, not even this page's thread.
-            self._console.submit(spec.make(None))
+            self._console.submit(spec.make(None))  # of any tab, and not delayed by the page's thread
             return
         self._act(tab, lambda: self._console.submit(spec.make(self._shown.mode)))
 
@@ -209,8 +208,7 @@ class Page:
                 return
             try:
                 event()
-            except Exception:
-                # One bad event must not end the page.
+            except Exception:  # one bad event must not end the page
                 _log.exception("the page could not do something")
 
     def _look(self) -> None:
@@ -218,33 +216,35 @@ class Page:
         state, now_s = self._console.picture, elapsed_s()
         self._robot_half.note(state, now_s)
         self._hand.move(state, now_s)
-        if self._redraw.due(state, now_s) or self._robot_half.plays:
-            self._draw(state, now_s)
+        extent = self._redraw.due(state, now_s, self._robot_half.plays)
+        if extent is not Extent.NOTHING:
+            self._draw(state, now_s, extent)
 
-    def _draw(self, state: ConsoleState, now_s: float) -> None:
-        """Show a state of the console; each part sends only its changes."""
+    def _draw(self, state: ConsoleState, now_s: float, extent: Extent) -> None:
+        """Show a state of the console; each part sends only its changes, and all of them wake the server once."""
         self._shown = state
+        picture = self._robot_half.draw(state, now_s)
+        with self._server.atomic():
+            self._scene.draw(state, picture)
+            self._hand.draw(state)
+            if extent is Extent.ALL:
+                self._draw_words(state, picture, now_s)
+        self._server.flush()
+
+    def _draw_words(self, state: ConsoleState, picture: RobotPicture, now_s: float) -> None:
         if now_s - self._beat_s >= _BEAT_S:
             self._beat_s, self._beats = now_s, self._beats + 1
             self._beat.show(element("beat", self._beats, "fh-beat"))
-        picture = self._robot_half.draw(state, now_s)
         past = picture.then_s is not None
-        with self._server.atomic():
-            self._scene.draw(state, picture)
-        self._server.flush()
         self._line.draw(state, past)
-        self._stop.draw(state)
         self._drawer.draw(state, self._line.hidden, now_s)
-        self._task.draw(state)
         self._legend.draw()
         self._pace.draw(state, now_s)
-        self._guidance.draw(state)
-        self._happened.draw(state)
         self._strip.draw(state, picture, now_s)
-        self._hand.draw(state)
         self._camera.draw(state, picture.ghost, bool(self.tabs_open) and not past, now_s)
-        self._executions.draw(state)
-        self._demonstrations.draw(state)
-        self._graph.draw(state)
         self._history.draw(state, self._drawer.link_name, now_s)
         self._tabs.draw(state.recording, now_s)
+        for part in (
+            self._stop, self._task, self._guidance, self._happened, self._executions, self._demonstrations, self._graph,
+        ):  # fmt: skip
+            part.draw(state)

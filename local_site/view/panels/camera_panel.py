@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -25,6 +26,8 @@ Array = NDArray[np.float64]
 
 _OLD_S, _OLD_INTERVALS = 0.7, 2.0
 """A picture is old from this time and so many intervals beyond the one-way delay on [s]."""
+_AGE_PERIOD_S = 2.0
+"""The told age is the largest since it was last lowered, which happens so often: it is no figure that flickers [s]."""
 _SHOWN: palette.Rgb = (75, 85, 99)
 
 
@@ -45,6 +48,7 @@ class CameraPanel:
             "Camera", hint="Show or hide: the robot's camera", color=_SHOWN, visible=False
         )
         self._picture, self._over = Html(gui), Html(gui)
+        self._age_s, self._age_told_s = 0.0, float("-inf")
 
         @self._chip.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
@@ -75,7 +79,15 @@ class CameraPanel:
         picture = camera.picture if age_s is not None else None
         old = age_s is None or is_old(state, age_s)
         self._picture.show(_picture(picture, old) if picture is not None else "")
-        self._over.show(_over(state, age_s, old, _tool(state, picture, ghost)))
+        self._over.show(_over(state, self._told_age(age_s, now_s), old, _tool(state, picture, ghost)))
+
+    def _told_age(self, age_s: float | None, now_s: float) -> float | None:
+        if age_s is None:
+            return None
+        age_s = math.ceil(10.0 * age_s) / 10.0
+        if age_s > self._age_s or now_s - self._age_told_s >= _AGE_PERIOD_S:
+            self._age_s, self._age_told_s = age_s, now_s
+        return self._age_s
 
     def _toggle(self) -> None:
         self._shown = not self._shown

@@ -14,7 +14,8 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html, text
 from farhand.local_site.view.scene import palette
 
-_PERIOD_S = 0.5
+_PERIOD_S, _DRAWN_PERIOD_S = 0.5, 2.0
+"""Time between two samples, and between two drawings [s]."""
 _SPAN_S = 60.0
 _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 330.0, 128.0, 44.0, 10.0, 12.0, 20.0
 _LIMITS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 600.0)
@@ -47,11 +48,11 @@ class LinkHistory:
     def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
         self._samples: deque[LinkSample] = deque(maxlen=round(_SPAN_S / _PERIOD_S))
-        self._due_s = float("-inf")
+        self._due_s = self._drawn_s = float("-inf")
         self._missed = 0
 
     def draw(self, state: ConsoleState, link_name: str, now_s: float) -> None:
-        """Take a sample and draw, twice a second.
+        """Take a sample twice a second, and draw them all every two seconds.
 
         Args:
             state: Present state of the console.
@@ -65,6 +66,9 @@ class LinkHistory:
         missed, self._missed = link.n_missed - self._missed, link.n_missed
         delay_s = 0.5 * link.round_trip_s if link.round_trip_s is not None else None
         self._samples.append(LinkSample(now_s, delay_s, link.age_s, max(missed, 0)))
+        if now_s - self._drawn_s < _DRAWN_PERIOD_S:
+            return
+        self._drawn_s = now_s
         self._html.show(
             f'<div class="fh-lower" data-tab="link" data-tp="history" data-missed="{link.n_missed}">'
             f'<div class="fh-caption">{text(link_name)}: <b class="fh-delay">— delay</b> '

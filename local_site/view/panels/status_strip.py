@@ -32,8 +32,10 @@ from farhand.local_site.view.panels.words.status import (
 from farhand.local_site.view.panels.words.tasks import Words, local_words, words_of
 from farhand.local_site.view.scene.ghost import Ghost, RobotPicture, reported_tip
 
-_AGE_STEP_S, _AGE_PERIOD_S = 0.03, 0.5
-"""An age that changed by less, or was shown so shortly ago, is not shown anew."""
+_AGE_STEP_S, _AGE_PERIOD_S = 0.07, 0.5
+"""An age is shown to 0.1 s; one that changed by less than this, or was shown so shortly ago, stays as it is."""
+_SEEN_MM, _NEAR_MM = 4.0, 30.0
+"""A distance from the mouth that changed by less is the tracker's noise, unless the plug is as near to the mouth as this."""
 
 
 class StatusStrip:
@@ -46,6 +48,7 @@ class StatusStrip:
     def __init__(self, gui: viser.GuiApi):
         self._strip, self._alarm, self._cards, self._frame = Html(gui), Html(gui), Html(gui), Html(gui)
         self._age_s, self._age_shown_s = 0.0, float("-inf")
+        self._depth_mm = 0.0
 
     def draw(self, state: ConsoleState, picture: RobotPicture, now_s: float) -> None:
         """Show the newest state; below the robot's half what that shows.
@@ -57,7 +60,9 @@ class StatusStrip:
         """
         age, words = self._age(state, now_s), words_of(state.task)
         old = " fh-strip-old" if state.link.health is not LinkHealth.OK else ""
-        self._strip.show(f'<div class="fh-strip{old}">{_cells(state, age, now_s)}</div>')
+        self._strip.show(
+            f'<div class="fh-strip{old}">{_cells(state, age, self._depth(state.robot), now_s)}</div>'
+        )
         self._alarm.show(_alarm(state, picture.ghost, now_s))
         self._frame.show('<div class="fh-coupled"></div>' if state.coupled else "")
         self._cards.show(
@@ -74,10 +79,19 @@ class StatusStrip:
         age_s = state.link.age_s + (now_s - state.now_s)
         if abs(age_s - self._age_s) >= _AGE_STEP_S and now_s - self._age_shown_s >= _AGE_PERIOD_S:
             self._age_s, self._age_shown_s = age_s, now_s
-        return f"{self._age_s:.2f} s" if state.link.health is LinkHealth.OK else f"{self._age_s:.1f} s"
+        return f"{self._age_s:.1f} s"
+
+    def _depth(self, robot: Telemetry | None) -> float | None:
+        """Return the depth of the robot's plug to show [mm]: steady while only noise changes it; None without an arm."""
+        if robot is None or robot.arm is UNSET:
+            return None
+        depth_mm = 1e3 * float(reported_tip(robot)[2])
+        if depth_mm > -_NEAR_MM or abs(depth_mm - self._depth_mm) >= _SEEN_MM:
+            self._depth_mm = depth_mm
+        return self._depth_mm
 
 
-def _cells(state: ConsoleState, age: str, now_s: float) -> str:
+def _cells(state: ConsoleState, age: str, depth_mm: float | None, now_s: float) -> str:
     mode = state.mode
     link = LINK_WORDS[state.link.health]
     holder = HOLDERS.get(mode, "NOBODY") if mode is not None else "NOBODY"
@@ -98,7 +112,7 @@ def _cells(state: ConsoleState, age: str, now_s: float) -> str:
             _cell(_model_title(state), f"{element('components', n_components)} components",
                   f'<span class="fh-note">{element("demos", state.n_demonstrations)} demos'
                   f"{element('model', model_words(state))}</span>"),
-            _tool_cell(state.robot),
+            _tool_cell(state.robot, depth_mm),
             _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet"),
                   element("plan", plan, "fh-note")),
         )
@@ -141,10 +155,9 @@ def _error(picture: RobotPicture) -> str:
     return f" · {element('prediction', words)}" if words else ""
 
 
-def _tool_cell(robot: Telemetry | None) -> str:
+def _tool_cell(robot: Telemetry | None, depth_mm: float | None) -> str:
     """Return the force on the tool and its place in the receptacle, if the robot is an arm."""
-    if robot is None or robot.arm is UNSET:
+    if robot is None or robot.arm is UNSET or depth_mm is None:
         return ""
-    depth_mm = 1e3 * float(reported_tip(robot)[2])
     where = f"{depth_mm:.0f} mm deep" if depth_mm > 0.0 else f"{-depth_mm:.0f} mm away"
     return _cell("force", element("force", f"{robot.arm.force_n:.0f} N"), element("depth", where, "fh-note"))

@@ -13,7 +13,8 @@ from farhand.local_site.view.panels.html import Html, text
 from farhand.local_site.view.panels.looking_back import Look
 from farhand.local_site.view.panels.words.status import ago_words
 
-_PERIOD_S = 1.0
+_PERIOD_S, _AT_REST_S = 1.0, 2.0
+"""Time between two drawings, and the same while the robot's half only grows older [s]."""
 _COLUMNS = 240
 """Most points of a curve: of the moments between two of them, the one with the largest force is drawn."""
 _WIDTH, _HEIGHT, _LEFT, _RIGHT = 760.0, 108.0, 44.0, 8.0
@@ -31,11 +32,12 @@ class Timeline:
 
     def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
-        self._due_s = float("-inf")
+        self._drawn_s = float("-inf")
         self._shown: Look | None = None
+        self._facts: tuple[str, int, bool] | None = None
 
     def draw(self, history: History, look: Look, force_limit_n: float, now_s: float) -> None:
-        """Draw once a second, and at once where the operator looks at another moment.
+        """Draw once a second, less often at rest, and at once where the operator looks at another moment.
 
         Args:
             history: Moments of this session.
@@ -43,9 +45,12 @@ class Timeline:
             force_limit_n: Limit of the force of the task [N].
             now_s: Present time on the console's clock [s].
         """
-        if now_s < self._due_s and look == self._shown:
+        newest = history.newest
+        facts = (newest.mode, newest.component, newest.heard) if newest is not None else None
+        period_s = _AT_REST_S if facts == self._facts and not (newest and newest.executes) else _PERIOD_S
+        if now_s - self._drawn_s < period_s and look == self._shown:
             return
-        self._due_s, self._shown = now_s + _PERIOD_S, look
+        self._drawn_s, self._shown, self._facts = now_s, look, facts
         svg = timeline_svg(history.since(now_s - look.span_s), now_s, force_limit_n, look)
         self._html.show(f'<div class="fh-lower" data-tab="timeline" data-tp="timeline">{svg}</div>')
 

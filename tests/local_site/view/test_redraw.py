@@ -12,7 +12,7 @@ from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.wire.messages import ArmState, Stamp, Telemetry
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.notices import Notice
-from farhand.local_site.view.redraw import AT_REST_S, Redraw
+from farhand.local_site.view.redraw import AT_REST_S, WORDS_S, Extent, Redraw
 from tests.local_site.robot_end import TASK, desk
 
 ROBOT = Telemetry(
@@ -42,7 +42,7 @@ def reported(picture: ConsoleState, **changes: object) -> ConsoleState:
 def test_at_rest_it_is_drawn_only_now_and_then(at_rest: ConsoleState) -> None:
     redraw = Redraw()
     times_s = [0.05 * AT_REST_S * k for k in range(81)]
-    assert sum(redraw.due(reported(at_rest), time_s) for time_s in times_s) <= 5
+    assert sum(redraw.due(reported(at_rest), time_s) > 0 for time_s in times_s) <= 5
 
 
 def test_what_an_operator_must_see_is_drawn_at_once(at_rest: ConsoleState) -> None:
@@ -60,6 +60,24 @@ def test_what_an_operator_must_see_is_drawn_at_once(at_rest: ConsoleState) -> No
         replace(at_rest, robot=None),
     ):
         assert drawn_at_once(at_rest, after)
+
+
+def test_while_only_poses_change_the_picture_follows_each_and_the_words_some(at_rest: ConsoleState) -> None:
+    redraw, extents = Redraw(), []
+    for step in range(40):
+        pose = (0.5 + 0.001 * step, 0.0, 0.4)
+        extents.append(redraw.due(reported(at_rest, position_m=pose), 0.25 * WORDS_S * step))
+    assert Extent.NOTHING not in extents
+    assert 8 <= extents.count(Extent.ALL) <= 10
+
+
+def test_a_change_beside_a_motion_redraws_the_words_at_once(at_rest: ConsoleState) -> None:
+    redraw = Redraw()
+    assert redraw.due(at_rest, 0.0) is Extent.ALL
+    moved = reported(at_rest, position_m=(0.6, 0.0, 0.4))
+    assert redraw.due(moved, 0.1 * WORDS_S) is Extent.PICTURE
+    changed = reported(at_rest, position_m=(0.7, 0.0, 0.4), mode=ControlMode.HOLD)
+    assert redraw.due(changed, 0.2 * WORDS_S) is Extent.ALL
 
 
 def test_the_noise_of_what_is_seen_is_no_motion(at_rest: ConsoleState) -> None:

@@ -14,6 +14,7 @@ LATE_S = 2.0
 """An event that was so long on its way was held up by an outage, and is shown when it happened [s]."""
 NOT_DONE = "Nothing was done: this tab only watches. Press Take over to act here."
 ASKED = f"Asked to take over: this tab becomes the active one in {OBJECT_S:.0f} s, unless the other one keeps control."
+TAKES_OVER = f"Another tab takes over in {OBJECT_S:.0f} s, unless you keep control."
 KEPT = "The other tab keeps control. STOP works here too."
 ROLE_WORDS = {
     Role.ACTIVE: "",

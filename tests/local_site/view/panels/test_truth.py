@@ -48,8 +48,8 @@ def test_a6_a_stop_that_was_not_delivered_claims_nothing_about_now(nothing_yet: 
 
 def test_a4_a_preview_says_how_long_it_counts(nothing_yet: ConsoleState) -> None:
     picture = seen(nothing_yet, plan_id=3, plan_received_s=92.0)
-    assert "preview: 52 s left" in _cells(picture, "10 s", 100.0)
-    assert "preview" not in _cells(replace(picture, plan_id=0), "10 s", 100.0)
+    assert "preview: 52 s left" in _cells(picture, "10 s", None, 100.0)
+    assert "preview" not in _cells(replace(picture, plan_id=0), "10 s", None, 100.0)
 
 
 def notice(
