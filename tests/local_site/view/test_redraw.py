@@ -32,7 +32,7 @@ def at_rest(tmp_path_factory: pytest.TempPathFactory) -> ConsoleState:
 def drawn_at_once(before: ConsoleState, after: ConsoleState) -> bool:
     redraw = Redraw()
     assert redraw.due(before, 0.0)
-    return redraw.due(after, 0.1 * AT_REST_S)
+    return redraw.due(after, 0.1 * AT_REST_S) is not Extent.NOTHING
 
 
 def reported(picture: ConsoleState, **changes: object) -> ConsoleState:
