@@ -2,76 +2,42 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal
 
+import numpy as np
 from msgspec import Meta, Struct
+from numpy.typing import NDArray
 
 from farhand.common.configuration import load_toml
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.manifold import POSE, Manifold
+from farhand.common.model.task_frame import TaskFrame
 from farhand.common.names import Name
-from farhand.common.wire.messages import MOST_TASKS
+from farhand.common.task_parts import (
+    Landmark,
+    Learning,
+    Limits,
+    Positive,
+    Sample,
+    Target,
+    Vector,
+    Words,
+)  # fmt: skip
+from farhand.common.wire.messages import MOST_FRAMES, MOST_TASKS
 from farhand.common.wire.reasons import Code, Reason, because
 
-Positive = Annotated[float, Meta(gt=0)]
-NonNegative = Annotated[float, Meta(ge=0)]
-Vector = Annotated[tuple[float, ...], Meta(min_length=2, max_length=3)]
-S = TypeVar("S", bound=Struct)
-
-
-class Limits(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Limits that the robot never exceeds in this task."""
-
-    speed_m_s: Positive = 0.6
-    acceleration_m_s2: Positive = 4.0
-    force_n: Positive = 250.0
-    """Largest force on the tool for up to 50 ms [N]."""
-    force_peak_n: Positive = 400.0
-    """Largest force on the tool at any time [N]."""
-    contact_n: Positive = 5.0
-    """Least force on the tool in contact [N]."""
-
-
-class Learning(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The two parameters of the learning."""
-
-    max_distance_m: Positive | None = None
-    """lambda: a point further away than this from all components makes a new one [m]; none: a fraction
-    of the demonstrations' extent."""
-    min_std_m: Positive = 0.01
-    """Square root of the minimum covariance: the accuracy that the task needs [m]."""
-
-
-class Target(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Simulated target and its motion: a plain oscillation about its mean."""
-
-    origin_m: Vector
-    amplitude_m: Vector
-    period_s: Positive = 5.0
-    noise_std_m: NonNegative = 0.0
-    """Standard deviation of the robot's measurement of it, per axis [m]."""
-
-
-class Sample(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Demonstration that comes with the task: a smooth stroke through some points."""
-
-    waypoints_m: Annotated[tuple[Vector, ...], Meta(min_length=2)]
-    duration_s: Annotated[float, Meta(gt=0, le=300)] = 3.0
-
-    def __post_init__(self) -> None:
-        for number, (point, following) in enumerate(itertools.pairwise(self.waypoints_m)):
-            if point == following:
-                raise ValueError(f"waypoints_m[{number}] and [{number + 1}] are the same point: remove one")
+Array = NDArray[np.float64]
 
 
 class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="robot"):
     """Fields common to all tasks; `PointTask` and `ArmTask` add theirs."""
 
     name: Name
-    frame_names: Annotated[tuple[Name, ...], Meta(min_length=1, max_length=8)]
+    frame_names: Annotated[tuple[Name, ...], Meta(min_length=1, max_length=MOST_FRAMES)]
+    """Names of the task frames; the last one is the goal's."""
+    words: Words = Words()
     require_preview: bool = False
     """Refuse an execution without a preview."""
     lost_link: Literal["continue", "hold", "retract"] = "continue"
@@ -79,7 +45,7 @@ class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_fi
     blind_retract: bool = False
     """Retract after a minute without sight of the target and without a link."""
     retract_m: Vector | None = None
-    """Displacement of Retract from the tool's place, in the axes of the first task frame [m].
+    """Displacement of Retract from the tool's place, in the axes of the goal's frame [m].
 
     None: no Retract.
     """
@@ -96,6 +62,14 @@ class Task(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_fi
             raise ValueError(f"retract_m must have {self.space.n_dims} numbers")
         if self.retract_m is None and (self.lost_link == "retract" or self.blind_retract):
             raise ValueError('retract_m is needed for lost_link = "retract" and for blind_retract')
+        if len(set(self.frame_names)) < len(self.frame_names):
+            raise ValueError("frame_names must differ")
+
+    def _check_landmarks(self, named: Collection[str]) -> None:
+        """Check that each frame but the goal's has its place."""
+        if set(named) != set(self.frame_names[:-1]):
+            wanted, got = (", ".join(names) or "none" for names in (self.frame_names[:-1], named))
+            raise ValueError(f"landmarks must be those of frame_names but the last ({wanted}), got {got}")
 
 
 class PointTask(Task, frozen=True, kw_only=True, tag="point"):
@@ -107,12 +81,32 @@ class PointTask(Task, frozen=True, kw_only=True, tag="point"):
     start_m: Vector
     """First place of the robot [m]."""
     target: Target
+    """Goal's frame."""
+    landmarks: dict[Name, Target] = {}
+    """Other frames, by their names, as the operator's site and a simulated robot have them."""
     ready_m: Vector | None = None
     """Goal of Go to ready [m]; none: `start_m`."""
     success_rms_m: Positive = 0.01
     """Largest RMS distance to the target over 10 s after arrival for which the task succeeded [m]."""
     samples: tuple[Sample, ...] = ()
     """Demonstrations for a newcomer and for the scripted operator."""
+
+    @property
+    def targets(self) -> list[Target]:
+        """Frames in the order of `frame_names`."""
+        return [*(self.landmarks[name] for name in self.frame_names[:-1]), self.target]
+
+    @property
+    def varies(self) -> bool:
+        """True if its frames may be at several places."""
+        return any(target.spread_m is not None for target in self.targets)
+
+    def means_m(self, seed: int) -> Array:
+        """Return the mean places of the frames that a seed chooses; 0 chooses the usual ones. Shape (P, D) [m]."""
+        origins = np.array([target.origin_m for target in self.targets])
+        spreads = np.array([target.spread_m or (0.0,) * self.n_dims for target in self.targets])
+        off = np.random.default_rng(seed).uniform(-1.0, 1.0, origins.shape) if seed else 0.0
+        return np.clip(origins + off * spreads, 0.0, self.workspace_m) if self.varies else origins
 
     @property
     def space(self) -> Manifold:
@@ -124,8 +118,11 @@ class PointTask(Task, frozen=True, kw_only=True, tag="point"):
         for name in ("workspace_m", "start_m", "ready_m"):
             if (value := getattr(self, name)) is not None and len(value) != self.n_dims:
                 raise ValueError(f"{name} must have n_dims = {self.n_dims} numbers")
-        if not len(self.target.origin_m) == len(self.target.amplitude_m) == self.n_dims:
-            raise ValueError(f"target.origin_m and target.amplitude_m must have {self.n_dims} numbers")
+        self._check_landmarks(self.landmarks)
+        for name, frame in (("target", self.target), *self.landmarks.items()):
+            for field in ("origin_m", "amplitude_m", "spread_m"):
+                if (value := getattr(frame, field)) is not None and len(value) != self.n_dims:
+                    raise ValueError(f"{name}.{field} must have {self.n_dims} numbers")
         if any(len(point) != self.n_dims for sample in self.samples for point in sample.waypoints_m):
             raise ValueError(f"samples.waypoints_m: each point must have {self.n_dims} numbers")
 
@@ -142,6 +139,18 @@ class ArmTask(Task, frozen=True, kw_only=True, tag="arm"):
     """Quality of the robot's sight of its receptacle."""
     disturbances: Literal["calm", "typical", "rough"] = "calm"
     """Disturbances of the receptacle, the vehicle and the water at the robot; the operator's site is calm."""
+    landmarks: dict[Name, Landmark] = {}
+    """Frames beside the receptacle's, which is the last, by their names."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_landmarks(self.landmarks)
+
+    @property
+    def still_frames(self) -> list[TaskFrame]:
+        """Frames beside the receptacle's, in the order of `frame_names`."""
+        marks = (self.landmarks[name] for name in self.frame_names[:-1])
+        return [TaskFrame.at(np.array([*mark.pos_m, *mark.quat_wxyz])) for mark in marks]
 
     @property
     def space(self) -> Manifold:
@@ -159,7 +168,7 @@ def load_task(path: Path) -> AnyTask:
 
 
 _OF_THE_ROBOT = (
-    "frame_names", "limits", "n_dims", "workspace_m", "start_m", "target", "tracker", "disturbances",
+    "frame_names", "landmarks", "limits", "n_dims", "workspace_m", "start_m", "target", "tracker", "disturbances",
 )  # fmt: skip
 """Fields of tasks about the robot and its surroundings rather than about a motion."""
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from farhand.common.clock import BootClock
 from farhand.common.model.task_frame import TaskFrame
@@ -22,6 +23,14 @@ def rotation_of(frame: TaskFrame) -> tuple[float, ...]:
     from scipy.spatial.transform import Rotation
 
     return tuple(Rotation.from_matrix(frame.A).as_rotvec().tolist())
+
+
+def numbers_of(frames: Sequence[TaskFrame]) -> tuple[float, ...] | UnsetType:
+    """Return origin and rotation of each frame, one after the other, as a report has them; unset for none."""
+    if not frames:
+        return UNSET
+    none = (0.0,) if frames[0].n_dims == 2 else (0.0, 0.0, 0.0)
+    return tuple(x for frame in frames for x in (*frame.b.tolist(), *(rotation_of(frame) or none)))
 
 
 def _cut(text: str, n_bytes: int) -> str:
@@ -59,8 +68,9 @@ class Reporter:
             mode=s.mode,
             phase=s.phase,
             position_m=tuple(sensed.effector.position_m.tolist()),
-            frame_origin_m=tuple(sensed.frames[0].b.tolist()),
-            frame_rotation_rad=rotation_of(sensed.frames[0]),
+            frame_origin_m=tuple(sensed.goal.b.tolist()),
+            frame_rotation_rad=rotation_of(sensed.goal),
+            other_frames=numbers_of(sensed.frames[:-1]),
             component=execution.component if execution else -1,  # also while paused: it can go on
             elapsed_s=execution.elapsed_s if execution else 0.0,
             path_id=s.path_id,

@@ -17,8 +17,10 @@ from farhand.common.wire.reasons import Reason
 
 SCHEMA = 2
 """Version of all messages together; a site refuses another one by name."""
-MAX_TELEMETRY_BYTES = 272
-"""Largest size of a report [B]."""
+MAX_TELEMETRY_BYTES, FRAME_BYTES = 272, 34
+"""Largest size of a report of one task frame, and of each further frame in it [B]."""
+MOST_FRAMES = 4
+"""Largest number of task frames of a task."""
 MAX_MODEL_BYTES = 2_000_000
 """Largest size of a model [B]: twice that of the most components with every transition and four frames."""
 
@@ -81,13 +83,13 @@ class Telemetry(
         "stamp": "t", "position_m": "p", "frame_origin_m": "o", "frame_rotation_rad": "r", "mode": "m",
         "phase": "f", "component": "c", "elapsed_s": "e", "path_id": "i", "model": "g",
         "coupling_id": "k", "holder": "h", "lease": "l", "heartbeat_echo": "b", "heartbeat_held_ms": "d",
-        "waiting": "w", "stale_refused": "x", "pace": "q", "seq": "s", "schema": "v",
+        "waiting": "w", "other_frames": "n", "stale_refused": "x", "pace": "q", "seq": "s", "schema": "v",
         "arm": "a", "recorded_s": "u",
     },
 ):  # fmt: skip
     """Robot's report of itself, newest only.
 
-    A point's has at most 200 B, an arm's of 8 joints 272 B: short names, single precision.
+    With one task frame a point's has at most 200 B, an arm's of 8 joints 272 B: short names, single precision.
     """
 
     schema: int = SCHEMA  # repeated, so that its short name applies
@@ -97,9 +99,13 @@ class Telemetry(
     phase: Phase = Phase.NONE
     position_m: Vector
     frame_origin_m: Vector
-    """Origin of the task frame as perceived [m]."""
+    """Origin of the goal's task frame, the last one, as perceived [m]."""
     frame_rotation_rad: Rotation = ()
-    """Rotation of the task frame: one angle in the plane, a rotation vector in space [rad]."""
+    """Rotation of the goal's task frame: one angle in the plane, a rotation vector in space [rad]."""
+    other_frames: (
+        Annotated[tuple[Coordinate, ...], Meta(min_length=3, max_length=6 * (MOST_FRAMES - 1))] | UnsetType
+    ) = UNSET
+    """Task frames before the goal's, one after the other, each with its origin and rotation; unset for none."""
     component: int = -1
     """Component in execution; -1 without an execution, and on a way."""
     elapsed_s: float = 0.0

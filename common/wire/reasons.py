@@ -93,6 +93,7 @@ class Code(StrEnum):
     NO_SUCH_TASK = "no such task"
     ROBOT_EXECUTES = "robot executes"
     NO_OWN_ARM = "no own arm"
+    NO_OTHER_PLACE = "no other place"
     HAND_DRIVES = "hand drives"
     NOT_BEFORE_MOUTH = "not before mouth"
     HAS_IT = "has it"

@@ -78,6 +78,7 @@ WORDS: dict[Code, str] = {
     Code.NO_SUCH_TASK: "no task {task:quoted} is known here, only {has}",
     Code.ROBOT_EXECUTES: "the robot executes {task}: end that first, by Clutch or Abort",
     Code.NO_OWN_ARM: "no arm is on a board, only a hand",
+    Code.NO_OTHER_PLACE: "this task has one place for its frames (spread_m in its file makes others)",
     Code.HAND_DRIVES: "your hand drives the robot: clutch first",
     Code.NOT_BEFORE_MOUTH: "the plug is on the axis already, or too far from the mouth: drag it in front of the mouth first",
     Code.HAS_IT: "the robot has it already",

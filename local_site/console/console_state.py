@@ -12,7 +12,7 @@ from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.link.link_monitor import LinkView
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.task import AnyTask, ArmTask
+from farhand.common.task import AnyTask, ArmTask, PointTask
 from farhand.common.wire.messages import PlannedPath, Telemetry, Wish
 from farhand.common.wire.reasons import Reason
 from farhand.common.wire.scene_description import SceneDescription
@@ -199,6 +199,11 @@ class ConsoleState:
         """True while the operator's own arm stands at the end of the task that is being taught."""
         arm, task = self.own_arm, self.task
         return self.recording and arm is not None and isinstance(task, ArmTask) and arm.is_at_goal(task)
+
+    @property
+    def can_move_place(self) -> bool:
+        """True if the operator's receptacle, or the frames of the board, can be moved to another place."""
+        return self.own_arm is not None or (isinstance(self.task, PointTask) and self.task.varies)
 
     @property
     def coupled(self) -> bool:

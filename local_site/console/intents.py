@@ -205,7 +205,7 @@ class Hand:
 
 @dataclass(frozen=True)
 class ResetArm:
-    """Request to put the operator's arm back to ready, and its receptacle elsewhere.
+    """Request to put the operator's arm back to ready, and its receptacle, or the frames of a board, elsewhere.
 
     Args:
         seed: Seed of the new placement; None: the next one.

@@ -124,10 +124,12 @@ def _teaching_refusal(intent: intents.Intent, state: ConsoleState) -> Reason | N
 
 
 def _arm_refusal(intent: intents.MoveHand | intents.ResetArm, state: ConsoleState) -> Reason | None:
+    if isinstance(intent, intents.ResetArm):
+        if not state.can_move_place:
+            return because(Code.NO_OTHER_PLACE)
+        return because(Code.RECORDING_HERE) if state.recording else None
     if not isinstance(state.task, ArmTask) or state.own_arm is None:
         return because(Code.NO_OWN_ARM)
-    if isinstance(intent, intents.ResetArm):
-        return because(Code.RECORDING_HERE) if state.recording else None
     if state.coupled:
         return because(Code.HAND_DRIVES)
     far = isinstance(intent, intents.Centre) and not can_centre(state.own_arm)

@@ -178,7 +178,11 @@ class Teaching:
             case intents.ResetArm(seed):
                 self._place.reset(seed)
                 self._recorded_until = None
-                self._tell("renew", "your arm is back at ready, and its receptacle elsewhere")
+                arm = self._place.view is not None
+                what = (
+                    "your arm is back at ready, and its receptacle" if arm else "the frames on your board are"
+                )
+                self._tell("renew", f"{what} elsewhere")
             case intents.Align():
                 self._place.lead(align)
                 self._tell("align", "your plug turns until it points along the bore")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -80,13 +80,18 @@ class DrawingSkill:
     """
 
     def __init__(self, task: PointTask, actions: ScriptedActions, seed: int):
-        self._actions, self._n_dims = actions, task.n_dims
+        self._actions, self._task = actions, task
         self._strokes = sample_strokes(task, seed)
         self.n_demonstrations = len(self._strokes)
 
     def demonstrate(self, number: int) -> None:
         """See `ScriptedSkill.demonstrate`."""
         stroke = self._strokes[number - 1]
+        if self._task.varies:
+            self._actions.submit(intents.ResetArm(number - 1))
+            self._actions.until(
+                "the frames at their place", lambda p: _among(p.own_frames, stroke.frames_at(0))
+            )
         self._actions.submit(intents.RecordDemonstration())
         for position, time_s in zip(stroke.position_m, stroke.time_s, strict=True):
             self._actions.submit(intents.Hand(tuple(position.tolist()), float(time_s)))
@@ -95,7 +100,11 @@ class DrawingSkill:
     def driving(self, time_s: float) -> tuple[float, ...]:
         """Return the hand's pose while it drives the robot. Length C."""
         angle = _DRIVE_RAD_S * time_s
-        return (_DRIVE_M * math.cos(angle), _DRIVE_M * math.sin(angle), *[0.0] * (self._n_dims - 2))
+        return (_DRIVE_M * math.cos(angle), _DRIVE_M * math.sin(angle), *[0.0] * (self._task.n_dims - 2))
+
+
+def _among(frames: Sequence[TaskFrame], wanted: Sequence[TaskFrame]) -> bool:
+    return all(np.array_equal(one.b, other.b) for one, other in zip(frames, wanted, strict=True))
 
 
 class LeadingSkill:

@@ -99,6 +99,7 @@ def moved(before: Telemetry | None, after: Telemetry | None) -> bool:
         _apart(_own(before), _own(after), min(UNCHANGED))
         or _apart(before.frame_origin_m, after.frame_origin_m, SEEN_UNCHANGED[0])
         or _apart(before.frame_rotation_rad, after.frame_rotation_rad, SEEN_UNCHANGED[1])
+        or _apart(before.other_frames or (), after.other_frames or (), SEEN_UNCHANGED[0])
     )
 
 

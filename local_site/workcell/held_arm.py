@@ -189,7 +189,7 @@ def hand_pose(point: ArrayLike) -> Array:
 
 
 class ArmPlace:
-    """Base of the workcells with an arm in front of its receptacle, which is the one task frame.
+    """Base of the workcells with an arm in front of its receptacle, whose frame is the last task frame.
 
     Args:
         task: First task.
@@ -206,8 +206,8 @@ class ArmPlace:
 
     @property
     def frames(self) -> list[TaskFrame]:
-        """Task frames. Length 1."""
-        return [TaskFrame.at(self.view.receptacle)]
+        """Task frames. Length P."""
+        return [*self._task.still_frames, TaskFrame.at(self.view.receptacle)]
 
     def switch_task(self, task: AnyTask) -> None:
         """See `Workcell.switch_task`."""

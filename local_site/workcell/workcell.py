@@ -67,10 +67,10 @@ class Workcell(Protocol):
         ...
 
     def reset(self, seed: int | None) -> None:
-        """Put the arm back to ready, and move its receptacle to another place.
+        """Put the arm back to ready, and move its receptacle, or the frames of a board, to another place.
 
         Raises:
-            NotNow: When there is no arm.
+            NotNow: When the frames of a board have one place only.
         """
         ...
 
@@ -117,11 +117,14 @@ class BoardWorkcell:
     def switch_task(self, task: AnyTask) -> None:
         """See `Workcell.switch_task`."""
         assert isinstance(task, PointTask), "all tasks are for one robot"
-        self._task, self.frames = task, still_frames(task)
+        self._task, self._place, self.frames = task, 0, still_frames(task)
 
     def reset(self, seed: int | None) -> None:
         """See `Workcell.reset`."""
-        raise NotNow(because(Code.NO_OWN_ARM))
+        if not self._task.varies:
+            raise NotNow(because(Code.NO_OTHER_PLACE))
+        self._place = self._place + 1 if seed is None else seed
+        self.frames = still_frames(self._task, self._place)
 
     def lead(self, motion: HandMotion) -> None:
         """See `Workcell.lead`."""

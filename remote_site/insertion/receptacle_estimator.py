@@ -115,11 +115,11 @@ class ReceptacleEstimator:
             # The noise of an estimated velocity must not move an arm that holds still.
             moves = newest is not None and (executing or not quiet)
             velocity = newest.velocity if newest is not None and moves else np.zeros(6)
-            receptacle = SeenReceptacle(pose_of(frames[0]), velocity)
+            receptacle = SeenReceptacle(pose_of(frames[-1]), velocity)
         return ReceptacleEstimate(frames, back, receptacle, executing and self.recovery.enters)
 
     def _feel(self, sensing: Sensing, quiet: bool, now_s: float, dt_s: float) -> Array | None:
-        felt, frame = _felt(sensing.effector), sensing.seen[0]
+        felt, frame = _felt(sensing.effector), sensing.seen[-1]
         if self._begun:
             return self.recovery.update(felt, frame, quiet, now_s, dt_s)
         self._begun = True

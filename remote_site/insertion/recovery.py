@@ -94,8 +94,8 @@ class Recovery:
         self._beside.jumped()
 
     def corrected(self, frames: Sequence[TaskFrame]) -> list[TaskFrame]:
-        """Return the task frames by sight and touch; the first is the receptacle's."""
-        return [self.correction.corrected(frames[0]), *frames[1:]]
+        """Return the task frames by sight and touch; the last is the receptacle's."""
+        return [*frames[:-1], self.correction.corrected(frames[-1])]
 
     def update(
         self, felt: ContactWrench, seen: TaskFrame, quiet: bool, now_s: float, dt_s: float

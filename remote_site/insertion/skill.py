@@ -71,7 +71,7 @@ class AlongAxis:
 
     def goal(self) -> Array:
         """See `ManoeuvreGoal`."""
-        return self._sensing.frames[0].to_world(self._local)
+        return self._sensing.goal.to_world(self._local)
 
     def speed_m_s(self) -> float:
         """See `ManoeuvreGoal`."""
@@ -80,7 +80,7 @@ class AlongAxis:
 
 def shifted(sensing: Sensing, by_m: Array) -> Array:
     """Return the tip's pose in the receptacle's frame, displaced along its axes. Shapes (3,), (7,)."""
-    local = sensing.frames[0].to_local(sensing.effector.controlled[0])
+    local = sensing.goal.to_local(sensing.effector.controlled[0])
     local[:3] += by_m
     return local
 
@@ -89,7 +89,7 @@ def in_bore(sensing: Sensing) -> bool:
     """Decide whether the tip is estimated to be behind the mouth."""
     if not np.isfinite(sensing.unseen_s):
         return False
-    x, y, z = sensing.frames[0].to_local(sensing.effector.point)[:3]
+    x, y, z = sensing.goal.to_local(sensing.effector.point)[:3]
     return bool(z > 0.0 and np.hypot(x, y) < _BESIDE_M)
 
 
@@ -97,7 +97,7 @@ def confined(reference: Array, sensing: Sensing) -> Array:
     """Confine the operator's reference: inside the bore the plug moves along the axis only. Shapes (7,)."""
     if not in_bore(sensing):
         return reference
-    axis, at = sensing.frames[0].A[:, 2], sensing.effector.controlled[0].copy()
+    axis, at = sensing.goal.A[:, 2], sensing.effector.controlled[0].copy()
     along_m = float((reference[:3] - at[:3]) @ axis)
     at[:3] += min(max(along_m, -_LEAD_M), _LEAD_M) * axis
     return at
@@ -189,7 +189,7 @@ class InsertionSkill:
 
     def end_phase(self, sensing: Sensing) -> Phase:
         """See `Skill`."""
-        x, y, z = sensing.frames[0].to_local(sensing.effector.point)[:3]
+        x, y, z = sensing.goal.to_local(sensing.effector.point)[:3]
         inside = _DEPTH_M[0] <= z <= _DEPTH_M[1] and np.hypot(x, y) < _LATERAL_M
         force_n = sensing.effector.contact_n or 0.0
         pressed = self._arm.seated or force_n >= self.task.limits.contact_n
@@ -225,4 +225,4 @@ class InsertionSkill:
         assert isinstance(task, ArmTask)
         if task.skill != "insert" or self._examine is None:
             return None
-        return partial(self._examine, sensing.effector, pose_of(sensing.frames[0]))
+        return partial(self._examine, sensing.effector, pose_of(sensing.goal))

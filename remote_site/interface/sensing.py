@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -38,7 +39,7 @@ class TrueTarget(Protocol):
     """Knowledge of where the target really is, as a simulation's perception has it."""
 
     def true_origin_m(self, now_s: float) -> Array | None:
-        """Return the true origin of the first frame, None if it is unknown now. Shape (D,) [m]."""
+        """Return the true origin of the goal's frame, the last one; None if it is unknown now. Shape (D,) [m]."""
         ...
 
 
@@ -75,8 +76,8 @@ class SeenAgain:
 
     Args:
         gap_s: Duration of the gap [s].
-        moved_m: Distance of the first frame from its prediction [m].
-        turned_rad: Rotation of the first frame from its prediction [rad].
+        moved_m: Distance of the goal's frame from its prediction [m].
+        turned_rad: Rotation of the goal's frame from its prediction [rad].
     """
 
     gap_s: float
@@ -101,7 +102,7 @@ class Sensing:
     def __init__(self, plant: Plant, perception: Perception, n_frames: int, control_hz: float, now_s: float):
         self._plant, self._perception, self._n_frames = plant, perception, n_frames
         self._monitored = [driver for driver in (plant, perception) if isinstance(driver, Monitored)]
-        self._seen: deque[TaskFrame] = deque(maxlen=max(1, round(_MEAN_FRAME_S * control_hz)))
+        self._seen: deque[list[TaskFrame]] = deque(maxlen=max(1, round(_MEAN_FRAME_S * control_hz)))
         self._recent: deque[tuple[float, list[TaskFrame]]] = deque()
         self._seen_s = -np.inf
         self.effector = first = plant.read()
@@ -131,10 +132,10 @@ class Sensing:
             return
         check_frames(observed, self._n_frames, self._n_dims)
         if 0.0 < self.unseen_s < np.inf:
-            self.seen_again = SeenAgain(now_s - self._seen_s, *apart(self.seen[0], observed[0]))
+            self.seen_again = SeenAgain(now_s - self._seen_s, *apart(self.seen[-1], observed[-1]))
         self.seen = self.frames = observed
         self._seen_s, self.unseen_s = now_s, 0.0
-        self._seen.append(observed[0])
+        self._seen.append(observed)
         self._recent.append((now_s, observed))
         while self._recent[0][0] < now_s - _VELOCITY_S - 1e-9:
             self._recent.popleft()
@@ -144,12 +145,14 @@ class Sensing:
         """Fault that the machine or its sight tells, in words; empty for none."""
         return next((str(told) for driver in self._monitored if (told := driver.fault)), "")
 
-    def mean_frame(self) -> TaskFrame:
-        """Return the first frame averaged over its movement."""
-        if not self._seen:
-            return self.seen[0]
-        U, _, Vt = np.linalg.svd(np.mean([frame.A for frame in self._seen], axis=0))
-        return TaskFrame(U @ Vt, np.mean([frame.b for frame in self._seen], axis=0))
+    @property
+    def goal(self) -> TaskFrame:
+        """Believed task frame of the goal: the last one."""
+        return self.frames[-1]
+
+    def mean_frames(self) -> list[TaskFrame]:
+        """Return the task frames, each averaged over its movement."""
+        return [_mean(frames) for frames in zip(*(self._seen or [self.seen]), strict=True)]
 
     def _predicted(self) -> list[TaskFrame]:
         """Return the frames extrapolated for a moment; after that they stand still."""
@@ -158,6 +161,11 @@ class Sensing:
         (before_s, before), (last_s, last) = self._recent[0], self._recent[-1]
         ratio = min(self.unseen_s, PREDICTED_S) / max(last_s - before_s, 1e-9)
         return [_gone_on(*pair, ratio) for pair in zip(before, last, strict=True)]
+
+
+def _mean(frames: Sequence[TaskFrame]) -> TaskFrame:
+    U, _, Vt = np.linalg.svd(np.mean([frame.A for frame in frames], axis=0))
+    return TaskFrame(U @ Vt, np.mean([frame.b for frame in frames], axis=0))
 
 
 def _gone_on(before: TaskFrame, last: TaskFrame, ratio: float) -> TaskFrame:

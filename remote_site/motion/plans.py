@@ -38,13 +38,13 @@ class PreviewConditions:
 
     Args:
         effector: Frame of the effector.
-        mean_frame: The first task frame, averaged over its movement.
+        mean_frames: The task frames, each averaged over its movement.
         model_sha256: SHA-256 of the model.
         time_s: Time on the robot's clock [s].
     """
 
     effector: TaskFrame
-    mean_frame: TaskFrame
+    mean_frames: list[TaskFrame]
     model_sha256: str
     time_s: float
 
@@ -75,8 +75,8 @@ class Plans:
         return self._plan_count
 
     def commit(self, execution: Execution, now: Stamp) -> None:
-        """Request a rollout of the rest of an execution: at most once a second, and only if the frame has moved."""
-        now_s, origin = now.t_ns * 1e-9, self._sensing.frames[0].b
+        """Request a rollout of the rest of an execution: at most once a second, and only if a frame has moved."""
+        now_s, origin = now.t_ns * 1e-9, np.concatenate([frame.b for frame in self._sensing.frames])
         moved = self._committed_frame_m is None or (
             float(np.linalg.norm(origin - self._committed_frame_m)) > _REPLAN_FRAME_M
         )
@@ -91,13 +91,13 @@ class Plans:
     def situation(self, model_sha256: str, now: Stamp) -> PreviewConditions:
         """Return the conditions of a plan made now."""
         effector = TaskFrame.at(self._sensing.effector.point)
-        return PreviewConditions(effector, self._sensing.mean_frame(), model_sha256, now.t_ns * 1e-9)
+        return PreviewConditions(effector, self._sensing.mean_frames(), model_sha256, now.t_ns * 1e-9)
 
     def shown(self, request: PlanRequest) -> None:
         """Register a preview that is being sent to the operator: it can be executed from now on."""
         effector = TaskFrame.at(request.effector.point)
         self._previews[request.plan_id] = PreviewConditions(
-            effector, self._sensing.mean_frame(), request.stored.sha256, request.stamp.t_ns * 1e-9
+            effector, self._sensing.mean_frames(), request.stored.sha256, request.stamp.t_ns * 1e-9
         )
         if len(self._previews) > _KEPT:
             del self._previews[min(self._previews)]
@@ -111,7 +111,10 @@ class Plans:
             return because(Code.OTHER_MODEL_PREVIEWED)
         for what, before, at, most_m, most_rad in (
             ("robot", plan.effector, now.effector, _MAX_EFFECTOR_MOVE_M, _MAX_EFFECTOR_TURN_RAD),
-            ("target", plan.mean_frame, now.mean_frame, _MAX_FRAME_MOVE_M, _MAX_FRAME_TURN_RAD),
+            *(
+                ("target", *frames, _MAX_FRAME_MOVE_M, _MAX_FRAME_TURN_RAD)
+                for frames in zip(plan.mean_frames, now.mean_frames, strict=True)
+            ),
         ):
             moved_m, turned_rad = apart(before, at)
             if moved_m > most_m:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import Target
+from farhand.remote_site.interface.sensing import Perception
 from farhand.remote_site.perception.target_filter import AdaptiveFilter, Estimate, TargetFilter, TargetMotion
 
 Array = NDArray[np.float64]
@@ -145,6 +147,8 @@ class OscillatingTarget:
     def origin_m(self, now_s: float) -> Array:
         """Return the target's centre at a time. Shape (D,) [m]."""
         settings = self._settings
+        if settings.amplitude_m is None:
+            return self._mean_m(now_s)
         angle = 2.0 * math.pi * now_s / settings.period_s + self._phase_rad
         return self._mean_m(now_s) + np.array(settings.amplitude_m) * math.sin(angle)
 
@@ -155,13 +159,29 @@ class OscillatingTarget:
         return self._goal if travelled >= length else self._mean + way * (travelled / length)
 
 
+class StillFrames:
+    """Perception of frames that are known and stand still.
+
+    Args:
+        frames: The frames.
+    """
+
+    def __init__(self, frames: Sequence[TaskFrame]):
+        self._frames = list(frames)
+
+    def observe(self, now_s: float) -> list[TaskFrame]:
+        """See `Perception.observe`."""
+        return self._frames
+
+
 class SimulatedPerception:
-    """Perception of one target by a simulated tracker and a filter.
+    """Perception of one target by a simulated tracker and a filter, beside which other frames may be seen.
 
     Args:
         truth: Returns the true point of the target at a time: position or pose in the world.
         tracker: Simulated tracker.
         target_filter: Filter of its measurements.
+        before: Sights of the frames before the target's.
     """
 
     def __init__(
@@ -169,7 +189,9 @@ class SimulatedPerception:
         truth: Callable[[float], Array],
         tracker: MarkerTracker,
         target_filter: TargetFilter | AdaptiveFilter,
+        before: Sequence[Perception] = (),
     ):
+        self._before = before
         self._truth, self._tracker, self._filter = truth, tracker, target_filter
         self.in_sight = True
         """True if the tracker sees the target at all."""
@@ -177,28 +199,35 @@ class SimulatedPerception:
         """Estimate at the last look; None while the target is unseen."""
 
     @classmethod
-    def of_oscillating(cls, target: OscillatingTarget, noise_std_m: float, seed: int) -> SimulatedPerception:
-        """Return the planar task's perception: a noisy measurement at every look, without latency.
+    def of_oscillating(
+        cls, target: OscillatingTarget, noise_std_m: float, seed: int, before: Sequence[Perception] = ()
+    ) -> SimulatedPerception:
+        """Return a point's perception: a noisy measurement at every look, without latency.
 
         Args:
             target: The target.
             noise_std_m: Standard deviation of the noise per axis [m].
             seed: Seed of the noise.
+            before: Sights of the frames before the target's.
         """
         space = Manifold(target.origin_m(0.0).size)
         tracker = MarkerTracker(space, TrackerNoise(jitter_m=noise_std_m, rate_hz=math.inf), seed)
-        return cls(target.origin_m, tracker, TargetFilter(space, (noise_std_m,), _OSCILLATION))
+        return cls(target.origin_m, tracker, TargetFilter(space, (noise_std_m,), _OSCILLATION), before)
 
     def observe(self, now_s: float) -> list[TaskFrame] | None:
         """See `Perception.observe`."""
         for measurement in self._tracker.look(self._truth(now_s) if self.in_sight else None, now_s):
             self._filter.update(*measurement)
+        others = [sight.observe(now_s) for sight in self._before]
         newest_s = self._filter.time_s
         if newest_s is None or now_s - newest_s > self._tracker.usual_age_s + _MISSING_S:
             self.newest = None
             return None
         self.newest = self._filter.estimate(now_s)
-        return [TaskFrame.at(self.newest.point)]
+        seen = [frames for frames in others if frames is not None]
+        if len(seen) < len(others):
+            return None
+        return [*chain.from_iterable(seen), TaskFrame.at(self.newest.point)]
 
     def true_origin_m(self, now_s: float) -> Array:
         """See `TrueTarget.true_origin_m`."""

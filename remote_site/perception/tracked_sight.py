@@ -17,7 +17,7 @@ _NOISE_STD = (0.002, 0.01)
 
 
 class TrackedSight:
-    """Perception that also estimates the velocity of its first frame, with a covariance.
+    """Perception that also estimates the velocity of its last frame, with a covariance.
 
     A look counts as a measurement if the perception returns another list than at the last one: a camera that is slower
     than the control loop returns the same list until it has a new picture.
@@ -25,7 +25,7 @@ class TrackedSight:
     Args:
         perception: Sight of poses, started. Its `noise_std`, if it has one, is the standard deviation of its
             measurements per axis [m, rad].
-        n_frames: Number of task frames; the first one is the receptacle's.
+        n_frames: Number of task frames; the last one is the receptacle's.
 
     Raises:
         InvalidInput: When the perception's frames are not of the agreed form, in `observe`.
@@ -54,11 +54,11 @@ class TrackedSight:
         frames = self._perception.observe(now_s)
         if frames is not None and frames is not self._last:
             check_frames(frames, self._n_frames, POSE.n_dims)
-            self._filter.update(np.concatenate([frames[0].b, frames[0].quat_wxyz]), now_s)
+            self._filter.update(np.concatenate([frames[-1].b, frames[-1].quat_wxyz]), now_s)
         self._last = frames
         seen_s = self._filter.time_s
         if frames is None or seen_s is None or now_s - seen_s > _MISSING_S:
             self.newest = None
             return None
         self.newest = self._filter.estimate(now_s)
-        return [TaskFrame.at(self.newest.point), *frames[1:]]
+        return [*frames[:-1], TaskFrame.at(self.newest.point)]

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET, UnsetType, structs
 from numpy.typing import NDArray
 
 from farhand.common.clock import BootClock
@@ -29,6 +29,8 @@ from farhand.remote_site.robots.plant_memory import PlantState
 
 Array = NDArray[np.float64]
 
+_OTHER_PLACE = 1000
+"""Difference between the seeds of the frames' places at the robot and at the operator's site."""
 _RECORD_S = 10.0
 """Time after the arrival over which the error is accumulated [s]."""
 
@@ -141,7 +143,7 @@ class PointSkill:
         if phase is Phase.BACKING_OFF:
             return giving_way(effector, speed_m_s)
         if phase is Phase.RETRACTING and task.retract_m is not None:
-            place = effector.point + sensing.frames[0].A @ np.array(task.retract_m)
+            place = effector.point + sensing.goal.A @ np.array(task.retract_m)
         elif phase is Phase.GOING_TO_READY:
             place = np.array(task.start_m if task.ready_m is None else task.ready_m)
         else:
@@ -221,8 +223,18 @@ class SimulatedPoint(NoWorld):
     ):
         self._clock, self._workspace_m, limits = clock, task.workspace_m, task.limits
         phase = float(np.random.default_rng(config.seed).uniform(0.0, 2.0 * np.pi))
-        self._target = OscillatingTarget(task.target, phase)
-        sight = SimulatedPerception.of_oscillating(self._target, task.target.noise_std_m, config.seed)
+        targets = [
+            structs.replace(target, origin_m=tuple(mean.tolist()))
+            for target, mean in zip(task.targets, task.means_m(config.seed + _OTHER_PLACE), strict=True)
+        ]
+        self._target = OscillatingTarget(targets[-1], phase)
+        before = [
+            SimulatedPerception.of_oscillating(
+                OscillatingTarget(mark, phase + number), mark.noise_std_m, config.seed + number
+            )
+            for number, mark in enumerate(targets[:-1], start=1)
+        ]
+        sight = SimulatedPerception.of_oscillating(self._target, task.target.noise_std_m, config.seed, before)
         super().__init__(sight)
         start_m = np.clip(remembered.position_m if remembered else task.start_m, 0.0, task.workspace_m)
         plant = PointPlant(start_m, np.array(task.workspace_m), limits.speed_m_s, limits.acceleration_m_s2)

@@ -27,6 +27,7 @@ from farhand.remote_site.perception.simulated_sight import (
     CLEAN,
     MarkerTracker,
     SimulatedPerception,
+    StillFrames,
     TrackerNoise,
 )
 from farhand.remote_site.perception.simulated_sight import PRESETS as TRACKERS
@@ -114,6 +115,7 @@ class SimulatedArm(ArmHardware):
             lambda _: self.simulation.mouth,
             MarkerTracker(POSE, noise, config.seed),
             AdaptiveFilter((noise.jitter_m, noise.jitter_rad)),
+            [StillFrames(task.still_frames)] if task.landmarks else (),
         )
         kinematics = Kinematics(self.simulation.cell)
         self.plan_checks(kinematics)

@@ -45,7 +45,7 @@ class BlackBox:
                 mode,
                 sensed.effector.position_m,
                 sensed.effector.velocity_m_s,
-                sensed.frames[0].b,
+                sensed.goal.b,
                 execution.component if execution else -1,
                 execution.executor.way if execution else -1,
             )

@@ -9,6 +9,7 @@ from farhand.common.link.budget import period_s
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (
+    FRAME_BYTES,
     MAX_TELEMETRY_BYTES,
     Command,
     Heartbeat,
@@ -36,14 +37,14 @@ class OperatorSession:
     Args:
         config: Limits.
         clock: The robot's time.
+        n_frames: Number of task frames, which reports have.
     """
 
-    def __init__(self, config: RemoteConfig, clock: BootClock):
+    def __init__(self, config: RemoteConfig, clock: BootClock, n_frames: int = 1):
         self._clock, self._max_age_s = clock, config.max_age_s
         self.lease = Lease(config.lease_s)
-        telemetry_s = period_s(
-            keys.TELEMETRY, config.telemetry_hz, MAX_TELEMETRY_BYTES, config.link.rate_bps
-        )  # fmt: skip
+        most_bytes = MAX_TELEMETRY_BYTES + (n_frames - 1) * FRAME_BYTES
+        telemetry_s = period_s(keys.TELEMETRY, config.telemetry_hz, most_bytes, config.link.rate_bps)
         if config.link.listen.startswith(
             "quic/"
         ):  # on a lossy link reports come less often, see `link/pace.py`

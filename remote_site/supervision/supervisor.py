@@ -71,7 +71,7 @@ class Supervisor:
         self.embodiment, hardware = embodiment, embodiment.hardware
         control_hz, n_frames = hardware.control_hz, len(tasks.first.frame_names)
         self.sensing = Sensing(hardware.plant, hardware.perception, n_frames, control_hz, clock.now_s())
-        self.contact = OperatorSession(config, clock)
+        self.contact = OperatorSession(config, clock, n_frames)
         self.models = ModelStore(tasks)
         self.motion = Motion(embodiment, self.sensing)
         self.events = Events(announce, self.stamp, write)

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+from typing import Any
+
 import msgspec
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.common.task import ArmTask, Limits, TaskSet
+from farhand.common.task import ArmTask, Landmark, Limits, TaskSet
 from farhand.common.wire.messages import MOST_TASKS
 from farhand.common.wire.words import sentence
 from farhand.deploy.places import find_task, find_tasks
@@ -40,13 +42,17 @@ def test_a_task_that_is_not_done_is_refused_in_words_that_name_those_that_are():
 
 
 @pytest.mark.parametrize(
-    ("field", "value"),
-    [("frame_names", ("receptacle", "handle")), ("limits", Limits(force_n=100.0)), ("disturbances", "rough")],
+    ("field", "others"),
+    [
+        ("frame_names", {"frame_names": ("handle", "receptacle"), "landmarks": {"handle": Landmark()}}),
+        ("limits", {"limits": Limits(force_n=100.0)}),
+        ("disturbances", {"disturbances": "rough"}),
+    ],
 )
-def test_one_robot_does_them_all_or_the_field_that_differs_is_named(field: str, value: object):
+def test_one_robot_does_them_all_or_the_field_that_differs_is_named(field: str, others: dict[str, Any]):
     assert isinstance(REMOVAL, ArmTask)
     with pytest.raises(InvalidConfiguration, match=rf"'hot-stab-removal'.*{field}.*'hot-stab'"):
-        TaskSet([STAB, msgspec.structs.replace(REMOVAL, **{field: value})])
+        TaskSet([STAB, msgspec.structs.replace(REMOVAL, **others)])
 
 
 def test_an_arm_does_not_do_the_task_of_a_point():

@@ -47,6 +47,7 @@ def test_a_task_that_comes_with_farhand_is_valid_and_named_as_its_file(file: Pat
 
 def test_the_target_of_the_planar_task_never_leaves_the_board():
     task = load_toml(PLANAR, PointTask)
+    assert task.target.amplitude_m is not None
     for origin, amplitude, edge in zip(
         task.target.origin_m, task.target.amplitude_m, task.workspace_m, strict=True
     ):
@@ -83,6 +84,20 @@ WRONG = {
         MINIMAL + "[[samples]]\nwaypoints_m = [[0.1, 0.1], [0.1, 0.1]]",
         "waypoints_m[0] and [1] are the same point",
     ),
+    "a frame whose place is not said": (
+        MINIMAL.replace('["goal"]', '["gate", "goal"]'),
+        "landmarks must be those of frame_names but the last (gate), got none",
+    ),
+    "the place of a frame that is none": (
+        MINIMAL + "[landmarks.gate]\norigin_m = [0.1, 0.1]",
+        "landmarks must be those of frame_names but the last (none), got gate",
+    ),
+    "a landmark of another dimension": (
+        MINIMAL.replace('["goal"]', '["gate", "goal"]') + "[landmarks.gate]\norigin_m = [0.1, 0.1, 0.1]",
+        "gate.origin_m",
+    ),
+    "two frames of one name": (MINIMAL.replace('["goal"]', '["goal", "goal"]'), "frame_names must differ"),
+    "words that are markup": (MINIMAL + '[words]\nteach = "<b>Draw</b>"', "words.teach"),
     "another policy": (MINIMAL.replace("[target]", 'lost_link = "fly"\n[target]'), "lost_link"),
     "no TOML": ("name = = 3", "TOML"),
     "no text": (b"\xff\xfe\x00", "TOML"),

@@ -2,14 +2,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from msgspec import UNSET, structs
 from scipy.spatial.transform import Rotation
 
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.codec import decode, encode
-from farhand.common.wire.messages import MAX_TELEMETRY_BYTES, ArmState, Telemetry
-from farhand.remote_site.telemetry import Reporter, rotation_of
+from farhand.common.wire.messages import FRAME_BYTES, MAX_TELEMETRY_BYTES, MOST_FRAMES, ArmState, Telemetry
+from farhand.remote_site.telemetry import Reporter, numbers_of, rotation_of
 from tests.remote_site.arm_bench import ArmBench
 from tests.remote_site.bench import Bench, in_mode
 
@@ -119,6 +120,22 @@ def test_a_frame_is_reported_by_its_rotation():
     assert rotation_of(TaskFrame(plane, np.ones(2))) == (pytest.approx(angle),)
     space = Rotation.from_rotvec([0.1, -0.4, 0.2])
     assert rotation_of(TaskFrame(space.as_matrix(), np.ones(3))) == pytest.approx((0.1, -0.4, 0.2))
+
+
+def test_further_frames_are_reported_within_their_bytes():
+    angle = 0.3
+    plane = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    assert numbers_of([]) is UNSET
+    assert numbers_of([TaskFrame(plane, np.ones(2)), TaskFrame.identity(2)]) == pytest.approx(
+        (1.0, 1.0, angle, 0.0, 0.0, 0.0)
+    )
+    bench = ArmBench()
+    alone = reports(bench).report()
+    turned = Rotation.from_rotvec([0.1, -0.4, 0.2]).as_matrix()
+    for n in range(1, MOST_FRAMES):
+        more = structs.replace(alone, other_frames=numbers_of([TaskFrame(turned, np.ones(3))] * n))
+        assert decode(encode(more), Telemetry).other_frames == pytest.approx(more.other_frames)
+        assert len(encode(more)) <= len(encode(alone)) + n * FRAME_BYTES
 
 
 def test_an_arm_reports_its_tool_its_joints_and_its_force_within_264_bytes():

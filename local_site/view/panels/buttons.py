@@ -85,14 +85,12 @@ KEEP = replace(
 UNDO = _local("Undo", intents.Undo(), colour="gray")
 LOAD_SAMPLES = _local("Load samples", intents.LoadSamples(), colour="gray")
 SEND_MODEL = _local("Send model", intents.SendModel(), lambda state: state.sending_model)
-ALIGN = replace(
-    _local("Align", intents.Align(), colour="gray"), offered=lambda state: state.own_arm is not None
-)
+ALIGN = replace(_local("Align", intents.Align(), colour="gray"), offered=lambda state: state.can_move_place)
 CENTRE = replace(
-    _local("Centre", intents.Centre(), colour="gray"), offered=lambda state: state.own_arm is not None
+    _local("Centre", intents.Centre(), colour="gray"), offered=lambda state: state.can_move_place
 )
 NEW_PLACE = replace(
-    _local("New place", intents.ResetArm(), colour="gray"), offered=lambda state: state.own_arm is not None
+    _local("New place", intents.ResetArm(), colour="gray"), offered=lambda state: state.can_move_place
 )
 SEND_LIBRARY = _local("Send library", intents.SendLibrary(), lambda state: state.sending_library)
 START_ANEW = _local("Start anew", intents.StartAnew(), colour="gray")

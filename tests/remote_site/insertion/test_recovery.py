@@ -123,9 +123,9 @@ def test_the_correction_moves_the_frame_that_the_controller_sees_and_no_other():
     trial.local[:3], trial.force_n = (0.0, 0.0, 0.01), np.array([5.0, 0.0, 0.0])
     trial.run(0.5)
     other = TaskFrame.identity(3)
-    corrected = trial.recovery.corrected([SEEN, other])
-    assert corrected[1] is other
-    np.testing.assert_allclose(SEEN.to_local(corrected[0].b), [0.005, 0.0, 0.0], atol=1e-9)
+    corrected = trial.recovery.corrected([other, SEEN])
+    assert corrected[0] is other
+    np.testing.assert_allclose(SEEN.to_local(corrected[1].b), [0.005, 0.0, 0.0], atol=1e-9)
 
 
 def test_a_plug_that_is_to_come_out_says_where_the_bore_is_and_never_goes_back():

@@ -26,10 +26,10 @@ def test_the_mean_frame_is_over_the_last_ten_seconds():
     sensing = Sensing(
         PointPlant(np.zeros(2), np.ones(2), 1.0, 1.0), Steps(), n_frames=1, control_hz=10.0, now_s=0.0
     )
-    np.testing.assert_array_equal(sensing.mean_frame().b, [1.0, 0.0])
+    np.testing.assert_array_equal(sensing.mean_frames()[0].b, [1.0, 0.0])
     for n in range(2, 301):
         sensing.update(0.1 * n)
-    np.testing.assert_allclose(sensing.mean_frame().b, [np.arange(201, 301).mean(), 0.0])
+    np.testing.assert_allclose(sensing.mean_frames()[0].b, [np.arange(201, 301).mean(), 0.0])
     np.testing.assert_array_equal(sensing.frames[0].b, [300.0, 0.0])
 
 
@@ -122,8 +122,8 @@ def test_the_mean_of_a_frame_that_turns_to_and_fro_is_in_between():
     sensing = Sensing(plant, Rocking(), n_frames=1, control_hz=100.0, now_s=0.0)
     for n in range(1, 1001):
         sensing.update(0.01 * n)
-    np.testing.assert_allclose(sensing.mean_frame().A, np.eye(3), atol=1e-3)
-    assert apart(sensing.mean_frame(), TaskFrame.at(Rocking().pose(0.25))) == pytest.approx(
+    np.testing.assert_allclose(sensing.mean_frames()[0].A, np.eye(3), atol=1e-3)
+    assert apart(sensing.mean_frames()[0], TaskFrame.at(Rocking().pose(0.25))) == pytest.approx(
         (0.0, 0.2), abs=1e-3
     )
 

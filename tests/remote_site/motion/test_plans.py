@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -38,10 +39,20 @@ def turned(frame: TaskFrame, degrees: float) -> TaskFrame:
     return TaskFrame(frame.A @ np.array([[c, -s], [s, c]]), frame.b)
 
 
-@pytest.mark.parametrize(("what", "degrees"), [("effector", 3.0), ("mean_frame", 5.0)])
-def test_it_is_refused_once_robot_or_target_turned_too_far(what: str, degrees: float):
+def moved_frame(now: PreviewConditions, to: Callable[[TaskFrame], TaskFrame]) -> PreviewConditions:
+    return replace(now, mean_frames=[*map(to, now.mean_frames)])
+
+
+def moved_effector(now: PreviewConditions, to: Callable[[TaskFrame], TaskFrame]) -> PreviewConditions:
+    return replace(now, effector=to(now.effector))
+
+
+@pytest.mark.parametrize(("move", "degrees"), [(moved_effector, 3.0), (moved_frame, 5.0)])
+def test_it_is_refused_once_robot_or_target_turned_too_far(
+    move: Callable[..., PreviewConditions], degrees: float
+):
     bench, plan_id, now = previewed()
-    little, much = (replace(now, **{what: turned(getattr(now, what), degrees + d)}) for d in (-0.1, 0.1))
+    little, much = (move(now, lambda frame, d=d: turned(frame, degrees + d)) for d in (-0.1, 0.1))
     assert plans_of(bench).refusal(plan_id, little, 0.0) is None
     reason = plans_of(bench).refusal(plan_id, much, 0.0)
     assert (
@@ -74,7 +85,7 @@ def test_it_is_refused_with_the_measured_difference_once_the_robot_moved_a_centi
 @pytest.mark.parametrize("distance_m", [0.0, 0.049, 0.051, 0.3])
 def test_and_once_the_target_moved_five_centimetres_in_the_mean(distance_m: float):
     bench, plan_id, now = previewed()
-    moved = replace(now, mean_frame=shifted(now.mean_frame, distance_m, 0.0))
+    moved = moved_frame(now, lambda frame: shifted(frame, distance_m, 0.0))
     reason = plans_of(bench).refusal(plan_id, moved, 0.0)
     if distance_m <= 0.050:
         assert reason is None

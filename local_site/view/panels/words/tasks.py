@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+
+from msgspec import structs
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask, ArmTask
@@ -36,35 +38,38 @@ class Words:
 
 _BOARD = Words(
     own="your board",
-    recording="draw into the U",
+    recording="draw to {target}",
     driving="your hand drives the robot: drag here",
-    teach="Draw with the mouse on your own board, into the U",
+    teach="Draw with the mouse on your own board, to {target}",
     drive="Drag on your own board",
-    target="the U",
-    arrived="Drag the robot's U, press Execute again, or Clutch to end.",
+    target="the {frame}",
+    arrived="Press Execute again, or Clutch to end.",
 )
 _INSERT = Words(
     own="your arm",
-    recording="drag the arrows, into the receptacle",
+    recording="drag the arrows, into {target}",
     driving="your hand drives the robot: drag the arrows",
-    teach="Drag the arrows at your own plug to the front of the receptacle",
+    teach="Drag the arrows at your own plug to the front of {target}",
     drive="Drag the arrows at your own plug",
-    target="the receptacle",
+    target="the {frame}",
     arrived="Press Retract to pull the plug out, or Clutch to end.",
 )
 _EXTRACT = replace(
     _INSERT,
-    recording="drag the arrows, out of the receptacle",
-    teach="Drag the arrows at your own plug until it is out of the receptacle",
+    recording="drag the arrows, out of {target}",
+    teach="Drag the arrows at your own plug until it is out of {target}",
     arrived="Press Clutch to end.",
 )
+_ARM = {"insert": _INSERT, "extract": _EXTRACT}
 
 
 def words_of(task: AnyTask) -> Words:
-    """Return the texts for a task."""
-    if not isinstance(task, ArmTask):
-        return _BOARD
-    return _INSERT if task.skill == "insert" else _EXTRACT
+    """Return the texts for a task: its own words, else the usual ones of its kind."""
+    usual = _ARM[task.skill] if isinstance(task, ArmTask) else _BOARD
+    own = {name: text for name, text in structs.asdict(task.words).items() if text is not None}
+    target = own.pop("target", usual.target.format(frame=task.frame_names[-1]))
+    said = {name: text.format(target=target) for name, text in asdict(usual).items()}
+    return Words(**said | {"target": target} | own)
 
 
 _IN_M, _BESIDE_M = 0.005, 0.020

@@ -34,6 +34,7 @@ from farhand.local_site.view.scene.ghost import (
     shown_points,
     unmoved,
 )
+from farhand.local_site.view.scene.landmarks import Landmarks, own_places, reported_places
 from farhand.local_site.view.scene.nodes import Layers, add_solids, put, show
 from farhand.local_site.view.scene.palette import Rgb
 from farhand.local_site.view.scene.tube import Tube
@@ -62,7 +63,10 @@ class RemoteArm:
         """Description of the robot's drawing."""
         self._node = scene.add_frame(parent, show_axes=False, position=base_m(remote=True))
         add_platform(scene, parent, description)
-        self._receptacle = ReceptacleDrawing(scene, parent, description)
+        self._receptacle, self._landmarks = (
+            ReceptacleDrawing(scene, parent, description),
+            Landmarks(scene, parent),
+        )
         frame = self._receptacle.name
         model, predicted = layers.node("Model", f"{frame}/model"), layers.node("Path", f"{frame}/predicted")
         self._model, self._line = Ellipsoids(scene, model), Curves(scene, f"{predicted}/path", 6.0)
@@ -87,6 +91,7 @@ class RemoteArm:
         if robot is None:
             return
         self._draw_report(robot, picture.old)
+        self._landmarks.draw(state.task.frame_names, reported_places(robot))
         self._trace.show(picture.trace)
         name = picture.name(_ROBOT_NAME)
         if self._name.text != name:
@@ -156,7 +161,7 @@ class ArmScene:
         self._remote: RemoteArm | None = None
         self._robots_own: ArmBodies | None = None
         add_platform(scene, _LOCAL, own)
-        self._receptacle = ReceptacleDrawing(scene, _LOCAL, own)
+        self._receptacle, self._landmarks = ReceptacleDrawing(scene, _LOCAL, own), Landmarks(scene, _LOCAL)
         self.layers = Layers(scene, _LAYERS)
         self._model = Ellipsoids(scene, self.layers.node("Model", f"{self._receptacle.name}/model"))
         shown = self.layers.node("Demonstrations", f"{self._receptacle.name}/shown")
@@ -181,6 +186,7 @@ class ArmScene:
             self._gizmo.show_rings(self.turns())
         self._model.show(state.forming or (state.learned.model if state.learned else None))
         self._demonstrations.draw(state)
+        self._landmarks.draw(state.task.frame_names, own_places(state.own_frames))
         self._trace.show(picture.trace)
         if self._remote is not None:
             self._remote.draw(picture)

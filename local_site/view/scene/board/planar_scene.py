@@ -21,6 +21,7 @@ from farhand.local_site.view.scene.board.boards import FOV_RAD, VIEWS, Board, ad
 from farhand.local_site.view.scene.board.robot_drawing import ModelDrawing, RobotDrawing, add_target
 from farhand.local_site.view.scene.curves import Trace
 from farhand.local_site.view.scene.ghost import RobotPicture
+from farhand.local_site.view.scene.landmarks import Landmarks, own_places
 from farhand.local_site.view.scene.nodes import (
     LINE_Z_M,
     MARK_Z_M,
@@ -205,14 +206,13 @@ class PlanarScene:
         self._board_m = local.size_m
         add_mat(scene, local.size_m)
         frame = f"{local.name}/target"
-        x, y = task.target.origin_m[:2]
-        scene.add_frame(frame, show_axes=False, position=(x, y, 0.0))
+        self._target = scene.add_frame(frame, show_axes=False)
         add_target(scene, frame)
         self.layers = Layers(scene, _LAYERS)
         self._model = ModelDrawing(scene, self.layers.node("Model", f"{frame}/learned"))
         self._trace = Trace(scene, self.layers.node("Trace", f"{frame}/trace"), LINE_Z_M)
         self._drawing = Drawing(scene, local, submit, explain, self.layers)
-        self._robot = RobotDrawing(scene, remote, self.layers)
+        self._robot, self._landmarks = RobotDrawing(scene, remote, self.layers), Landmarks(scene, local.name)
         width, height = local.size_m
         scene.add_label(
             f"{local.name}/name", "YOUR BOARD", position=(0.5 * width, height, MAT_Z_M), anchor="top-center"
@@ -226,6 +226,9 @@ class PlanarScene:
         self._model.show(state.forming or (state.learned.model if state.learned else None))
         self._drawing.draw(state)
         self._trace.show(picture.trace)
+        x, y = state.own_frames[-1].b[:2]
+        place(self._target, float(x), float(y), 0.0)
+        self._landmarks.draw(state.task.frame_names, own_places(state.own_frames))
         self._robot.draw(picture)
 
     def let_go(self) -> None:

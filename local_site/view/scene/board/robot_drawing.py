@@ -17,6 +17,7 @@ from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import Board
 from farhand.local_site.view.scene.curves import Trace
 from farhand.local_site.view.scene.ghost import RobotPicture, shown_points, unmoved
+from farhand.local_site.view.scene.landmarks import Landmarks, reported_places
 from farhand.local_site.view.scene.nodes import (
     HIDDEN_Z_M,
     LINE_Z_M,
@@ -39,7 +40,7 @@ _ABOVE_M, _LAYERS = 1e-4, 20
 
 
 class ModelDrawing:
-    """Components of one model in the coordinates of a node: its first task frame.
+    """Components of one model in the coordinates of a node: its last task frame.
 
     Args:
         scene: Scene of the server.
@@ -68,10 +69,10 @@ class ModelDrawing:
 
     def _redraw(self, model: TPHSMM) -> None:
         """Change the drawing in place while the number of components stays: a new node would flicker."""
-        values, vectors = np.linalg.eigh(model.covariances[0, :, :2, :2])
+        values, vectors = np.linalg.eigh(model.covariances[-1, :, :2, :2])
         radii = _DEVIATIONS * np.sqrt(values)
         heights = MODEL_Z_M + _ABOVE_M * (np.arange(model.n_components) % _LAYERS)
-        positions = np.column_stack([model.means[0, :, :2], heights]).astype(np.float32)
+        positions = np.column_stack([model.means[-1, :, :2], heights]).astype(np.float32)
         colours = palette.many([palette.component_colour(float(p)) for p in model.phase])
         angles = 0.5 * np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1])  # half the length of the longer axis
         turns = np.column_stack([np.cos(angles), *np.zeros((2, angles.size)), np.sin(angles)])
@@ -124,6 +125,7 @@ class RobotDrawing:
 
     def __init__(self, scene: viser.SceneApi, board: Board, layers: Layers):
         self._scene, name = scene, board.name
+        self._landmarks = Landmarks(scene, name)
         self._frame = scene.add_frame(f"{name}/target", show_axes=False, visible=False)
         self._frame_name = f"{name}/target"
         self._target = add_target(scene, self._frame_name)
@@ -160,6 +162,7 @@ class RobotDrawing:
         if robot is None:
             return
         self._draw_report(robot, picture.old)
+        self._landmarks.draw(state.task.frame_names, reported_places(robot))
         self._trace.show(picture.trace)
         name = picture.name(_NAME)
         if self._name.text != name:
