@@ -1,8 +1,9 @@
-"""The folder for temporary files, and what is said when there is none."""
+"""The folder for temporary files, this user's own in it, and what is said when there is none."""
 
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
 from pathlib import Path
 
@@ -27,3 +28,24 @@ def temporary_folder() -> Path:
         raise NoTemporaryFolder(
             f"no temporary folder can be written ({got}): set the variable TMPDIR to a folder with room"
         ) from error
+
+
+def own_temporary_folder() -> Path:
+    """Return the path of this user's folder for temporary files; it need not exist.
+
+    Raises:
+        NoTemporaryFolder: When no temporary files can be written.
+    """
+    return temporary_folder() / f"farhand-{os.geteuid()}"
+
+
+def is_own(folder: Path) -> bool:
+    """Decide whether a folder is this user's, and nobody else may write there.
+
+    Anybody may make a folder of any name among the temporary files before its user does.
+    """
+    try:
+        there = folder.lstat()
+    except OSError:
+        return False
+    return stat.S_ISDIR(there.st_mode) and there.st_uid == os.geteuid() and not there.st_mode & 0o022

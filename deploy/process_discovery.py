@@ -19,7 +19,7 @@ from msgspec import Struct
 
 from farhand.common.errors import InvalidMessage
 from farhand.common.process_status import ProcessStatus
-from farhand.common.temporary_folder import NoTemporaryFolder, temporary_folder
+from farhand.common.temporary_folder import NoTemporaryFolder, is_own, own_temporary_folder
 from farhand.common.whole_file import fault_of, read_whole
 
 ANSWER_S = 2.0
@@ -71,27 +71,32 @@ def runtime_folders() -> list[Path]:
     of_session = os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}"
     folders = [Path(of_session) / "farhand"]
     with contextlib.suppress(NoTemporaryFolder):
-        folders.append(temporary_folder() / f"farhand-{os.getuid()}")
+        folders.append(own_temporary_folder())
     return folders
 
 
 def find_processes() -> list[Entry]:
     """Ask every process of this user on this machine, one after the other."""
     found: list[Entry] = []
-    for folder in runtime_folders():
-        with contextlib.suppress(OSError):
-            for path in sorted(folder.iterdir()):
-                if (entry := read_entry(path)) is not None:
-                    found.append(entry)
+    for path in _files():
+        if (entry := read_entry(path)) is not None:
+            found.append(entry)
     return found
 
 
 def forget_ended() -> None:
     """Remove the files that ended processes have left."""
+    for path in _files():
+        remove_if_ended(path)
+
+
+def _files() -> list[Path]:
+    """Return the files of the runtime folders, but for folders into which another user may have put them."""
+    found: list[Path] = []
     for folder in runtime_folders():
         with contextlib.suppress(OSError):
-            for path in folder.iterdir():
-                remove_if_ended(path)
+            found += sorted(folder.iterdir()) if is_own(folder) else []
+    return found
 
 
 def remove_if_ended(path: Path) -> None:

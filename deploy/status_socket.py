@@ -11,7 +11,6 @@ import contextlib
 import logging
 import os
 import socket
-import stat
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -25,6 +24,7 @@ import msgspec
 from farhand.common.clock import elapsed_s
 from farhand.common.errors import FarhandError, PortTaken
 from farhand.common.process_status import DataFolder, Facts, ProcessStatus, Role
+from farhand.common.temporary_folder import is_own
 from farhand.common.version import installed_version
 from farhand.common.whole_file import write_whole
 from farhand.deploy.process_discovery import (
@@ -71,7 +71,7 @@ def serve_status(
     folder = _own_folder()
     if folder is None:
         log.warning(
-            "`farhand status` will not find this process: set FARHAND_RUNTIME_DIR to a folder of yours"
+            "`farhand status` will not find this process: set FARHAND_RUNTIME_DIR to a folder that only you may write"
         )
         yield
         return
@@ -111,9 +111,7 @@ def _own_folder() -> Path | None:
     for folder in runtime_folders():
         with contextlib.suppress(OSError):
             folder.mkdir(mode=0o700, exist_ok=True)
-            there = folder.lstat()
-            # In a folder that everybody may write to, another user may have made it before.
-            if stat.S_ISDIR(there.st_mode) and there.st_uid == os.getuid() and os.access(folder, os.W_OK):
+            if is_own(folder) and os.access(folder, os.W_OK):
                 return folder
     return None
 

@@ -15,7 +15,6 @@ import hashlib
 import logging
 import os
 import shutil
-import stat
 import tempfile
 import time
 from collections.abc import Callable
@@ -27,7 +26,7 @@ from numba import njit
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 
-from farhand.common.temporary_folder import NoTemporaryFolder, temporary_folder
+from farhand.common.temporary_folder import NoTemporaryFolder, is_own, own_temporary_folder
 
 _log = logging.getLogger(__name__)
 
@@ -56,16 +55,14 @@ def _usual_folder() -> Path | None:
         return None
 
 
-def _own_temporary_folder() -> Path | None:
-    """Return a temporary folder that nobody else may write: what is kept there is run. None without one."""
+def _writable_temporary_folder() -> Path | None:
+    """Return this user's temporary folder: what is kept there is run, so nobody else may write it. None without one."""
     try:
-        folder = temporary_folder() / f"farhand-{os.geteuid()}"
+        folder = own_temporary_folder()
         folder.mkdir(mode=0o700, exist_ok=True)
-        status = folder.lstat()
     except (OSError, NoTemporaryFolder):
         return None
-    ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & 0o022
-    return folder if ours and _may_write(folder) else None
+    return folder if is_own(folder) and _may_write(folder) else None
 
 
 def _may_write(folder: Path) -> bool:
@@ -95,7 +92,7 @@ def _cache_folder() -> Path | None:
     if usual is not None and (_holds_something(usual / name) or _may_write(usual / name)):
         drop_old(usual / name)
         return usual / name
-    temporary = _own_temporary_folder()
+    temporary = _writable_temporary_folder()
     where = "the user has no home" if usual is None else f"{usual} cannot be written"
     _log.warning("compiled functions are kept in %s: %s; %s", temporary or "no folder", where, _REMEDY)
     if temporary is not None:

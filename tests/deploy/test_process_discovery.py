@@ -52,6 +52,16 @@ def test_whatever_answers_in_place_of_a_process_is_told_as_foreign(folder: Path,
     assert (found.role, found.name, found.pid, found.fault) == ("robot", "rov1", 12, "foreign")
 
 
+@pytest.mark.parametrize("mode", [0o777, 0o770])
+def test_a_folder_that_others_may_write_is_not_read(folder: Path, mode: int):
+    (folder / "robot-rov1-12.ended").write_text('{"pid":12,"code":"failed","text":"a lie","at_s":1.0}')
+    assert [found.pid for found in find_processes()] == [12]
+    folder.chmod(mode)
+    assert not find_processes()
+    forget_ended()
+    assert list(folder.iterdir())
+
+
 def test_who_accepts_and_says_nothing_is_told_as_silent(folder: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(process_discovery, "ANSWER_S", 0.05)
     with socket.socket(socket.AF_UNIX) as listener:
