@@ -6,6 +6,7 @@ The only parser of them.
 from __future__ import annotations
 
 import errno
+import ipaddress
 import os
 import socket
 
@@ -87,6 +88,17 @@ def endpoint_fault(endpoint: str) -> str:
 def endpoint_address(endpoint: str) -> Address:
     """Return host and port of a well-formed endpoint of the transport."""
     return parse_address(_without_options(endpoint.partition("/")[2]), "listen")
+
+
+def is_loopback(host: str) -> bool:
+    """Decide whether a host can only be this machine itself; of names, localhost alone."""
+    if host == "localhost":
+        return True
+    try:
+        found = ipaddress.ip_address(host.partition("%")[0])
+    except ValueError:
+        return False
+    return (getattr(found, "ipv4_mapped", None) or found).is_loopback
 
 
 def bind(

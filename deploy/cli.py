@@ -32,8 +32,9 @@ class Up:
     """Name of a task that comes with Farhand, or a task file; several tasks of one robot with commas between."""
     link: str = "geo"
     """Profile of the simulated link: lan, geo, leo or acoustic."""
-    transport: Literal["tcp", "quic"] = "tcp"
-    """quic encrypts, with certificates that are made for this run alone; lost packets of the simulated link are lost."""
+    transport: Literal["quic", "tls", "tcp"] | None = None
+    """quic and tls encrypt, with certificates that are made for this run alone; tcp does not. Over quic the simulated link
+    loses packets. When not given quic, and tls on the narrowest links."""
     port: int = 8080
     """Port of the web page on this machine; 0 takes a free one, which is printed with the page's address."""
     robot: str = ""
@@ -106,8 +107,9 @@ class Demo:
     """TOML file of the robot's site, as of `farhand remote --config`; it has the drivers' options."""
     seed: int = 0
     """Seed of the hand's tremor, the target's phase, the noise and the link's jitter."""
-    transport: Literal["tcp", "quic"] = "tcp"
-    """quic encrypts, with certificates that are made for this run alone; lost packets of the simulated link are lost."""
+    transport: Literal["quic", "tls", "tcp"] | None = None
+    """quic and tls encrypt, with certificates that are made for this run alone; tcp does not. Over quic the simulated link
+    loses packets. When not given quic, and tls on the narrowest links."""
     outage: str = "none"
     """Outage during each execution: stall:10, reset:10 or blackhole:10 (seconds) in the middle of the motion; with @0.2
     behind it, as in stall:10@0.2, after a fifth of the motion."""
@@ -142,6 +144,8 @@ class Local:
     """Endpoint of the robot or of the link; tcp/127.0.0.1:7447 when not given. quic/ROBOT:7447 encrypts, and survives loss."""
     certificates: str | None = None
     """Folder that `farhand pki operator` made for this site; for quic/ and tls/ endpoints, which need one."""
+    insecure: bool = False
+    """Accept a tcp/ endpoint of another machine: nothing is encrypted, and whoever answers is taken for the robot."""
     link_rate_bps: float | None = None
     """Capacity of the link in each direction [bit/s]; 0: more than enough. A narrow link is shared among the flows."""
     link_control: str | None = None
@@ -180,7 +184,7 @@ class Local:
         from farhand.deploy.site_processes import run_local, run_scripted
 
         overrides = {
-            "link_connect": self.connect, "link_certificates": self.certificates, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task, "own_arm": self.own_arm,
+            "link_connect": self.connect, "link_certificates": self.certificates, "link_insecure": self.insecure or None, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task, "own_arm": self.own_arm,
             "page_port": self.port, "page_host": self.host, "page_published_at": self.published_at, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
             "connect_timeout_s": self.connect_timeout_s, "watch": self.watch or None,
         }  # fmt: skip
@@ -199,13 +203,15 @@ class Remote:
     config: Path | None = None
     """TOML file; the options of the command line override it."""
     listen: str | None = None
-    """Endpoint to listen on: quic/0.0.0.0:7447 or, unencrypted, tcp/0.0.0.0:7447 for other machines; when not given
-    tcp/127.0.0.1:7447, for this machine alone."""
+    """Endpoint to listen on: quic/0.0.0.0:7447 for other machines; when not given tcp/127.0.0.1:7447, for this machine
+    alone."""
     certificates: str | None = None
     """Folder that `farhand pki robot` made for this robot; for quic/ and tls/ endpoints, which need one."""
     sites: str | None = None
     """The authority's sites.json, with the sites that may command and those that may only watch and stop; without it every
     site with a certificate may command."""
+    insecure: bool = False
+    """Listen at a tcp/ endpoint for other machines: nothing is encrypted, and whoever reaches it may command."""
     link_rate_bps: float | None = None
     """Capacity of the link in each direction [bit/s]; 0: more than enough. A narrow link is shared among the flows."""
     task: str | None = None
@@ -236,6 +242,7 @@ class Remote:
             link_listen=self.listen,
             link_certificates=self.certificates,
             link_sites=self.sites,
+            link_insecure=self.insecure or None,
             link_rate_bps=self.link_rate_bps,
             task=self.task,
             robot=self.robot,

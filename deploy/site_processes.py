@@ -68,6 +68,7 @@ _LINK_FIELDS = (
     "link_rate_bps",
     "link_certificates",
     "link_sites",
+    "link_insecure",
 )
 
 

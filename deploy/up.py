@@ -24,7 +24,7 @@ from farhand.common.whole_file import write_whole
 from farhand.deploy.child_process import Child, say_ready
 from farhand.deploy.link.link_process import PROFILES_FILE
 from farhand.deploy.outcome import summary
-from farhand.deploy.pki.throw_away import Identities, Transport, throw_away_identities
+from farhand.deploy.pki.throw_away import Identities, Transport, throw_away_identities, transport_for
 from farhand.deploy.places import check_writable, data_folder, find_cell, find_tasks, site_name
 from farhand.deploy.site_processes import configured
 from farhand.deploy.status_socket import last_words
@@ -47,7 +47,7 @@ class Together:
         task: Names or files of tasks, with commas between.
         link: Profile of the simulated link.
         seed: Seed of all random numbers.
-        transport: Scheme of the endpoints.
+        transport: Scheme of the endpoints; None for the one that suits the link.
         robot: Name or file of the robot; empty for the usual one.
         own_arm: Name or file of the operator's arm; empty for the usual one.
         plant: Name of an installed driver; empty for what `remote_config` says.
@@ -60,7 +60,7 @@ class Together:
     task: str
     link: str
     seed: int
-    transport: Transport = "tcp"
+    transport: Transport | None = None
     robot: str = ""
     own_arm: str = ""
     plant: str = ""
@@ -101,6 +101,11 @@ class Together:
         overrides = {f"{name}_use": driver or None for name, driver in self._drivers().items()}
         check_drivers(configured(RemoteConfig, self.remote_config, **overrides), task)
 
+    @property
+    def scheme(self) -> Transport:
+        """Scheme of the endpoints."""
+        return self.transport or transport_for(self.rate_bps())
+
     def rate_bps(self) -> float:
         """Return the rate of the simulated link's slower direction [bit/s]; 0: more than enough.
 
@@ -136,7 +141,7 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
     with tempfile.TemporaryDirectory(prefix="farhand-", dir=temporary_folder()) as scratch:
         result = Path(scratch) / "result.json"
         data = [f"--data-dir={data_dir or scratch}"]
-        with throw_away_identities(settings.transport, data_dir or scratch) as identities:
+        with throw_away_identities(settings.scheme, data_dir or scratch) as identities:
             job = ["--demo", f"--outage={outage}", f"--json={result}"]
             status = asyncio.run(_together(settings, data, job, identities))
         if not result.is_file():
@@ -173,7 +178,7 @@ def run_up(settings: Together, port: int, data_dir: str) -> int:
         port = free.getsockname()[1]
     _log.info("what is taught is kept in %s", folder)
     data = [f"--data-dir={data_dir}"] if data_dir else []
-    with throw_away_identities(settings.transport, data_dir) as identities:
+    with throw_away_identities(settings.scheme, data_dir) as identities:
         status = asyncio.run(_together(settings, data, [f"--port={port}"], identities))
     return 0 if status == INTERRUPTED else status
 
@@ -215,10 +220,10 @@ async def _start_and_wait(
     settings: Together, data: Sequence[str], local_arguments: Sequence[str], children: list[Child],
     identities: Identities,
 ) -> int:  # fmt: skip
-    remote_port = free_port(settings.transport)
+    remote_port = free_port("tcp" if settings.scheme == "tcp" else "quic")
     task, seed = f"--task={settings.task}", f"--seed={settings.seed}"
     shared = [task, seed, f"--link-rate-bps={settings.rate_bps():g}", *data]
-    end = f"{settings.transport}/{_HOST}"
+    end = f"{settings.scheme}/{_HOST}"
     remote = Child(
         "remote",
         [
@@ -237,7 +242,7 @@ async def _start_and_wait(
          f"--profile={settings.link}", seed],
     )  # fmt: skip
     children += [remote, link]
-    _log.info("starting the remote site and the link (%s)", settings.link)
+    _log.info("starting the remote site and the link (%s, %s)", settings.link, settings.scheme)
     remote_ready = asyncio.create_task(remote.start())
     try:
         ports = await link.start()

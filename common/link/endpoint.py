@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import msgspec
 
-from farhand.common.address import endpoint_fault
+from farhand.common.address import endpoint_address, endpoint_fault, is_loopback
 from farhand.common.clock import Wait
 from farhand.common.link.access import with_access_rules
 from farhand.common.link.certificates import (
@@ -50,6 +50,8 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     sites: str = ""
     """For a robot with a certificate: the authority's sites.json with the rights of each site, read again when it changes.
     Without it the robot obeys every site with a certificate of the authority."""
+    insecure: bool = False
+    """Accept an endpoint of other machines that neither encrypts nor requests certificates, such as tcp/0.0.0.0:7447."""
     rate_bps: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     """Capacity of the link in each direction [bit/s]; 0: more than enough.
 
@@ -77,7 +79,12 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
             if endpoint and self.certificates and not secure:
                 expected = f"{'/ or '.join(SECURE)}/ and HOST:PORT, as certificates are given"
                 raise ValueError(f"{field}: {expected}, got {endpoint!r}")
-
+            if _is_open(endpoint) and not self.insecure:
+                expected = (
+                    "a quic/ endpoint and certificates (farhand pki), as anybody could command over this one; "
+                    "in a network of your own alone, insecure = true (--insecure)"
+                )
+                raise ValueError(f"{field}: {expected}, got {endpoint!r}")
         if self.sites and not (self.certificates and self.listen):
             raise ValueError("sites: a list for a robot that listens with a certificate")
 
@@ -87,11 +94,23 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         return Path(self.certificates).expanduser()
 
     @property
+    def is_open(self) -> bool:
+        """True if the link leads to other machines without encryption."""
+        return _is_open(self.listen) or _is_open(self.connect)
+
+    @property
     def speaks_as(self) -> str:
         """Name of an operator's site in its keys."""
         if not self.certificates:
             return self.site
         return common_name(read_certificate(self.certificate_folder / CERTIFICATE_FILE))
+
+
+def _is_open(endpoint: str) -> bool:
+    """Decide whether an endpoint leads to other machines without encryption."""
+    if not endpoint or scheme_of(endpoint) in SECURE:
+        return False
+    return not is_loopback(endpoint_address(endpoint)[0])
 
 
 def scheme_of(endpoint: str) -> str:

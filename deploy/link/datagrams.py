@@ -116,6 +116,11 @@ class Datagrams(asyncio.DatagramProtocol):
         """Number of present senders."""
         return len(self._flows)
 
+    @property
+    def senders(self) -> list[str]:
+        """Addresses of the present senders."""
+        return sorted(map(show_address, self._flows))
+
     async def start(self, sock: socket.socket) -> None:
         """Begin to carry the datagrams that arrive at a bound socket."""
         enlarge_buffers(sock)

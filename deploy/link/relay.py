@@ -194,6 +194,7 @@ class Relay:
             "transport": "udp" if datagrams.flows else "tcp" if streams.connections else "",
             "accepted": streams.accepted + datagrams.accepted,
             "refused": streams.refused,
+            "senders": datagrams.senders,
             "rebinds": datagrams.rebinds,
             "streams_ignore": self._settings.beyond_streams() if streams.connections else [],
             "target_error": datagrams.target_error if datagrams.flows else streams.target_error,

@@ -1,4 +1,4 @@
-"""`farhand pki init`, `robot`, `operator`, `renew`, `revoke`, `show`. The help texts here are documentation."""
+"""`farhand pki init`, `robot`, `operator`, `throw-away`, `renew`, `revoke`, `show`. The help texts here are documentation."""
 
 from __future__ import annotations
 
@@ -96,6 +96,35 @@ class Operator(_InFolder):
 
 
 @dataclass(frozen=True)
+class ThrowAway:
+    """Make certificates for a robot and an operator on one machine; the authority's key is not kept.
+
+    What is there and good for another fortnight is left as it is. `farhand up` and `demo` make theirs themselves.
+    """
+
+    folder: Path
+    """Where the folders `robot` and `operator` are made."""
+    san: tuple[str, ...] = ("127.0.0.1",)
+    """Host names and addresses by which the robot is dialled, without port."""
+    robot: str = "rov1"
+    """The vehicle's name."""
+    operator: str = "operator"
+    """Name of the operator's site."""
+
+    def run(self) -> int:
+        """Run the command and return its exit status."""
+        from farhand.deploy.pki.issue import parse_hosts
+        from farhand.deploy.pki.throw_away import keep_throw_away
+
+        folders = self.folder / "robot", self.folder / "operator"
+        made = keep_throw_away(folders, self.robot, parse_hosts(self.san), self.operator)
+        _say(
+            f"{'new certificates are' if made else 'the certificates stay'} in {folders[0]} and {folders[1]}"
+        )
+        return 0
+
+
+@dataclass(frozen=True)
 class Renew(_InFolder):
     """Make a new certificate for the key, the name and the hosts of a site."""
 
@@ -159,6 +188,7 @@ Action = (
     Annotated[Init, tyro.conf.subcommand("init", prefix_name=False)]
     | Annotated[RobotCertificate, tyro.conf.subcommand("robot", prefix_name=False)]
     | Annotated[Operator, tyro.conf.subcommand("operator", prefix_name=False)]
+    | Annotated[ThrowAway, tyro.conf.subcommand("throw-away", prefix_name=False)]
     | Annotated[Renew, tyro.conf.subcommand("renew", prefix_name=False)]
     | Annotated[Revoke, tyro.conf.subcommand("revoke", prefix_name=False)]
     | Annotated[Show, tyro.conf.subcommand("show", prefix_name=False)]

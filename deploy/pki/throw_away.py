@@ -9,15 +9,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from farhand.common.errors import InvalidInput
+from farhand.common.link.certificates import CA_FILE, CERTIFICATE_FILE, KEY_FILE, SiteCertificate
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.temporary_folder import temporary_folder
+from farhand.common.whole_file import read_whole, write_whole
+from farhand.deploy.pki.issue import hosts_of
 from farhand.deploy.pki.registry import CA_KEY, Registry
 from farhand.deploy.places import data_folder, site_name
 
 _DAYS = 365
 """Longer than anybody leaves one run alone; the folder is gone afterwards."""
 
-Transport = Literal["tcp", "tls", "quic"]
+Transport = Literal["quic", "tls", "tcp"]
+NARROW_BPS = 50_000.0
+"""Capacity below which a link is given TLS over TCP: the datagrams of QUIC cost more there than they save [bit/s]."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +37,15 @@ class Identities:
 
     robot: tuple[str, ...] = ()
     operator: tuple[str, ...] = ()
+
+
+def transport_for(rate_bps: float) -> Transport:
+    """Return the transport that suits a link.
+
+    Args:
+        rate_bps: Capacity of the link [bit/s]; 0: more than enough.
+    """
+    return "tls" if 0.0 < rate_bps < NARROW_BPS else "quic"
 
 
 @contextlib.contextmanager
@@ -69,3 +84,39 @@ def make_throw_away(folder: Path, robot: str, hosts: tuple[str, ...], operator: 
     )
     (folder / CA_KEY).unlink()
     return folders
+
+
+def keep_throw_away(folders: tuple[Path, Path], robot: str, hosts: tuple[str, ...], operator: str) -> bool:
+    """Make certificates in the folders of both sites, unless those that are there are good for another fortnight.
+
+    Args:
+        folders: Folders of the robot and of the operator; they may exist.
+        robot: Name of the robot.
+        hosts: Names and addresses by which it is dialled.
+        operator: Name of the operator's site.
+
+    Returns:
+        True if new ones were made.
+
+    Raises:
+        InvalidConfiguration: When a name or a host makes no sense.
+        OSError: When a file cannot be written.
+    """
+    if _is_good(folders[0], robot, hosts) and _is_good(folders[1], operator, ()):
+        return False
+    with tempfile.TemporaryDirectory(prefix="farhand-pki-", dir=temporary_folder()) as scratch:
+        for made, kept in zip(make_throw_away(Path(scratch), robot, hosts, operator), folders, strict=True):
+            kept.mkdir(mode=0o700, parents=True, exist_ok=True)
+            for file in (KEY_FILE, CERTIFICATE_FILE, CA_FILE):
+                write_whole(kept / file, read_whole(made / file), new_mode=0o600)
+    return True
+
+
+def _is_good(folder: Path, name: str, hosts: tuple[str, ...]) -> bool:
+    try:
+        known = SiteCertificate.load(folder)
+    except InvalidInput:
+        return False
+    return (
+        known.name == name and hosts_of(known.certificate) == hosts and not (known.fault() or known.warning())
+    )

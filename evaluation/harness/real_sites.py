@@ -23,7 +23,8 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Telemetry, Wish
 from farhand.deploy.entry import own_command
-from farhand.deploy.pki.throw_away import Transport, make_throw_away
+from farhand.deploy.pki.registry import Registry
+from farhand.deploy.pki.throw_away import Transport, transport_for
 from farhand.deploy.places import find_cell, find_task
 from farhand.evaluation.harness.farhand_process import HOST, ReadyProcess
 from farhand.local_site.console.console import Console
@@ -33,6 +34,7 @@ from farhand.local_site.workcell.workcell import make_workcell
 
 PATIENCE_S = 120.0
 _SITE = "operator"
+_DAYS = 30
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ class RealSites:
         seed: Seed of the robot's noise and target, and of the hand.
         profile: Profile of the link.
         rate_bps: Capacity of the link as told to the sites [bit/s]; 0: more than enough.
-        transport: Scheme of the endpoints.
+        transport: Scheme of the endpoints; None for the one that suits the rate.
     """
 
     def __init__(
@@ -79,19 +81,18 @@ class RealSites:
         seed: int = 0,
         profile: str = "lan",
         rate_bps: float = 0.0,
-        transport: Transport = "tcp",
+        transport: Transport | None = None,
     ):
         self._task, self._delay_s, self._with_console, self._seed = task, delay_s, with_console, seed
         self._profile, self._rate_bps = profile, rate_bps
         self._folder = tempfile.TemporaryDirectory(prefix="farhand-")
-        self._transport = transport
-        self._robot_port = free_port("quic" if transport != "tcp" else "tcp")
+        self._transport = transport or transport_for(rate_bps)
+        self._robot_port = free_port("tcp" if self._transport == "tcp" else "quic")
         self.folder = Path(self._folder.name)
         """Data folder of the sites; removed with the block."""
-        self._certificates = ("", "")
-        if transport != "tcp":
-            folders = make_throw_away(self.folder / "pki", EndpointSettings().vehicle, (HOST,), _SITE)
-            self._certificates = (str(folders[0]), str(folders[1]))
+        self._registry = None
+        if self._transport != "tcp":
+            self._registry = Registry.create(self.folder / "pki", "throw-away")
         self.heard: list[Heard] = []
         """Every report, in the order of arrival."""
         self._arrived = threading.Condition()
@@ -146,7 +147,8 @@ class RealSites:
         """Start a site that watches and serves its page; the caller ends it."""
         where = f"{HOST}:{self._link.ready['port']}"
         return ReadyProcess(
-            "local", "--watch", "--site-name=page", f"--port={free_port()}", f"--connect=tcp/{where}",
+            "local", "--watch", "--site-name=page", f"--port={free_port()}", f"--connect={self._transport}/{where}",
+            *self._identity("page"),
             f"--task={self._task}", f"--data-dir={self.folder / 'page'}", f"--link-rate-bps={self._rate_bps:g}",
         )  # fmt: skip
 
@@ -170,7 +172,10 @@ class RealSites:
         endpoint = f"{self._transport}/{HOST}:{self._link.ready['port']}"
         self.link = ZenohLink(
             EndpointSettings(
-                connect=endpoint, rate_bps=self._rate_bps, site=site_name, certificates=self._certificates[1]
+                connect=endpoint,
+                rate_bps=self._rate_bps,
+                site=site_name,
+                certificates=self._certificates(site_name),
             )
         )
         opened_s = time.monotonic()
@@ -228,7 +233,7 @@ class RealSites:
         ready = self._link.ready
         return [
             "local", "--demo", f"--connect={self._transport}/{HOST}:{ready['port']}", f"--task={self._task}",
-            *self._identity(1),
+            *self._identity(_SITE),
             f"--data-dir={self.folder}", f"--link-control={HOST}:{ready['control_port']}",
             f"--seed={self._seed}", f"--link-rate-bps={self._rate_bps:g}",
         ]  # fmt: skip
@@ -236,12 +241,24 @@ class RealSites:
     def _start_robot(self) -> ReadyProcess:
         return ReadyProcess(
             "remote", f"--listen={self._transport}/{HOST}:{self._robot_port}", f"--task={self._task}", f"--seed={self._seed}",
-            *self._identity(0),
+            *self._identity(EndpointSettings().vehicle),
             f"--data-dir={self._folder.name}", f"--link-rate-bps={self._rate_bps:g}",
         )  # fmt: skip
 
-    def _identity(self, end: int) -> list[str]:
-        return [f"--certificates={self._certificates[end]}"] if self._certificates[end] else []
+    def _certificates(self, name: str) -> str:
+        """Return the folder of a site's certificate, which is made when it is first asked for; empty over TCP."""
+        if self._registry is None:
+            return ""
+        if name not in self._registry.rights:
+            is_robot = name == EndpointSettings().vehicle
+            self._registry.issue(
+                name, "robot" if is_robot else "operator", (HOST,) if is_robot else (), _DAYS
+            )
+        return str(self._registry.folder_of(name))
+
+    def _identity(self, name: str) -> list[str]:
+        certificates = self._certificates(name)
+        return [f"--certificates={certificates}"] if certificates else []
 
     def _hear(self, data: bytes) -> None:
         heard = Heard(time.monotonic(), decode(data, Telemetry))

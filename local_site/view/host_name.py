@@ -9,7 +9,7 @@ import socket
 from dataclasses import dataclass
 from pathlib import Path
 
-from farhand.common.address import split_address
+from farhand.common.address import is_loopback, split_address
 
 EVERY_ADDRESS = ("0.0.0.0", "::")
 _DEFAULT_PORTS = {"http": 80, "https": 443}
@@ -43,7 +43,7 @@ class Name:
     @property
     def is_loopback(self) -> bool:
         """True if the host can only be the browser's own machine."""
-        return self.host == "localhost" or is_loopback(self.host)
+        return is_loopback(self.host)
 
     @property
     def in_url(self) -> str:
@@ -69,15 +69,6 @@ def default_gateway() -> str:
             if int(destination, 16) == 0:
                 return str(ipaddress.IPv4Address(int(gateway, 16).to_bytes(4, "little")))
     return ""
-
-
-def is_loopback(address: str) -> bool:
-    """Decide whether an IP address is this machine's own; a host name is not an address."""
-    try:
-        found = ipaddress.ip_address(address.partition("%")[0])
-    except ValueError:
-        return False
-    return (getattr(found, "ipv4_mapped", None) or found).is_loopback
 
 
 def reachable_address(host: str) -> str:

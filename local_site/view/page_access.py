@@ -17,15 +17,10 @@ from http import HTTPStatus
 from pathlib import Path
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
+from farhand.common.address import is_loopback
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.whole_file import read_whole, write_whole
-from farhand.local_site.view.host_name import (
-    EVERY_ADDRESS,
-    Name,
-    default_gateway,
-    is_loopback,
-    reachable_address,
-)
+from farhand.local_site.view.host_name import EVERY_ADDRESS, Name, default_gateway, reachable_address
 
 TOKEN_FIELD = "token"
 _TOKEN_BYTES, _MOST_TOKEN_BYTES = 16, 4096

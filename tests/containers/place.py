@@ -91,10 +91,10 @@ class Place:
             for name, network in found["NetworkSettings"]["Networks"].items()
         }
 
-    def connections(self, service: str) -> set[Peer]:
-        """The TCP connections that are open in a container, as its kernel lists them; loopback left out."""
+    def connections(self, service: str, protocol: str = "tcp") -> set[Peer]:
+        """The connections that are open in a container, as its kernel lists them; loopback left out."""
         open_now = set()
-        for line in self.run(service, "cat", "/proc/net/tcp").splitlines()[1:]:
+        for line in self.run(service, "cat", f"/proc/net/{protocol}").splitlines()[1:]:
             words = line.split()
             own, other, state = words[1], words[2], words[3]
             if state == ESTABLISHED and not _address(own)[0].startswith("127."):

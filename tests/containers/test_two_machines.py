@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser
 
+from farhand.deploy.pki.registry import Registry
 from farhand.deploy.status import DEGRADED
 from tests.browser.arm_page import ArmPage
 from tests.containers.engine import ANSWER_S, BUILD_S, RUN_S, Engine
@@ -23,17 +26,31 @@ pytestmark = [pytest.mark.containers, pytest.mark.soak, pytest.mark.timeout(BUIL
 
 
 @pytest.fixture
-def machines(engine: Engine) -> Iterator[tuple[Place, Place]]:
+def machines(engine: Engine, tmp_path: Path) -> Iterator[tuple[Place, Place]]:
     """The robot's and the operator's."""
     usual = json.loads(engine.do("network", "inspect", "bridge"))[0]
     address = usual["IPAM"]["Config"][0].get("Gateway", "172.17.0.1")
-    robot = Place(replace(engine, project="farhand-robot"), ("robot.yaml",), {"FARHAND_LISTEN": address})
+    registry = Registry.create(tmp_path / "pki", "fleet")
+    folders = registry.issue("rov1", "robot", (address,), 30), registry.issue("shore-1", "operator", (), 30)
+    shutil.copy(tmp_path / "pki" / "sites.json", folders[0])
+    readable_in_containers(tmp_path)
+    robot = Place(
+        replace(engine, project="farhand-robot"), ("robot.yaml",),
+        {"FARHAND_LISTEN": address, "FARHAND_CERTIFICATES": str(folders[0])},
+    )  # fmt: skip
     operator = Place(
-        replace(engine, project="farhand-operator"), ("operator.yaml",), {"FARHAND_ROBOT": address}
-    )
+        replace(engine, project="farhand-operator"), ("operator.yaml",),
+        {"FARHAND_ROBOT": address, "FARHAND_CERTIFICATES": str(folders[1])},
+    )  # fmt: skip
     yield robot, operator
     for place in (operator, robot):
         place.compose("down", "--volumes", "--timeout", "5")
+
+
+def readable_in_containers(folder: Path) -> None:
+    """Let the containers' user, who is another one, read the certificates."""
+    for each in (folder, *folder.rglob("*")):
+        each.chmod(0o755 if each.is_dir() else 0o644)
 
 
 def test_the_operator_waits_for_the_robot_and_seats_the_plug(

@@ -12,7 +12,7 @@ import pytest
 
 from farhand.evaluation.harness.farhand_process import HeardProcess
 
-DEMOS = {"lan": (), "geo": ("--outage", "reset:3"), "leo": ("--transport", "quic", "--outage", "blackhole:3")}
+DEMOS = {"lan": ("--transport", "tcp"), "geo": ("--outage", "reset:3"), "leo": ("--outage", "blackhole:3")}
 
 
 @dataclass(frozen=True)

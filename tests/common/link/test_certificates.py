@@ -142,6 +142,24 @@ def test_encryption_is_asked_for_wholly_or_not_at_all(fields: dict[str, Any], wo
         EndpointSettings(**fields)
 
 
+@pytest.mark.parametrize("field", ["listen", "connect"])
+@pytest.mark.parametrize("where", ["0.0.0.0:7447", "[::]:7447", "10.0.0.5:7447", "rov1.example:7447"])
+def test_a_plain_endpoint_of_other_machines_is_refused_unless_one_insists(field: str, where: str):
+    endpoint = f"tcp/{where}"
+    fields: dict[str, Any] = {field: endpoint}
+    with pytest.raises(
+        ValueError, match=rf"^{field}: a quic/ endpoint .*farhand pki.*--insecure.*got '"
+    ) as caught:
+        EndpointSettings(**fields)
+    assert endpoint in str(caught.value)
+    assert EndpointSettings(**fields, insecure=True).is_open
+
+
+@pytest.mark.parametrize("where", ["127.0.0.1:7447", "localhost:7447", "[::1]:7447", "127.8.9.1:1"])
+def test_a_plain_endpoint_of_this_machine_needs_no_insisting(where: str):
+    assert not EndpointSettings(connect=f"tcp/{where}").is_open
+
+
 def test_a_folder_without_certificates_is_named(tmp_path: Path):
     with pytest.raises(InvalidConfiguration, match=r"certificate\.pem: a readable file"):
         operator(tmp_path, free_port("quic"))

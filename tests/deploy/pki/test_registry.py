@@ -21,7 +21,7 @@ from farhand.common.link.certificates import SiteCertificate
 from farhand.common.whole_file import Claim, FolderInUse
 from farhand.deploy.pki.issue import parse_hosts
 from farhand.deploy.pki.registry import Registry
-from farhand.deploy.pki.throw_away import make_throw_away
+from farhand.deploy.pki.throw_away import keep_throw_away, make_throw_away
 
 pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl command")
 NOW = datetime(2027, 3, 1, 12, tzinfo=UTC)
@@ -324,6 +324,22 @@ def test_a_throw_away_authority_keeps_no_key_of_its_own(tmp_path: Path):
     assert ": OK" in verify(robot, "sslserver", datetime.now(UTC), "-verify_ip", "127.0.0.1")
     assert ": OK" in verify(operator, "sslclient", datetime.now(UTC))
     assert not (tmp_path / "pki" / "ca.key").exists()
+
+
+def test_throw_away_certificates_are_kept_until_they_fit_no_more(tmp_path: Path):
+    folders = tmp_path / "robot", tmp_path / "operator"
+    folders[0].mkdir()
+    assert keep_throw_away(folders, "rov1", ("link-shore",), "operator")
+    key = (folders[0] / "key.pem").read_bytes()
+    assert (folders[0] / "key.pem").stat().st_mode & 0o077 == 0
+    assert ": OK" in verify(folders[0], "sslserver", datetime.now(UTC), "-verify_hostname", "link-shore")
+    assert not keep_throw_away(folders, "rov1", ("link-shore",), "operator")
+    assert (folders[0] / "key.pem").read_bytes() == key
+    for n, (hosts, operator) in enumerate(((("other",), "operator"), (("other",), "shore-2"))):
+        assert keep_throw_away(folders, "rov1", hosts, operator), n
+        assert SiteCertificate.load(folders[1]).name == operator
+    (folders[1] / "key.pem").unlink()
+    assert keep_throw_away(folders, "rov1", ("other",), "shore-2")
 
 
 @settings(deadline=None, derandomize=True, max_examples=200)

@@ -31,7 +31,7 @@ def loss_words(transport: str, in_bursts: bool) -> str:
         in_bursts: True if datagrams are lost in bursts, which the slider does not show.
     """
     if transport == "tcp":
-        return "A TCP connection loses no packets: loss and a change of ports need --transport quic."
+        return "A TCP connection loses no packets: loss and a change of ports need QUIC (no --transport)."
     if transport == "udp" and in_bursts:
         return "Loss comes in bursts, as set at the link's control socket; the slider replaces them."
     return ""
