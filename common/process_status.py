@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from farhand.common.wire.messages import SCHEMA
 
-Role = Literal["robot", "link", "operator"]
+Role = Literal["robot", "link", "hub", "operator"]
 
 
 class DataFolder(Struct, frozen=True, kw_only=True):
@@ -112,6 +112,18 @@ class LinkFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="link"):
         )  # fmt: skip
 
 
+class HubFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="hub"):
+    """State of a hub.
+
+    Args:
+        robots: Names of the robots that are there.
+        connections: Names in the certificates of all connected sites; their addresses without certificates.
+    """
+
+    robots: tuple[str, ...]
+    connections: tuple[str, ...]
+
+
 class OperatorFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="operator"):
     """State of the operator's site.
 
@@ -158,7 +170,7 @@ class OperatorFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="oper
     tick_age_s: float
 
 
-Facts = RobotFacts | LinkFacts | OperatorFacts
+Facts = RobotFacts | LinkFacts | HubFacts | OperatorFacts
 
 
 class ProcessStatus(Struct, frozen=True, kw_only=True):
@@ -166,7 +178,7 @@ class ProcessStatus(Struct, frozen=True, kw_only=True):
 
     Args:
         role: Role of the process.
-        name: Name of the vehicle or of the operator's site, or the link's address.
+        name: Name of the vehicle, the hub or the operator's site, or the link's address.
         pid: Process id.
         uptime_s: Time since its start [s].
         version: Version of the process's Farhand.

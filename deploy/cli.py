@@ -10,6 +10,7 @@ from typing import Literal
 import tyro
 
 from farhand.common.log import configure_logging
+from farhand.deploy.hub import HubCommand
 from farhand.deploy.offline_commands import (
     Evaluate,
     Import,
@@ -141,7 +142,10 @@ class Local:
     config: Path | None = None
     """TOML file; the options of the command line override it."""
     connect: str | None = None
-    """Endpoint of the robot or of the link; tcp/127.0.0.1:7447 when not given. quic/ROBOT:7447 encrypts, and survives loss."""
+    """Endpoint of the robot, of the link or of a hub; tcp/127.0.0.1:7447 when not given. quic/ROBOT:7447 encrypts, and
+    survives loss."""
+    robots: str | None = None
+    """Name of the robot, at a hub; rov1 when not given."""
     certificates: str | None = None
     """Folder that `farhand pki operator` made for this site; for quic/ and tls/ endpoints, which need one."""
     insecure: bool = False
@@ -184,7 +188,7 @@ class Local:
         from farhand.deploy.site_processes import run_local, run_scripted
 
         overrides = {
-            "link_connect": self.connect, "link_certificates": self.certificates, "link_insecure": self.insecure or None, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task, "own_arm": self.own_arm,
+            "link_connect": self.connect, "link_vehicle": self.robots, "link_certificates": self.certificates, "link_insecure": self.insecure or None, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task, "own_arm": self.own_arm,
             "page_port": self.port, "page_host": self.host, "page_published_at": self.published_at, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
             "connect_timeout_s": self.connect_timeout_s, "watch": self.watch or None,
         }  # fmt: skip
@@ -205,11 +209,15 @@ class Remote:
     listen: str | None = None
     """Endpoint to listen on: quic/0.0.0.0:7447 for other machines; when not given tcp/127.0.0.1:7447, for this machine
     alone."""
+    connect: str | None = None
+    """Endpoint of a hub, in place of one to listen on: quic/HUB:7450."""
+    vehicle: str | None = None
+    """Name of the robot for its hub and its operators, as in its certificate; rov1 when not given."""
     certificates: str | None = None
     """Folder that `farhand pki robot` made for this robot; for quic/ and tls/ endpoints, which need one."""
     sites: str | None = None
     """The authority's sites.json, with the sites that may command and those that may only watch and stop; without it every
-    site with a certificate may command."""
+    site with a certificate may command. At a hub the hub has the list."""
     insecure: bool = False
     """Listen at a tcp/ endpoint for other machines: nothing is encrypted, and whoever reaches it may command."""
     link_rate_bps: float | None = None
@@ -240,6 +248,8 @@ class Remote:
         return run_remote(
             self.config,
             link_listen=self.listen,
+            link_connect=self.connect,
+            link_vehicle=self.vehicle,
             link_certificates=self.certificates,
             link_sites=self.sites,
             link_insecure=self.insecure or None,
@@ -279,12 +289,12 @@ class LinkCommand:
 
 @dataclass(frozen=True)
 class Status:
-    """Ask the processes of this user on this machine how they are: robot, link and operator's site.
+    """Ask the processes of this user on this machine how they are: robot, link, hub and operator's site.
 
     The exit status is 0 if all asked processes are healthy, 3 if one has a trouble, 4 if none is running.
     """
 
-    of: Literal["all", "robot", "link", "operator"] = "all"
+    of: Literal["all", "robot", "link", "hub", "operator"] = "all"
     """Kind of the processes to ask; unless it is all, one must be running."""
     json: bool = False
     """Print the answers and the troubles as JSON."""
@@ -299,7 +309,7 @@ class Status:
 
 
 COMMANDS = {
-    "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": LinkCommand, "status": Status, "learn": Learn, "rollout": RolloutCommand,
+    "up": Up, "demo": Demo, "local": Local, "remote": Remote, "link": LinkCommand, "hub": HubCommand, "status": Status, "learn": Learn, "rollout": RolloutCommand,
     "model": Model, "evaluate": Evaluate, "import": Import, "samples": SamplesCommand, "robot": RobotCommand, "pki": Pki,
 }  # fmt: skip
 

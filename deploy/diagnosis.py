@@ -89,7 +89,7 @@ def _of_process(status: ProcessStatus) -> Iterator[Trouble]:
         yield _trouble(status, "not-kept", data.write_error, remedy)
     if facts is None:
         yield _trouble(status, "starting", "it is starting", "wait; a first start compiles for a minute")
-    elif not isinstance(facts, LinkFacts) and facts.tick_age_s > STANDSTILL_S:
+    elif isinstance(facts, RobotFacts | OperatorFacts) and facts.tick_age_s > STANDSTILL_S:
         loop = "control loop" if isinstance(facts, RobotFacts) else "console"
         yield _trouble(
             status, "stale", f"its {loop} has stood still for {facts.tick_age_s:.1f} s",

@@ -80,18 +80,27 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
     from farhand.remote_site.site import RemoteSite
 
     follow_parent()
-    config = configured(RemoteConfig, config_file, **overrides)
+    config = configured(RemoteConfig, config_file, **_either_way(overrides))
     tasks = find_tasks(config.task)
     check_drivers(config, tasks.first)
     cell = find_cell(tasks.first, config.robot)
     site = RemoteSite(config, tasks, data_folder(config.data_dir), cell)
     _check_certified_name(config.link, "vehicle", config.link.vehicle)
-    who = Identity("robot", config.link.vehicle, config.link.listen, tasks.names)
+    who = Identity("robot", config.link.vehicle, config.link.endpoint, tasks.names)
     with serve_status(who, site.facts, site.data_folder):
         site.warm_up()  # a signal ends this at once; what follows ends in order
         on_end_signal(site.stop)
         site.run(say_ready)
     return 0
+
+
+def _either_way(overrides: dict[str, object]) -> dict[str, object]:
+    """Return the options of a robot, which replace a listening endpoint of the file by that of a hub, or the reverse."""
+    if overrides.get("link_connect") and overrides.get("link_listen") is None:
+        return overrides | {"link_listen": "", "link_sites": overrides.get("link_sites") or ""}
+    if overrides.get("link_listen") and overrides.get("link_connect") is None:
+        return overrides | {"link_connect": ""}
+    return overrides
 
 
 def run_local(config_file: Path | None, **overrides: object) -> int:

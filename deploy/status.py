@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import msgspec
 
-from farhand.common.process_status import LinkFacts, OperatorFacts, ProcessStatus, RobotFacts
+from farhand.common.process_status import HubFacts, LinkFacts, OperatorFacts, ProcessStatus, RobotFacts
 from farhand.deploy.diagnosis import Trouble, diagnose
 from farhand.deploy.process_discovery import Entry, find_processes, forget_ended
 
@@ -59,7 +59,7 @@ def _lines(asked: Sequence[Entry], troubles: Sequence[Trouble], verdict: int, of
             yield f"{status.role} {status.name}: {_state(status)}"
             yield f"    {_means(status)}"
     if not asked:
-        whom = "robot, link or operator's site" if of == "all" else of
+        whom = "robot, link, hub or operator's site" if of == "all" else of
         yield f"no {whom} of this user runs on this machine"
     for trouble in troubles:
         yield f"! {trouble.code} ({trouble.role} {trouble.name}): {trouble.text}"
@@ -81,6 +81,9 @@ def _state(status: ProcessStatus) -> str:
                 f", cut ({link.outage}) for {link.outage_left_s:.0f} s more" if link.outage != "none" else ""
             )
             return f"{link.profile} to {link.target}, {link.connections} connections, {link.queued_bytes} B queued{cut}"
+        case HubFacts() as hub:
+            others = ", ".join(name for name in hub.connections if name not in hub.robots)
+            return f"robots: {', '.join(hub.robots) or 'none'}; others: {others or 'none'}"
         case OperatorFacts() as site:
             return _site_state(site)
     return "starting"

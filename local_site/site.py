@@ -182,8 +182,9 @@ class _Opened:
             self.console.start()
             if self._config.link.certificates:
                 self._rights = RightsWatch(
-                    self._link, self._config.link.speaks_as, self.console.is_served, self.console.refused
-                )
+                    self._link, self._config.link.speaks_as, self._config.link.vehicle,
+                    self.console.is_served, self.console.refused,
+                )  # fmt: skip
             if self._page_port:
                 self.page = self._open_page()
             self._wait_for_robot()

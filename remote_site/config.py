@@ -50,5 +50,10 @@ class RemoteConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Silence of the holder after which the control of the robot becomes free [s]."""
 
     def __post_init__(self) -> None:
-        if not self.link.listen:
-            raise ValueError("link.listen: an endpoint of this machine, such as tcp/127.0.0.1:7447, got ''")
+        if bool(self.link.listen) == bool(self.link.connect):
+            # Both at once would bring each message twice to a site that is at the hub too.
+            got = f"both, {self.link.listen!r} and {self.link.connect!r}" if self.link.listen else "neither"
+            raise ValueError(
+                "link.listen: an endpoint of this machine, such as tcp/127.0.0.1:7447, or else "
+                f"link.connect: the endpoint of a hub; got {got}"
+            )

@@ -14,10 +14,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import structs
 
 from farhand.common.arm.cell import Cell
 from farhand.common.clock import BootClock, Rate, SuspendWatch
 from farhand.common.control_mode import ControlMode
+from farhand.common.link.endpoint import EVERY_SITE
 from farhand.common.link.link import ZenohLink
 from farhand.common.log import EventLog, loop_logger
 from farhand.common.process_status import DataFolder, RobotFacts
@@ -189,7 +191,7 @@ class RemoteSite:
         def tell_dropped(text: str) -> None:
             robot.tell_dropped(text)  # needs the link first
 
-        link = ZenohLink(self._config.link, tell_dropped)
+        link = ZenohLink(structs.replace(self._config.link, site=EVERY_SITE), tell_dropped)
 
         def take_path(request: PlanRequest, path: PlannedPath | None, note: Reason | None) -> None:
             robot.take_path(request, path, note)  # needs the planner first
@@ -205,7 +207,7 @@ class RemoteSite:
             )  # fmt: skip
             for reason in boot.reasons:
                 robot.supervisor.machine.tell(EventKind.RESTARTED, reason, succeeded=False)
-            _log.info("the robot is ready: %s", self._config.link.listen)
+            _log.info("the robot is ready: %s", self._config.link.endpoint)
             camera.start()
             self._ticked_s, self._robot = time.monotonic(), robot
             ready()

@@ -54,46 +54,62 @@ def with_access_rules(configuration: dict[str, Any], vehicle: str, listen: str, 
     Raises:
         InvalidConfiguration: When the list cannot be read or is malformed; names file and field.
     """
-    queue = configuration["transport"]["link"]["tx"]["queue"]
-    queue["congestion_control"] = {
-        "drop": {"wait_before_drop": 1_000},
-        "block": {"wait_before_close": _PATIENCE_US},
-    }
+    drop_deaf_listeners(configuration)
     below = f"{vehicle}/"
-    answers = _rule(
+    answers = rule(
         "the robot answers", "egress", ["reply", "declare_subscriber", "declare_queryable"], [f"{below}op/**"]
     )
     common = [
         answers,
-        _rule("all hear", "ingress", ["declare_subscriber"], [f"{below}rov/**"]),
-        _rule("the robot speaks", "egress", ["put"], [f"{below}rov/**"]),
+        rule("all hear", "ingress", ["declare_subscriber"], [f"{below}rov/**"]),
+        rule("the robot speaks", "egress", ["put"], [f"{below}rov/**"]),
     ]
-    asks = _rule("anybody asks what it may do", "ingress", ["query"], [below + keys.RIGHT.of("*")])
+    asks = rule("anybody asks what it may do", "ingress", ["query"], [below + keys.RIGHT.of("*")])
     rules, subjects = [*common, asks], [{"id": "whoever asks"}]
     policies = [{"rules": [asks["id"], answers["id"]], "subjects": ["whoever asks"]}]
-    for subject, role, site in _subjects(sites):
+    for subject, role, site in _subjects(sites, vehicle):
         own = _rules_of(role, site, below, listen.startswith("quic/"))
         rules += own
         subjects.append(subject)
         policies.append({"rules": [rule["id"] for rule in (*common, *own)], "subjects": [subject["id"]]})
+    return configuration | {"access_control": access_control(rules, subjects, policies)}
+
+
+def drop_deaf_listeners(configuration: dict[str, Any]) -> None:
+    """Have the transport drop a listener that does not read, before it delays the others by more than `_PATIENCE_US`."""
+    configuration["transport"]["link"]["tx"]["queue"]["congestion_control"] = {
+        "drop": {"wait_before_drop": 1_000},
+        "block": {"wait_before_close": _PATIENCE_US},
+    }
+
+
+def access_control(
+    rules: list[dict[str, Any]], subjects: list[dict[str, Any]], policies: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Return the transport's access control, which denies all that no rule allows."""
     control = {"rules": rules, "subjects": subjects, "policies": policies}
-    return configuration | {"access_control": {"enabled": True, "default_permission": "deny", **control}}
+    return {"enabled": True, "default_permission": "deny", **control}
 
 
 def _rules_of(role: Role, site: str, below: str, datagrams: bool) -> list[dict[str, Any]]:
     """Return the rules of one site beyond the common ones: to send, and to hear the answers to its copied questions."""
-    channels = keys.OBSERVERS if role == "observer" else [c for c in keys.ALL if c.is_to_robot]
-    rules = [_rule(f"{site} speaks", "ingress", ["put", "query"], [below + c.of(site) for c in channels])]
+    speaks = [below + channel.of(site) for channel in channels_of(role)]
+    rules = [rule(f"{site} speaks", "ingress", ["put", "query"], speaks)]
     if datagrams:
         answers = [below + keys.answers_for(site, "*")]
         rules += [
-            _rule(f"{site} hears its answers", "ingress", ["declare_subscriber"], answers),
-            _rule(f"{site} is answered", "egress", ["put"], answers),
+            rule(f"{site} hears its answers", "ingress", ["declare_subscriber"], answers),
+            rule(f"{site} is answered", "egress", ["put"], answers),
         ]
     return rules
 
 
-def _subjects(sites: str) -> list[tuple[dict[str, Any], Role, str]]:
+def channels_of(role: Role) -> list[keys.Channel]:
+    """Return the channels on which a site of a role may send."""
+    return list(keys.OBSERVERS) if role == "observer" else [c for c in keys.ALL if c.is_to_robot]
+
+
+def _subjects(sites: str, vehicle: str) -> list[tuple[dict[str, Any], Role, str]]:
     """Return subject, role and name of each site: those in the list by their certificates, without a list anybody."""
     if not sites:
         return [({"id": "anybody"}, "operator", "*")]
@@ -101,11 +117,12 @@ def _subjects(sites: str) -> list[tuple[dict[str, Any], Role, str]]:
     return [
         ({"id": name, "cert_common_names": [name]}, right.role, name)
         for name, right in rights.items()
-        if right.revoked is None and right.role != "robot"
+        if right.is_of_site and right.reaches(vehicle)
     ]
 
 
-def _rule(name: str, flow: str, messages: list[str], where: list[str]) -> dict[str, Any]:
+def rule(name: str, flow: str, messages: list[str], where: list[str]) -> dict[str, Any]:
+    """Return a rule that allows messages of some keys in one direction."""
     return {"id": name, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": where}
 
 
@@ -182,20 +199,23 @@ def _version(file: Path) -> tuple[int, int, int] | None:
     return found.st_ino, found.st_mtime_ns, found.st_size
 
 
-def explain_right(answer: bytes, site: str) -> Reason | None:
+def explain_right(answer: bytes, site: str, robot: str) -> Reason | None:
     """Return why a site may not command, as the robot has answered; None when it may, or the answer makes no sense.
 
     Args:
-        answer: The robot's answer on `keys.RIGHT`.
+        answer: The answer of the robot, or of its hub, on `keys.RIGHT`.
         site: Name of the site.
+        robot: Name of the robot.
     """
     try:
         with fault_of("right", InvalidMessage, "a right"):
             right = msgspec.json.decode(answer, type=Right | None)
     except InvalidMessage:
         return None
-    if right is None or right.role == "robot":
+    if right is None or right.role in ("robot", "hub"):
         return because(Code.UNLISTED, site=site)
     if right.revoked is not None:
         return because(Code.REVOKED, site=site, text=shown(right.revoked))
+    if not right.reaches(robot):
+        return because(Code.OTHER_ROBOT, site=site, text=robot)
     return because(Code.OBSERVER, site=site) if right.role == "observer" else None

@@ -22,19 +22,30 @@ RIGHTS_FILE = "sites.json"
 WARNING_DAYS = 14
 """Days before its end from which a certificate causes a warning."""
 
-Role = Literal["robot", "operator", "observer"]
+Role = Literal["robot", "hub", "operator", "observer"]
 
 
 class Right(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
     """Role of a name.
 
     Args:
-        role: Robots are dialled; operators command; observers watch and may stop.
+        role: Robots are commanded; hubs connect robots and operators; operators command; observers watch and may stop.
         revoked: Time since which the name is refused; None while it is accepted.
+        robots: Robots that an operator or observer may reach; all of them when empty.
     """
 
     role: Role
     revoked: datetime | None = None
+    robots: tuple[Name, ...] = ()
+
+    @property
+    def is_of_site(self) -> bool:
+        """True for an operator or observer that is accepted."""
+        return self.revoked is None and self.role in ("operator", "observer")
+
+    def reaches(self, robot: str) -> bool:
+        """Decide whether it is for a robot."""
+        return not self.robots or robot in self.robots
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -28,22 +28,26 @@ SECURE = ("quic", "tls")
 """Schemes that encrypt, and request a certificate of both ends."""
 _QUIC_OPTIONS = "?mixed_rel=1;multistream=1"
 """Options of QUIC: datagrams beside streams in one connection, and a stream for each priority."""
+EVERY_SITE = "*"
+"""Name of a robot's end in the keys of the operators' sites, since it serves all of them."""
 MOST_SESSIONS = 32
 """Largest number of sites connected to a robot at a time."""
+ROBOTS, OPERATORS = "robots", "operators"
+"""Regions of the transport's network to which the two kinds of sites belong."""
 _ENVELOPE_BYTES = 1024
 """Room for the key and the transport's own fields beside the largest message [B]."""
 
 
 class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Endpoints of the transport. The remote site listens, the local site connects."""
+    """Endpoints of the transport. The remote site listens, the local site connects; to a hub both connect."""
 
     vehicle: Name = "rov1"
     """Name of the vehicle: the namespace of all keys, and the folder of its files."""
     listen: str = ""
     """Endpoint to listen on, such as tcp/127.0.0.1:7447."""
     connect: str = ""
-    """Endpoint to connect to: the other site or the link process."""
-    site: SiteName = "operator"
+    """Endpoint to connect to: the other site, the link process or a hub."""
+    site: SiteName | Literal["*"] = "operator"
     """Name of the operator's site, in the keys of its messages; with a certificate, the name in the certificate."""
     certificates: str = ""
     """Folder of this site's ca.pem, certificate.pem and key.pem, which `farhand pki` makes; for quic/ and tls/."""
@@ -86,7 +90,9 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
                 )
                 raise ValueError(f"{field}: {expected}, got {endpoint!r}")
         if self.sites and not (self.certificates and self.listen):
-            raise ValueError("sites: a list for a robot that listens with a certificate")
+            raise ValueError(
+                "sites: a list for a robot that listens with a certificate; behind a hub the hub has the list"
+            )
 
     @property
     def certificate_folder(self) -> Path:
@@ -99,8 +105,20 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         return _is_open(self.listen) or _is_open(self.connect)
 
     @property
+    def endpoint(self) -> str:
+        """Endpoint to listen on or to connect to."""
+        return self.listen or self.connect
+
+    @property
+    def is_of_robot(self) -> bool:
+        """True for a robot's end: it listens, or serves every site of a hub."""
+        return bool(self.listen) or self.site == EVERY_SITE
+
+    @property
     def speaks_as(self) -> str:
-        """Name of an operator's site in its keys."""
+        """Name of an operator's site in its keys; `EVERY_SITE` of a robot's end."""
+        if self.is_of_robot:
+            return EVERY_SITE
         if not self.certificates:
             return self.site
         return common_name(read_certificate(self.certificate_folder / CERTIFICATE_FILE))
@@ -119,15 +137,29 @@ def scheme_of(endpoint: str) -> str:
 
 
 def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
-    """Return the transport's configuration: one explicit connection, and no discovery.
+    """Return the transport's configuration of a site.
 
     A listening site has access rules, too: see `with_access_rules`.
     """
+    configuration = {
+        **bare_configuration(settings),
+        "namespace": settings.vehicle,
+        # A hub carries messages from one region to the other, and never within one.
+        "region_name": ROBOTS if settings.is_of_robot else OPERATORS,
+    }
+    return (
+        with_access_rules(configuration, settings.vehicle, settings.listen, settings.sites)
+        if settings.listen
+        else configuration
+    )
+
+
+def bare_configuration(settings: EndpointSettings) -> dict[str, Any]:
+    """Return the transport's configuration: one explicit connection, and no discovery."""
     handshake_ms = round(settings.handshake_timeout_s * 1000)
     endpoints = (settings.listen, settings.connect, *_beside(settings.listen))
-    configuration = {
+    return {
         "mode": "peer",
-        "namespace": settings.vehicle,
         "listen": {"endpoints": _with_options(settings.listen) + _beside(settings.listen)},
         "connect": {
             "endpoints": _with_options(settings.connect),
@@ -171,11 +203,6 @@ def zenoh_configuration(settings: EndpointSettings) -> dict[str, Any]:
             },
         },
     }
-    return (
-        with_access_rules(configuration, settings.vehicle, settings.listen, settings.sites)
-        if settings.listen
-        else configuration
-    )
 
 
 def _with_options(endpoint: str) -> list[str]:

@@ -42,7 +42,7 @@ _PAUSES = 9
 
 
 class ZenohLink:
-    """`Link` over one Zenoh session, or two: over QUIC an operator's streams have one of their own.
+    """`Link` over one Zenoh session, or two: over QUIC the streams of a site that connects have one of their own.
 
     Args:
         settings: The endpoints.
@@ -56,7 +56,7 @@ class ZenohLink:
     def __init__(self, settings: EndpointSettings, dropped: Callable[[str], None] = _log.warning):
         if settings.certificates:
             check_site_certificate(settings.certificate_folder, _log.warning)
-        self._site = "*" if settings.listen else settings.speaks_as
+        self._site = settings.speaks_as
         self._quic: QuicDelivery | None = None
         self._session = self._streams = Session(settings)
         self._deaf = DeafListeners(self.connected_to, settings.listen, dropped) if settings.listen else None
@@ -70,14 +70,17 @@ class ZenohLink:
             self._access = AccessWatch(settings.certificate_folder, settings.sites, self.reopen)
             if settings.listen:
                 self._session.declare(self._tell_rights(self._access))
-        if scheme_of(settings.listen or settings.connect) == "quic":
+        if settings.is_of_robot and settings.connect:
+            self._session.declare(lambda session: session.liveliness().declare_token(keys.ALIVE))
+        if scheme_of(settings.endpoint) == "quic":
             self._quic = QuicDelivery(settings.rate_bps, self._put, self._set_limit)
             if settings.connect:
                 # Streams have a window of their own, which nothing else fills, and so do commands.
                 self._streams = Session(settings)
                 key, answers = answers_for(self._site, self._quic.asker), self._quic.answered
-                self._session.declare(lambda session: session.declare_subscriber(key, in_reader(answers)))
-                self._quic.watch_path(settings.connect, self._is_connected, self.reopen)
+                if not settings.is_of_robot:
+                    self._session.declare(lambda session: session.declare_subscriber(key, in_reader(answers)))
+                self._quic.watch_path(settings, self._is_connected, self.reopen)
 
     def send(self, channel: Channel, data: bytes) -> None:
         """See `Link.send`."""

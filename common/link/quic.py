@@ -14,6 +14,7 @@ from typing import Any
 import zenoh
 
 from farhand.common.link.copies import ID_BYTES, Copies, Question
+from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.outbox import SilenceGate
 from farhand.common.link.pace import SHARES, StreamPace
 from farhand.common.link.path_probe import PathProbe
@@ -48,16 +49,22 @@ class QuicDelivery:
         """Random name of this process, in the key of the answers to its questions."""
 
     def watch_path(
-        self, endpoint: str, is_connected: Callable[[], bool], reconnect: Callable[[], None]
+        self, settings: EndpointSettings, is_connected: Callable[[], bool], reconnect: Callable[[], None]
     ) -> None:
         """Begin to probe the path, and reconnect as soon as it is back after a long outage.
 
         Args:
-            endpoint: Endpoint of the robot.
+            settings: Settings of the site that connects.
             is_connected: Returns True if the transport has a connection.
             reconnect: Begins a new connection.
         """
-        self._probe = PathProbe(endpoint, lambda: self._gate.silent_s, is_connected, reconnect)
+
+        def unconnected_s() -> float:
+            return 0.0 if is_connected() else self._gate.silent_s
+
+        # A robot hears nothing while no operator is there; that is no reason to connect to its hub again.
+        silent_s = unconnected_s if settings.is_of_robot else lambda: self._gate.silent_s
+        self._probe = PathProbe(settings.connect, silent_s, is_connected, reconnect)
 
     def heard(self) -> None:
         """Note the arrival of a message."""

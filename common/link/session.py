@@ -21,15 +21,20 @@ from farhand.common.errors import LinkError, PortTaken
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
 from farhand.common.link.outbox import Outbox
 from farhand.common.log import loop_logger
+from farhand.common.wire import keys
 
 _log = loop_logger(__name__)
 
 _RETRY_S = 0.2
 _MOST_PUBLISHERS = 128
+_TOKENS_S = 5.0
+_PORT_FREE_S, _GOODBYE_S = 15.0, 0.5
+"""Longest wait for a session's end: of one that listens, whose port is needed again, and of one that connects [s]."""
 _SAID_EVERY_S = 10.0
 
 Declare = Callable[[zenoh.Session], Any]
 """Function that declares a subscriber or a queryable with a callback, and returns it."""
+Configure = Callable[[EndpointSettings], dict[str, Any]]
 
 
 class Session:
@@ -37,16 +42,17 @@ class Session:
 
     Args:
         settings: The endpoints.
+        configure: Returns the transport's configuration, with the files as they are at each opening.
 
     Raises:
         LinkError: When the endpoint cannot be listened on or is not understood.
     """
 
-    def __init__(self, settings: EndpointSettings):
-        self._settings = settings
+    def __init__(self, settings: EndpointSettings, configure: Configure = zenoh_configuration):
+        self._settings, self._configure = settings, configure
         self._changed, self._swapping = threading.Condition(), threading.RLock()
         self._closed = False
-        self._session = _opened(settings)
+        self._session = _opened(settings, configure)
         self._declarations: list[Declare] = []
         self._declared: list[Any] = []
         self._publishers: OrderedDict[object, zenoh.Publisher] = OrderedDict()
@@ -91,12 +97,26 @@ class Session:
             return [link.dst for link in self._session.info.links()]
         return []
 
+    def peers(self) -> list[str]:
+        """Return the names in the certificates of the connected peers; their addresses without certificates."""
+        with contextlib.suppress(zenoh.ZError):  # it is being closed
+            return [link.auth_identifier or link.dst for link in self._session.info.links()]
+        return []
+
+    def robots(self) -> tuple[str, ...]:
+        """Return the names of the robots at the hub. Asked each time: a router's own session is told of no changes."""
+        with contextlib.suppress(zenoh.ZError):  # it is being closed
+            tokens = self._session.liveliness().get(f"*/{keys.ALIVE}", timeout=_TOKENS_S)
+            found = {str(token.ok.key_expr).partition("/")[0] for token in tokens if token.ok is not None}
+            return tuple(sorted(found))
+        return ()
+
     def reopen(self) -> None:
         """Close the session and open it with the present files; in between nothing is sent or received."""
         with self._swapping:
             if self._closed:
                 return
-            self._session.close()
+            self._end()
             session = self._until_opened()
             with self._changed:
                 self._session, self._publishers = session, OrderedDict()
@@ -112,14 +132,25 @@ class Session:
             self._closed = True
             self._changed.notify_all()
         with self._swapping:
-            self._session.close()
+            self._end()
+
+    def _end(self) -> None:
+        """Close the present session, in the background if its attempt to connect is under way: that blocks for seconds."""
+
+        def close(session: zenoh.Session = self._session) -> None:
+            with contextlib.suppress(zenoh.ZError):  # the attempt outlasted the transport's patience
+                session.close()
+
+        closing = threading.Thread(target=close, name="closing a session", daemon=True)
+        closing.start()
+        closing.join(_PORT_FREE_S if self._settings.listen else _GOODBYE_S)
 
     def _until_opened(self) -> zenoh.Session:
         """Retry to open the session: another process may have the port for a moment."""
         said_s = -_SAID_EVERY_S
         while True:
             try:
-                return _opened(self._settings)
+                return _opened(self._settings, self._configure)
             except LinkError as error:
                 if self._closed:
                     return self._session
@@ -130,16 +161,16 @@ class Session:
                     self._changed.wait(_RETRY_S)
 
 
-def _opened(settings: EndpointSettings) -> zenoh.Session:
+def _opened(settings: EndpointSettings, configure: Configure) -> zenoh.Session:
     """Open a session.
 
     Raises:
         LinkError: When the endpoint cannot be listened on or is not understood.
     """
     try:
-        return zenoh.open(zenoh.Config.from_json5(json.dumps(zenoh_configuration(settings))))
+        return zenoh.open(zenoh.Config.from_json5(json.dumps(configure(settings))))
     except zenoh.ZError as error:
-        where = settings.listen or settings.connect
+        where = settings.endpoint
         first_line = str(error).split(" at /")[0].splitlines()[0][:200]
         why = listening_fault(settings.listen) if settings.listen else ""
         kind = PortTaken if "is in use" in why else LinkError

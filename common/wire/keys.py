@@ -69,6 +69,10 @@ class Channel:
         return self.urgency in (Urgency.BULK, Urgency.PICTURE)
 
 
+ALIVE = "alive"
+"""Key of the token by which a robot at a hub is found."""
+
+
 def answers_for(site: str, asker: str) -> str:
     """Return the key of the robot's answers to the copies of a site's questions.
 

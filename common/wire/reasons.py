@@ -48,6 +48,7 @@ class Code(StrEnum):
     UNLISTED = "unlisted"
     REVOKED = "revoked"
     OBSERVER = "observer"
+    OTHER_ROBOT = "other-robot"
 
     # Commands
     NOT_ANSWERED = "not answered"

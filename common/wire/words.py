@@ -35,6 +35,7 @@ WORDS: dict[Code, str] = {
     Code.UNLISTED: "the robot refuses this site: its list of sites does not name {site}",
     Code.REVOKED: "the robot refuses this site: {site} was revoked on {text}",
     Code.OBSERVER: "{site} may watch and stop alone, as the robot's list of sites says",
+    Code.OTHER_ROBOT: "the list of sites lets {site} reach other robots, not {text}",
     # Commands
     Code.NOT_ANSWERED: "the robot has not answered yet",
     Code.NOT_REPORTED: "the robot has not reported yet",

@@ -1,4 +1,4 @@
-"""`farhand pki init`, `robot`, `operator`, `throw-away`, `renew`, `revoke`, `show`. The help texts here are documentation."""
+"""`farhand pki init`, `robot`, `hub`, `operator`, `throw-away`, `renew`, `revoke`, `show`. The help texts here are documentation."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ class Init(_InFolder):
 
 @dataclass(frozen=True)
 class RobotCertificate(_InFolder):
-    """Make the certificate of a robot."""
+    """Make the certificate of a robot. Without --san the robot can only connect to a hub."""
 
     name: SiteName
     """The vehicle's name, at most 32 letters, digits, '.', '_' and '-'."""
-    san: tuple[str, ...]
+    san: tuple[str, ...] = ()
     """Host names and addresses that operators dial, without port; with a relay on the way, also the relay's."""
     days: int = _ROBOT_DAYS
     """Days for which the certificate is valid."""
@@ -67,9 +67,36 @@ class RobotCertificate(_InFolder):
     def run(self) -> int:
         """Run the command and return its exit status."""
         folder = self._registry().issue(self.name, "robot", self.san, self.days)
+        if not self.san:
+            _say(
+                f"copy {folder} to the robot, and there: farhand remote --vehicle {self.name} "
+                "--certificates FOLDER --connect quic/HUB:7450"
+            )
+            return 0
         _say(
             f"copy {folder} and {self._path() / 'sites.json'} to the robot, and there: farhand remote "
             "--certificates FOLDER --sites sites.json --listen quic/0.0.0.0:7447"
+        )
+        return 0
+
+
+@dataclass(frozen=True)
+class HubCertificate(_InFolder):
+    """Make the certificate of a hub, through which robots and operators reach each other."""
+
+    name: SiteName
+    """The hub's name, at most 32 letters, digits, '.', '_' and '-'."""
+    san: tuple[str, ...]
+    """Host names and addresses that robots and operators dial, without port."""
+    days: int = _ROBOT_DAYS
+    """Days for which the certificate is valid."""
+
+    def run(self) -> int:
+        """Run the command and return its exit status."""
+        folder = self._registry().issue(self.name, "hub", self.san, self.days)
+        _say(
+            f"copy {folder} and {self._path() / 'sites.json'} to the hub, and there: farhand hub "
+            "--certificates FOLDER --sites sites.json --listen quic/0.0.0.0:7450"
         )
         return 0
 
@@ -82,12 +109,15 @@ class Operator(_InFolder):
     """The site's name, at most 16 letters, digits, '.', '_' and '-'; `farhand local --site-name` is the same."""
     observer: bool = False
     """Let the site watch and stop the robot, and nothing else."""
+    robots: tuple[str, ...] = ()
+    """Names of the robots that the site may reach; every robot when not given."""
     days: int = _OPERATOR_DAYS
     """Days for which the certificate is valid."""
 
     def run(self) -> int:
         """Run the command and return its exit status."""
-        folder = self._registry().issue(self.name, "observer" if self.observer else "operator", (), self.days)
+        role = "observer" if self.observer else "operator"
+        folder = self._registry().issue(self.name, role, (), self.days, robots=self.robots)
         _say(
             f"copy {folder} to the site, and there: farhand local --certificates FOLDER --site-name {self.name} "
             "--connect quic/ROBOT:7447"
@@ -131,13 +161,13 @@ class Renew(_InFolder):
     name: SiteName
     """Name of the robot or the operator's site."""
     days: int | None = None
-    """Days for which the certificate is valid; when not given 365 for a robot, 90 for an operator."""
+    """Days for which the certificate is valid; when not given 365 for a robot or hub, 90 for an operator."""
 
     def run(self) -> int:
         """Run the command and return its exit status."""
         registry = self._registry()
         right = registry.rights.get(self.name)
-        usual = _ROBOT_DAYS if right is not None and right.role == "robot" else _OPERATOR_DAYS
+        usual = _ROBOT_DAYS if right is not None and not right.is_of_site else _OPERATOR_DAYS
         days = self.days if self.days is not None else usual
         file = registry.renew(self.name, days)
         _say(f"copy {file} over the one of the site: the key stays")
@@ -156,7 +186,7 @@ class Revoke(_InFolder):
         registry = self._registry()
         registry.revoke(self.name)
         _say(
-            f"{self.name} is revoked in {self._path() / 'sites.json'}: copy it to the robots, where it takes effect at once"
+            f"{self.name} is revoked in {self._path() / 'sites.json'}: copy it to the robots and hubs, where it takes effect at once"
         )
         return 0
 
@@ -180,13 +210,15 @@ class Show(_InFolder):
         else:
             for row in rows:
                 hosts = f", dialled as {', '.join(row['hosts'])}" if row["hosts"] else ""
-                _say(f"{row['name']}: {row['role']}{hosts}; {row['state']}")
+                reached = f" of {', '.join(row['robots'])}" if row["robots"] else ""
+                _say(f"{row['name']}: {row['role']}{reached}{hosts}; {row['state']}")
         return 3 if any(row["needs_renewal"] for row in rows) else 0
 
 
 Action = (
     Annotated[Init, tyro.conf.subcommand("init", prefix_name=False)]
     | Annotated[RobotCertificate, tyro.conf.subcommand("robot", prefix_name=False)]
+    | Annotated[HubCertificate, tyro.conf.subcommand("hub", prefix_name=False)]
     | Annotated[Operator, tyro.conf.subcommand("operator", prefix_name=False)]
     | Annotated[ThrowAway, tyro.conf.subcommand("throw-away", prefix_name=False)]
     | Annotated[Renew, tyro.conf.subcommand("renew", prefix_name=False)]
@@ -220,7 +252,7 @@ def _rows(registry: Registry, now: datetime) -> list[dict[str, Any]]:
             needs_renewal = not revoked and (bool(fault) or left.days < WARNING_DAYS)
         rows.append(
             {
-                "name": issued.name, "role": issued.right.role, "hosts": list(issued.hosts),
+                "name": issued.name, "role": issued.right.role, "robots": list(issued.right.robots), "hosts": list(issued.hosts),
                 "valid_until": end.isoformat() if end is not None else None, "revoked": revoked,
                 "state": state, "needs_renewal": needs_renewal,
             }

@@ -93,16 +93,18 @@ class Registry:
         return cls(folder, Authority(certificate, key), read_rights(folder / RIGHTS_FILE))
 
     def issue(
-        self, name: str, role: Role, hosts: tuple[str, ...], days: int, now: datetime | None = None
+        self, name: str, role: Role, hosts: tuple[str, ...], days: int, now: datetime | None = None,
+        robots: tuple[str, ...] = (),
     ) -> Path:  # fmt: skip
         """Make key and certificate of a new site.
 
         Args:
             name: Name of the site, never issued before.
             role: Role of the site, which sets its rights.
-            hosts: Names and addresses by which a robot is dialled; none for the others.
+            hosts: Names and addresses by which a hub or a robot is dialled; none for a site that only dials.
             days: Validity of the certificate [days].
             now: Present time; read from the clock when not given.
+            robots: Robots that an operator or observer may reach; all of them when empty.
 
         Returns:
             The folder that goes to the site.
@@ -111,14 +113,16 @@ class Registry:
             InvalidConfiguration: When the name is known or malformed, a host or the days make no sense.
             OSError: When a file cannot be written; nothing of the site is left.
         """
-        check_name(name, "name", most=32 if role == "robot" else MOST_SITE_NAME)
-        if role == "robot" and not hosts:
-            expected = "at least one host name or address by which operators dial the robot"
+        check_name(name, "name", most=32 if role in ("robot", "hub") else MOST_SITE_NAME)
+        for robot in robots:
+            check_name(robot, "robots")
+        if role == "hub" and not hosts:
+            expected = "at least one host name or address by which robots and operators dial the hub"
             raise InvalidConfiguration("command line", "san", expected)
         hosts, days = parse_hosts(hosts), _checked_days(days)
         with self._changing():
             self._check_new(name)
-            return self._issue(name, role, hosts, days, now)
+            return self._issue(name, Right(role=role, robots=robots), hosts, days, now)
 
     def _check_new(self, name: str) -> None:
         if (known := self._rights.get(name)) is not None:
@@ -126,7 +130,9 @@ class Registry:
             state = "was revoked" if known.revoked else f"is known as {known.role}"
             raise InvalidConfiguration("command line", "name", f"a new name; {name} {state}: {remedy}")
 
-    def _issue(self, name: str, role: Role, hosts: tuple[str, ...], days: int, now: datetime | None) -> Path:
+    def _issue(
+        self, name: str, right: Right, hosts: tuple[str, ...], days: int, now: datetime | None
+    ) -> Path:
         folder, key = self.folder_of(name), new_key()
         certificate = self._authority.issue(name, key.public_key(), hosts, days, now)
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -135,7 +141,7 @@ class Registry:
             _write_key(folder / KEY_FILE, key)
             write_whole(folder / CERTIFICATE_FILE, _pem(certificate))
             write_whole(folder / CA_FILE, _pem(self.authority))
-            self._rights[name] = Right(role=role)
+            self._rights[name] = right
             self._write_rights()
         return folder
 
@@ -178,7 +184,7 @@ class Registry:
             right = self._right(name)
             if right.revoked is None:
                 moment = (now or datetime.now(UTC)).replace(microsecond=0)
-                self._rights[name] = Right(role=right.role, revoked=moment)
+                self._rights[name] = msgspec.structs.replace(right, revoked=moment)
                 self._write_rights()
             (self.folder_of(name) / KEY_FILE).unlink(missing_ok=True)
 

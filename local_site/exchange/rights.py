@@ -19,14 +19,20 @@ class RightsWatch:
     Args:
         link: To the robot.
         site_name: Name of this site, as in its certificate.
+        robot: Name of the robot.
         is_heard: Returns whether the robot serves this site as usual.
         refused: Takes the reason why it does not.
     """
 
     def __init__(
-        self, link: Link, site_name: str, is_heard: Callable[[], bool], refused: Callable[[Reason], None]
+        self,
+        link: Link,
+        site_name: str,
+        robot: str,
+        is_heard: Callable[[], bool],
+        refused: Callable[[Reason], None],
     ):
-        self._link, self._site_name = link, site_name
+        self._link, self._site_name, self._robot = link, site_name, robot
         self._is_heard, self._refused = is_heard, refused
         self._newest: Reason | None = None
         self._answered, self._closed = threading.Event(), threading.Event()
@@ -49,7 +55,7 @@ class RightsWatch:
             self._closed.wait(_AGAIN_S if self._newest is not None else 0.0)
 
     def _take(self, answer: bytes | None) -> None:
-        self._newest = explain_right(answer, self._site_name) if answer is not None else None
+        self._newest = explain_right(answer, self._site_name, self._robot) if answer is not None else None
         if self._newest is not None and not self._is_heard():
             self._refused(self._newest)
         self._answered.set()

@@ -101,7 +101,7 @@ class RealTime:
 
 PATIENCE_S = 60.0
 ATTEMPTS = 3
-_DENIALS = (Code.UNLISTED, Code.REVOKED, Code.OBSERVER)
+_DENIALS = (Code.UNLISTED, Code.REVOKED, Code.OBSERVER, Code.OTHER_ROBOT)
 
 
 class JobFailed(FarhandError):

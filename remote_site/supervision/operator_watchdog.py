@@ -6,6 +6,7 @@ import math
 
 from farhand.common.clock import BootClock
 from farhand.common.link.budget import period_s
+from farhand.common.link.endpoint import scheme_of
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (
@@ -45,9 +46,7 @@ class OperatorSession:
         self.lease = Lease(config.lease_s)
         most_bytes = MAX_TELEMETRY_BYTES + (n_frames - 1) * FRAME_BYTES
         telemetry_s = period_s(keys.TELEMETRY, config.telemetry_hz, most_bytes, config.link.rate_bps)
-        if config.link.listen.startswith(
-            "quic/"
-        ):  # on a lossy link reports come less often, see `link/pace.py`
+        if scheme_of(config.link.endpoint) == "quic":  # on a lossy link reports come less often: link/pace.py
             telemetry_s = max(telemetry_s, _SLOWED_S)
         self._freshness = Freshness(clock, config.max_age_s, telemetry_s)
         # On a link so narrow that reports are rare, even the newest report is old.

@@ -186,7 +186,7 @@ def test_a_changed_list_takes_effect_in_place_and_each_site_is_told_what_it_may_
     def code(link: ZenohLink, name: str) -> str:
         while (answer := link.ask_and_wait(keys.RIGHT, b"", 2.0)) is None:
             pass
-        why = explain_right(answer, name)
+        why = explain_right(answer, name, "rov1")
         return why.code if why is not None else ""
 
     def until(holds: Callable[[], bool]) -> None:
@@ -215,4 +215,4 @@ def test_a_changed_list_takes_effect_in_place_and_each_site_is_told_what_it_may_
     "answer", [b"", b'"\xff"', b'{"role": "\xff"}', b"[" * 100_000, b'{"role": "king"}', b"5", b'{"role": 5']
 )
 def test_a_robots_answer_about_rights_that_makes_no_sense_is_none(answer: bytes):
-    assert explain_right(answer, "shore-1") is None
+    assert explain_right(answer, "shore-1", "rov1") is None

@@ -167,7 +167,8 @@ def test_what_makes_no_sense_is_refused_by_field_and_leaves_nothing_behind(
     for call, words in (
         (lambda: issue("../x", "operator", (), 90), "name: a name of letters"),
         (lambda: issue("a" * 17, "operator", (), 90), "at most 16"),
-        (lambda: issue("rov1", "robot", (), 90), "san: at least one"),
+        (lambda: issue("shore", "hub", (), 90), "san: at least one"),
+        (lambda: issue("shore-1", "operator", (), 90, robots=("ro v",)), "robots: a name of letters"),
         (lambda: issue("rov1", "robot", ("10.0.0.256",), 90), "san: a host name"),
         (lambda: issue("rov1", "robot", ("rov1:7447",), 90), "without port"),
         (lambda: issue("shore-1", "operator", (), 0), "days: 1 to 3650"),

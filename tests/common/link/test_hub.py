@@ -1,0 +1,240 @@
+"""Through a hub each robot hears its own operators alone, and each site what it may: real sessions over real sockets."""
+
+from __future__ import annotations
+
+import itertools
+import shutil
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
+from pathlib import Path
+
+import pytest
+
+from farhand.common.address import free_port, listening_fault
+from farhand.common.link.access import explain_right
+from farhand.common.link.endpoint import EVERY_SITE, EndpointSettings
+from farhand.common.link.hub import Hub
+from farhand.common.link.link import ZenohLink
+from farhand.common.wire import keys
+from farhand.common.wire.reasons import Code
+from farhand.deploy.pki.registry import Registry
+from tests.common.link.encrypted import HOST, PATIENCE_S, Heard
+
+ROBOTS = ("rov1", "rov2")
+OPERATORS = ("shore-1", "shore-2")
+
+
+class Fleet:
+    """A hub with robots and operators, each with a certificate of the same authority."""
+
+    def __init__(self, folder: Path, scheme: str):
+        self._stack = ExitStack()
+        self._folder_of_all = folder
+        self.scheme, self.port = scheme, free_port(scheme)
+        self.registry = None
+        if scheme != "tcp":
+            self.registry = registry = Registry.create(folder / "pki", "fleet")
+            registry.issue("hub", "hub", (HOST,), 30)
+            for robot in ROBOTS:
+                registry.issue(robot, "robot", (), 30)
+            for name in OPERATORS:
+                registry.issue(name, "operator", (), 30)
+            registry.issue("watcher", "observer", (), 30)
+            registry.issue("half", "operator", (), 30, robots=("rov2",))
+        self._sites = str(folder / "pki" / "sites.json") if self.registry else ""
+        self.hub = self.open_hub()
+        self.robots = {name: self.link(name, EVERY_SITE, name) for name in ROBOTS}
+
+    def __enter__(self) -> Fleet:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def open_hub(self) -> Hub:
+        where = f"{self.scheme}/{HOST}:{self.port}"
+        settings = EndpointSettings(listen=where, certificates=self._folder("hub"), sites=self._sites)
+        return self._stack.enter_context(closing(Hub(settings)))
+
+    def link(self, vehicle: str, site: str, certified: str) -> ZenohLink:
+        where = f"{self.scheme}/{HOST}:{self.port}"
+        settings = EndpointSettings(
+            connect=where, vehicle=vehicle, site=site, certificates=self._folder(certified)
+        )
+        return self._stack.enter_context(closing(ZenohLink(settings)))
+
+    def operator(self, vehicle: str, site: str) -> ZenohLink:
+        return self.link(vehicle, site, site)
+
+    def _folder(self, name: str) -> str:
+        """Return a copy of a site's folder, which stays when its name is revoked."""
+        if self.registry is None:
+            return ""
+        copy = self._folder_of_all / name
+        if not copy.exists():
+            shutil.copytree(self.registry.folder_of(name), copy)
+        return str(copy)
+
+
+@pytest.fixture(params=["tcp", "quic"])
+def fleet(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Fleet]:
+    with Fleet(tmp_path, request.param) as fleet:
+        yield fleet
+
+
+@pytest.fixture
+def encrypted(tmp_path: Path) -> Iterator[Fleet]:
+    with Fleet(tmp_path, "quic") as fleet:
+        yield fleet
+
+
+def answer_by_name(fleet: Fleet) -> None:
+    for name, link in fleet.robots.items():
+        link.serve(keys.COMMAND, lambda request, name=name: request.answer(name.encode() + request.data))
+
+
+def until_answered(link: ZenohLink, channel: keys.Channel, data: bytes) -> bytes:
+    """Ask until the answer comes: a site that is not connected yet is answered by nothing."""
+    for _ in range(200):
+        if (answer := link.ask_and_wait(channel, data, PATIENCE_S)) is not None:
+            return answer
+        threading.Event().wait(0.05)
+    raise AssertionError("no answer")
+
+
+def send_until(holds: Callable[[], bool], send: Callable[[], None]) -> None:
+    for _ in range(1000):
+        send()
+        threading.Event().wait(0.02)
+        if holds():
+            return
+    raise AssertionError("it never arrived")
+
+
+def test_every_robot_hears_its_own_operators_alone_and_every_operator_its_own_robot(fleet: Fleet):
+    answer_by_name(fleet)
+    places = list(itertools.product(ROBOTS, OPERATORS))
+    links = {place: fleet.operator(*place) for place in places}
+    hand = {name: Heard(link, keys.INPUT) for name, link in fleet.robots.items()}
+    reports = {place: Heard(link, keys.TELEMETRY) for place, link in links.items()}
+    for (robot, operator), link in links.items():
+        assert until_answered(link, keys.COMMAND, operator.encode()) == (robot + operator).encode()
+    for k, ((robot, _), link) in enumerate(links.items()):
+        number = k.to_bytes(4, "big")
+        send_until(
+            lambda robot=robot, k=k: k in hand[robot].items,
+            lambda link=link, number=number: link.send(keys.INPUT, number),
+        )
+    for k, (name, link) in enumerate(fleet.robots.items()):
+        number = k.to_bytes(4, "big")
+        heard = [reports[place] for place in places if place[0] == name]
+        send_until(
+            lambda heard=heard, k=k: all(k in each.items for each in heard),
+            lambda link=link, number=number: link.send(keys.TELEMETRY, number),
+        )
+    for name, heard in hand.items():
+        assert set(heard.items) == {k for k, place in enumerate(places) if place[0] == name}
+    for (robot, _), heard in reports.items():
+        assert set(heard.items) == {ROBOTS.index(robot)}
+
+
+def test_the_robots_that_are_there_are_found_and_those_that_left_are_not(fleet: Fleet):
+    wait_until(lambda: fleet.hub.presence().robots == ROBOTS)
+    fleet.robots["rov1"].close()
+    wait_until(lambda: fleet.hub.presence().robots == ("rov2",))
+
+
+def test_all_are_back_after_the_hub_was_restarted(fleet: Fleet):
+    answer_by_name(fleet)
+    operator = fleet.operator("rov1", "shore-1")
+    assert until_answered(operator, keys.COMMAND, b"1") == b"rov11"
+    fleet.hub.close()
+    assert operator.ask_and_wait(keys.COMMAND, b"2", 0.5) is None
+    wait_until(lambda: not listening_fault(f"{fleet.scheme}/{HOST}:{fleet.port}"))
+    fleet.open_hub()
+    assert until_answered(operator, keys.COMMAND, b"3") == b"rov13"
+
+
+def test_a_site_does_what_the_list_of_the_hub_allows_it(encrypted: Fleet):
+    answer_by_name(encrypted)
+    for name, link in encrypted.robots.items():
+        link.serve(keys.REPORT, lambda request, name=name: request.answer(name.encode()))
+    watcher, half = encrypted.operator("rov1", "watcher"), encrypted.operator("rov2", "half")
+    wrong, shore = encrypted.operator("rov1", "half"), encrypted.operator("rov1", "shore-1")
+    assert until_answered(watcher, keys.REPORT, b"") == b"rov1"
+    assert until_answered(half, keys.COMMAND, b"!") == b"rov2!"
+    assert until_answered(shore, keys.COMMAND, b"!") == b"rov1!"
+    assert watcher.ask_and_wait(keys.COMMAND, b"!", 0.5) is None
+    assert wrong.ask_and_wait(keys.COMMAND, b"!", 0.5) is None
+    assert wrong.ask_and_wait(keys.REPORT, b"", 0.5) is None
+
+    def why(link: ZenohLink, site: str, robot: str) -> str | None:
+        reason = explain_right(until_answered(link, keys.RIGHT, b""), site, robot)
+        return reason.code if reason is not None else None
+
+    assert why(watcher, "watcher", "rov1") == Code.OBSERVER
+    assert why(wrong, "half", "rov1") == Code.OTHER_ROBOT
+    assert why(half, "half", "rov2") is None
+    stops = Heard(encrypted.robots["rov1"], keys.STOP)
+    send_until(
+        lambda: 7 in stops.items, lambda: watcher.send(keys.STOP, (7).to_bytes(4, "big"))
+    )  # an observer may stop
+
+
+def test_who_is_revoked_at_the_hub_is_out_while_the_others_go_on(encrypted: Fleet):
+    answer_by_name(encrypted)
+    first, second = (encrypted.operator("rov1", name) for name in OPERATORS)
+    for link in (first, second):
+        until_answered(link, keys.COMMAND, b"")
+    assert encrypted.registry is not None
+    encrypted.registry.revoke("shore-1")
+
+    def is_out() -> bool:
+        answer = first.ask_and_wait(keys.RIGHT, b"", 1.0)
+        why = explain_right(answer, "shore-1", "rov1") if answer is not None else None
+        return why is not None and why.code == Code.REVOKED
+
+    wait_until(is_out)
+    assert first.ask_and_wait(keys.COMMAND, b"!", 0.5) is None
+    assert until_answered(second, keys.COMMAND, b"!") == b"rov1!"
+
+
+@pytest.mark.parametrize(
+    ("certified", "vehicle", "site"),
+    [
+        ("rov1", "rov2", EVERY_SITE),  # a robot poses as another one
+        ("shore-2", "rov1", EVERY_SITE),  # an operator poses as a robot
+        ("half", "rov2", "shore-1"),  # an operator poses as another one
+    ],
+)
+def test_nobody_speaks_under_a_name_that_its_certificate_does_not_have(
+    tmp_path: Path, certified: str, vehicle: str, site: str
+):
+    with Fleet(tmp_path, "tls") as fleet:
+        answer_by_name(fleet)
+        operator = fleet.operator(vehicle, "shore-1")
+        assert until_answered(operator, keys.COMMAND, b"") == vehicle.encode()
+        hand, reports = Heard(fleet.robots[vehicle], keys.STOP), Heard(operator, keys.TELEMETRY)
+        false = fleet.link(vehicle, EVERY_SITE, certified)
+        heard = Heard(false, keys.STOP)
+        posing = keys.STOP if site != EVERY_SITE else keys.TELEMETRY
+        if site != EVERY_SITE:
+            false._site = site  # the name that its certificate does not have
+        for _ in range(20):
+            false.send(posing, (99).to_bytes(4, "big"))
+        send_until(lambda: 1 in hand.items, lambda: operator.send(keys.STOP, (1).to_bytes(4, "big")))
+        send_until(
+            lambda: 2 in reports.items,
+            lambda: fleet.robots[vehicle].send(keys.TELEMETRY, (2).to_bytes(4, "big")),
+        )
+        assert 99 not in (*hand.items, *reports.items)
+        assert 1 not in heard.items  # of its own it hears what it sends
+
+
+def wait_until(holds: Callable[[], bool]) -> None:
+    for _ in range(1000):
+        if holds():
+            return
+        threading.Event().wait(0.02)
+    raise AssertionError("it never came to hold")
