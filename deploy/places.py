@@ -63,6 +63,15 @@ def find_robot(name_or_file: str) -> RobotFile:
     return load_robot(_file_of("robot", _ROBOTS, name_or_file))
 
 
+def robot_names() -> list[str]:
+    """Return the names of the robots that come with Farhand."""
+    return _names(_ROBOTS)
+
+
+def _names(folder: Path) -> list[str]:
+    return sorted(file.stem for file in folder.glob("*.toml"))
+
+
 def _file_of(kind: str, folder: Path, name_or_file: str) -> Path:
     """Return a file as given, or the one of that name among those that come with Farhand.
 
@@ -74,7 +83,7 @@ def _file_of(kind: str, folder: Path, name_or_file: str) -> Path:
         return path
     path = folder / f"{name_or_file}.toml"
     if not re.match(PATTERN, name_or_file) or not path.is_file():
-        known = ", ".join(sorted(file.stem for file in folder.glob("*.toml")))
+        known = ", ".join(_names(folder))
         raise InvalidConfiguration(kind, "", f"{known}, or a .toml file; got {name_or_file!r}")
     return path
 

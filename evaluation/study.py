@@ -42,6 +42,7 @@ STUDIES = {
     "hot-stab-cuts": "farhand.evaluation.live.hot_stab_cuts",
     "hot-stab-links": "farhand.evaluation.live.hot_stab_links",
     "robustness": "farhand.evaluation.arm.robustness",
+    "cross-arms": "farhand.evaluation.arm.cross_arms",
     "arm-soak": "farhand.evaluation.arm.arm_soak",
     "hot-stab-point": "farhand.evaluation.paper.hot_stab_point",
     "promp": "farhand.evaluation.paper.promp",

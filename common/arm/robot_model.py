@@ -73,6 +73,7 @@ def _read(robot: RobotFile) -> MjSpec:
         file = Path(mesh.file).name if spec.strippath else mesh.file
         if file and not (folder / file).is_file():
             raise robot.invalid("assets", f"the folder with the mesh {file}, got {folder}")
+        mesh.file = file  # a part of another model would keep the path
     spec.meshdir = str(folder)
     for number, geom in enumerate(spec.geoms):
         geom.name = geom.name or f"geom_{number}"

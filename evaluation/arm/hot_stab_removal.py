@@ -243,6 +243,7 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     """Draw the pictures of `hot-stab`: demonstrations in both frames, model, executions."""
     part = [r for r in results if r["scenario"] == "typical"][:12]
     runs = [(np.stack(_run(case)[0].local), case["success"]) for case in part]
-    figure: Figure = draw_motions(shown(), taught(), runs)
+    own_arm = results[0].get("own_arm", "")
+    figure: Figure = draw_motions(shown(own_arm), taught(own_arm), runs)
     figure.savefig(out_dir / "hot-stab-removal.png", dpi=130)
     return ["hot-stab-removal.png"]

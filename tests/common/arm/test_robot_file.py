@@ -222,6 +222,13 @@ def test_a_file_that_changes_is_read_again(tmp_path: Path):
         load_robot(tmp_path / "other.toml")
 
 
+def test_the_panda_is_the_same_arm_from_its_urdf_whose_meshes_are_those_of_a_ros_package():
+    urdf, mjcf_ = (Kinematics(Cell(robot=find_robot(name))) for name in ("panda-urdf", "panda"))
+    np.testing.assert_allclose(urdf.tip, mjcf_.tip, atol=1e-5)
+    np.testing.assert_allclose(urdf.jacobian(), mjcf_.jacobian(), atol=1e-5)
+    np.testing.assert_allclose(urdf.model.body_mass, mjcf_.model.body_mass, rtol=1e-5)
+
+
 URDF = """
 <robot name="small">
   <link name="base"><collision><geometry><cylinder radius="0.06" length="0.1"/></geometry></collision></link>

@@ -8,7 +8,7 @@ import pytest
 
 from farhand.evaluation.arm import robustness
 from farhand.evaluation.arm.arm_trial import Conditions
-from farhand.evaluation.study import plain, reporting_seeds, tuning_seeds
+from farhand.evaluation.study import chosen, plain, reporting_seeds, tuning_seeds
 from farhand.remote_site.perception.simulated_sight import TYPICAL
 
 
@@ -31,6 +31,16 @@ def test_what_an_exact_tracker_mends_failed_for_want_of_perception(
     assert len(summary["grid"]) == 36 and "| 1 of 1 |" in markdown
     (figure,) = robustness.draw(results, tmp_path)
     assert (tmp_path / figure).read_bytes().startswith(b"\x89PNG")
+
+    part = chosen(results, "required")
+    summary, markdown = robustness.summarise(part)
+    assert (
+        "grid" not in summary
+        and "wide box" not in summary
+        and all(each["required"] for each in summary.values())
+    )
+    assert markdown.startswith("# ") and robustness.draw(part, tmp_path) == []
+    assert robustness.summarise(chosen(results, "grid"))[1].startswith("# ")
 
 
 def test_jumps_come_at_all_distances_before_the_mouth():
