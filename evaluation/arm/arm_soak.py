@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from farhand.evaluation.arm.arm_trial import Trial
 from farhand.evaluation.arm.hot_stab import taught
 from farhand.evaluation.arm.robustness import SCENARIOS, conditions_of
-from farhand.evaluation.metrics.tables import rate, table
+from farhand.evaluation.metrics.tables import rate, table, write_figure
 from farhand.evaluation.study import Case, reporting_seeds
 
 _TRIALS = 1000
@@ -77,7 +77,7 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     axes = figure.subplots()
     axes.plot([row["resident_mib"] for row in results[0]["rows"]])
     axes.set(xlabel="trial", ylabel="memory [MiB]", ylim=(0.0, None))
-    figure.savefig(out_dir / "arm-soak.png", dpi=130)
+    write_figure(figure, out_dir / "arm-soak.png")
     return ["arm-soak.png"]
 
 

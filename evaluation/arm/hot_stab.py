@@ -29,7 +29,7 @@ from farhand.evaluation.arm.arm_record import HEADER, TrialRecord, row_of, summa
 from farhand.evaluation.arm.arm_trial import Conditions, Trial, arm_cell
 from farhand.evaluation.metrics.motion_metrics import dtw_rms, time_rms
 from farhand.evaluation.metrics.sensor import TRACKER, Sensor
-from farhand.evaluation.metrics.tables import table
+from farhand.evaluation.metrics.tables import table, write_figure
 from farhand.evaluation.study import Case, by_value, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
@@ -164,5 +164,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     runs = [(np.stack(_run(case).local), case["success"]) for case in part]
     own_arm = _taught_on(results[0])
     figure: Figure = draw_motions(shown(own_arm), taught(own_arm), runs)
-    figure.savefig(out_dir / "hot-stab.png", dpi=130)
+    write_figure(figure, out_dir / "hot-stab.png")
     return ["hot-stab.png"]

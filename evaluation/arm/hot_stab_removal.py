@@ -46,7 +46,7 @@ from farhand.evaluation.arm.arm_record import TrialRecord, outcome_cells, outcom
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial, arm_cell
 from farhand.evaluation.arm.hot_stab import LAMBDA_M
 from farhand.evaluation.metrics.motion_metrics import dtw_rms, time_rms
-from farhand.evaluation.metrics.tables import table
+from farhand.evaluation.metrics.tables import table, write_figure
 from farhand.evaluation.study import Case, by_value, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
@@ -245,5 +245,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     runs = [(np.stack(_run(case)[0].local), case["success"]) for case in part]
     own_arm = results[0].get("own_arm", "")
     figure: Figure = draw_motions(shown(own_arm), taught(own_arm), runs)
-    figure.savefig(out_dir / "hot-stab-removal.png", dpi=130)
+    write_figure(figure, out_dir / "hot-stab-removal.png")
     return ["hot-stab-removal.png"]

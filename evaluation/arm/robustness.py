@@ -28,7 +28,7 @@ from farhand.evaluation.arm.arm_figures import SuccessRate, draw_rates
 from farhand.evaluation.arm.arm_record import HEADER, TrialRecord, row_of, summary_of
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught
-from farhand.evaluation.metrics.tables import rate, table, wilson_interval
+from farhand.evaluation.metrics.tables import rate, table, wilson_interval, write_figure
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.remote_site.perception.simulated_sight import CLEAN, TYPICAL
 
@@ -213,5 +213,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
         }
         for robot in ROBOTS
     }
-    draw_rates(scenarios, grid, GRID_MM).savefig(out_dir / "robustness.png", dpi=130)
+    write_figure(draw_rates(scenarios, grid, GRID_MM), out_dir / "robustness.png")
     return ["robustness.png"]

@@ -19,7 +19,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from farhand.evaluation.human.handwriting import lasa_files
 from farhand.evaluation.metrics.baselines import GRID
-from farhand.evaluation.metrics.tables import rate, table
+from farhand.evaluation.metrics.tables import rate, table, write_figure
 from farhand.evaluation.study import Case
 from farhand.local_site.recordings.importing import read_demonstrations
 from farhand.local_site.recordings.options import ImportOptions, Kind
@@ -170,5 +170,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
         axes.set(title=name, xlabel=f"their error [{_UNIT[name]}]", ylabel=f"our error [{_UNIT[name]}]")
         axes.set(aspect="equal", xlim=limits, ylim=limits)
         axes.legend(title="below the line: ours is nearer", fontsize=8, title_fontsize=8)
-    figure.savefig(out_dir / "human.png", dpi=130)
+    write_figure(figure, out_dir / "human.png")
     return ["human.png"]

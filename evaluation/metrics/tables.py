@@ -1,12 +1,17 @@
-"""Tables and rates as Markdown; rates carry Wilson's interval."""
+"""Tables and rates as Markdown, with Wilson's interval, and figures as files."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from io import BytesIO
+from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
+
+from farhand.common.whole_file import write_whole
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -57,3 +62,14 @@ def wilson_interval(successes: int, trials: int, z: float = _Z_95) -> tuple[floa
     low = 0.0 if successes == 0 else max(0.0, centre - half)
     high = 1.0 if successes == trials else min(1.0, centre + half)
     return low, high
+
+
+def write_figure(figure: Figure, file: Path, dpi: int = 130) -> None:
+    """Write a figure as a file of the kind that its name ends in.
+
+    Raises:
+        OSError: When it cannot be written; its content is unchanged.
+    """
+    drawn = BytesIO()
+    figure.savefig(drawn, format=file.suffix[1:], dpi=dpi)
+    write_whole(file, drawn.getvalue())

@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from farhand.evaluation.metrics.tables import quantiles, table
+from farhand.evaluation.metrics.tables import quantiles, table, write_figure
 from farhand.evaluation.paper.approach_task import LAMBDA_M
 from farhand.evaluation.paper.approach_trials import taught
 from farhand.evaluation.study import Case, reporting_seeds
@@ -131,5 +131,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     axes.set_xticks(range(len(FORMS)), FORMS)
     axes.set(yscale="log", ylabel="error of the worst mean [mm]")
     axes.grid(alpha=0.3, axis="y")
-    figure.savefig(out_dir / "algorithm-1.png", dpi=130)
+    write_figure(figure, out_dir / "algorithm-1.png")
     return ["algorithm-1.png"]

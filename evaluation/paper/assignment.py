@@ -22,7 +22,7 @@ from farhand.common.errors import InvalidInput
 from farhand.common.model.gaussian_product import frame_shares, idle_frames
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.evaluation.metrics.motion_metrics import dtw_rms
-from farhand.evaluation.metrics.tables import rate, spread, table
+from farhand.evaluation.metrics.tables import rate, spread, table, write_figure
 from farhand.evaluation.paper.handle_task import LAMBDA_M, N_DEMONSTRATIONS, Scene, demonstrate, random_scene
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.dp_means import FRAME_RULES
@@ -178,5 +178,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
         axes.set(ylabel=label, ylim=(0, None))
         axes.grid(alpha=0.3)
         axes.legend(fontsize=8)
-    figure.savefig(out_dir / "assignment.png", dpi=130)
+    write_figure(figure, out_dir / "assignment.png")
     return ["assignment.png"]

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from farhand.evaluation.metrics.baselines import PAPER, PrompBaseline, mean_warp
 from farhand.evaluation.metrics.motion_metrics import approach_of, at_phases, dtw_rms
-from farhand.evaluation.metrics.tables import rate, spread, table, wilson_interval
+from farhand.evaluation.metrics.tables import rate, spread, table, wilson_interval, write_figure
 from farhand.evaluation.paper.approach_task import TAUGHT_STARTS, demonstrate, random_frame
 from farhand.evaluation.paper.approach_trials import taught
 from farhand.evaluation.paper.closed_loop import Disturbance, execute
@@ -84,5 +84,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     left.set(xlabel="demonstrations", ylabel="success [%]", ylim=(0, 103))
     right.set(xlabel="demonstrations", ylabel="RMSE, DTW, to the hand [cm]", ylim=(0, None))
     right.legend(fontsize=8)
-    figure.savefig(out_dir / "few-shot.png", dpi=130)
+    write_figure(figure, out_dir / "few-shot.png")
     return ["few-shot.png"]

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from farhand.evaluation.metrics.motion_metrics import approach_of
-from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval
+from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval, write_figure
 from farhand.evaluation.paper.approach_trials import scene, taught
 from farhand.evaluation.paper.closed_loop import SETTINGS, execute
 from farhand.evaluation.study import Case, reporting_seeds
@@ -76,5 +76,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
         xlabel="age of the task frame [s]", ylabel="error at the mouth [mm]", ylim=(0, None), xlim=(0, None)
     )
     axes.legend(fontsize=8)
-    figure.savefig(out_dir / "frame-age.png", dpi=130)
+    write_figure(figure, out_dir / "frame-age.png")
     return ["frame-age.png"]

@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from farhand.evaluation.metrics.motion_metrics import approach_of, dtw_rms, time_rms
-from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wilson_interval
+from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wilson_interval, write_figure
 from farhand.evaluation.paper.approach_trials import SCENARIOS, hands, scene, stepping, taught
 from farhand.evaluation.paper.closed_loop import Disturbance, execute
 from farhand.evaluation.study import Case, by_value, reporting_seeds
@@ -148,5 +148,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
         loc="upper left",
         fontsize=8,
     )
-    figure.savefig(out_dir / "hot-stab-point.png", dpi=130)
+    write_figure(figure, out_dir / "hot-stab-point.png")
     return ["hot-stab-point.png"]

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from farhand.evaluation.metrics.motion_metrics import approach_of, dtw_rms, time_rms
-from farhand.evaluation.metrics.tables import rate, spread, table
+from farhand.evaluation.metrics.tables import rate, spread, table, write_figure
 from farhand.evaluation.paper.approach_trials import hands, scene, stepping, taught
 from farhand.evaluation.paper.closed_loop import Disturbance, execute
 from farhand.evaluation.study import Case, reporting_seeds
@@ -103,5 +103,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     for axes in (left, right):
         axes.legend(fontsize=8)
         axes.grid(alpha=0.3, which="both")
-    figure.savefig(out_dir / "lambda.png", dpi=130)
+    write_figure(figure, out_dir / "lambda.png")
     return ["lambda.png"]

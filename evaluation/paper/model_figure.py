@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from io import BytesIO
 from pathlib import Path
 
 import matplotlib
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.whole_file import write_whole
+from farhand.evaluation.metrics.tables import write_figure
 
 _FILES = (".png", ".pdf", ".svg")
 
@@ -42,9 +41,7 @@ def draw_model(model: TPHSMM, file: Path) -> None:
     colours = matplotlib.colormaps["viridis"](0.9 * model.phase)
     _draw_components(left, model)
     _draw_durations(right, model, colours)
-    drawn = BytesIO()
-    figure.savefig(drawn, format=file.suffix[1:], dpi=160)
-    write_whole(file, drawn.getvalue())
+    write_figure(figure, file, dpi=160)
 
 
 def draw_components(axes: Axes, model: TPHSMM, origin: ArrayLike = 0.0) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from farhand.common.model.task_frame import TaskFrame
 from farhand.evaluation.metrics.baselines import PAPER, PrompBaseline
 from farhand.evaluation.metrics.motion_metrics import Approach, approach_of
-from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval
+from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval, write_figure
 from farhand.evaluation.paper.approach_task import (
     TAUGHT_STARTS,
     random_direction,
@@ -150,5 +150,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
         axes.plot(start @ sideways, start[2], "s", color="tab:red", label="start")
         axes.set(aspect="equal", xlabel="beside the axis [m]", ylabel="along the axis [m]")
     figure.axes[1].legend(fontsize=8, loc="lower right")
-    figure.savefig(out_dir / "moving-target.png", dpi=130)
+    write_figure(figure, out_dir / "moving-target.png")
     return ["moving-target.png"]

@@ -20,7 +20,7 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.mixture import GaussianMixture
 
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.evaluation.metrics.tables import quantiles, table
+from farhand.evaluation.metrics.tables import quantiles, table, write_figure
 from farhand.evaluation.paper.approach_task import LAMBDA_M, N_DEMONSTRATIONS, demonstrations
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
@@ -149,5 +149,5 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
         title="Learning five demonstrations",
     )
     right.set(xlabel="batch EM", ylabel="online", title="Log likelihood of a sixth, per point")
-    figure.savefig(out_dir / "online-batch.png", dpi=130)
+    write_figure(figure, out_dir / "online-batch.png")
     return ["online-batch.png"]

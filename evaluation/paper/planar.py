@@ -22,7 +22,7 @@ from farhand.common.task import PointTask
 from farhand.deploy.places import find_point_task
 from farhand.evaluation.metrics.motion_metrics import rms
 from farhand.evaluation.metrics.sensor import TRACKER
-from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval
+from farhand.evaluation.metrics.tables import quantiles, rate, table, wilson_interval, write_figure
 from farhand.evaluation.paper.closed_loop import Disturbance, PointExecution, execute
 from farhand.evaluation.paper.model_figure import draw_components, draw_model
 from farhand.evaluation.study import Case, reporting_seeds
@@ -143,7 +143,7 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     middle.plot(*executed.world[0], "s", color="tab:red", label="start")
     middle.legend(loc="lower left", fontsize=8)
     _draw_execution(right, executed, truth)
-    figure.savefig(out_dir / "planar-fig2.png", dpi=130)
+    write_figure(figure, out_dir / "planar-fig2.png")
     draw_model(models[-1], out_dir / "planar-fig3.png")
     return ["planar-fig2.png", "planar-fig3.png"]
 

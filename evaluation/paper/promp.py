@@ -35,7 +35,7 @@ from farhand.evaluation.metrics.motion_metrics import (
     spectral_arc_length,
     time_rms,
 )
-from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wilson_interval
+from farhand.evaluation.metrics.tables import quantiles, rate, spread, table, wilson_interval, write_figure
 from farhand.evaluation.paper.approach_task import FAR_STARTS, TAUGHT_STARTS, demonstrate, random_frame
 from farhand.evaluation.paper.approach_trials import hands, stepping, taught
 from farhand.evaluation.paper.closed_loop import Disturbance, execute
@@ -179,7 +179,7 @@ def draw(results: list[Case], out_dir: Path) -> list[str]:
     right.axhline(5.0, color="tab:red", linestyle="--", linewidth=1.0)
     right.set(xlabel="distance from the nearest demonstrated start [m]", ylabel="approach off the axis [deg]", yscale="log")  # fmt: skip
     right.legend(fontsize=8)
-    figure.savefig(out_dir / "promp.png", dpi=130)
+    write_figure(figure, out_dir / "promp.png")
     return ["promp.png"]
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from farhand.evaluation.human.human_report import files
-from farhand.evaluation.study import STUDIES, chosen, plain, tuning_seeds, words
+from farhand.evaluation.study import STUDIES, chosen, tuning_seeds, words
+from farhand.evaluation.study_record import plain
 
 # What a study must find even at this size.
 FINDS = {

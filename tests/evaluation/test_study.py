@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,6 +48,13 @@ def test_trials_keep_their_order_and_run_in_other_processes(tmp_path):
     assert os.getpid() not in {trial["process"] for trial in trials}
     heads = [bool(np.random.default_rng(trial["seed"]).random() < 0.5) for trial in trials]
     assert [trial["success"] for trial in trials] == heads
+
+
+@pytest.mark.parametrize("out", ["a file/results", "/proc/results"])
+def test_a_folder_that_cannot_be_written_is_refused_before_the_first_trial(out: str, tmp_path: Path):
+    (tmp_path / "a file").touch()
+    with pytest.raises(InvalidConfiguration, match="out: a folder that can be written"):
+        run("coins", 1, 0, tmp_path / out, "")
 
 
 def test_what_is_not_finite_becomes_null(tmp_path):

@@ -8,7 +8,8 @@ import pytest
 
 from farhand.evaluation.arm import robustness
 from farhand.evaluation.arm.arm_trial import Conditions
-from farhand.evaluation.study import chosen, plain, reporting_seeds, tuning_seeds
+from farhand.evaluation.study import chosen, reporting_seeds, tuning_seeds
+from farhand.evaluation.study_record import plain
 from farhand.remote_site.perception.simulated_sight import TYPICAL
 
 
