@@ -63,6 +63,7 @@ class RobotFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="robot")
         stopped_by_fault: True if a guard stopped it rather than an operator.
         waiting: Number of messages that wait for the control loop.
         not_understood: Reason why a connected site is not understood; empty for none.
+        misnamed: Number of refused requests under another name than that in the sender's certificate.
     """
 
     mode: str
@@ -77,6 +78,7 @@ class RobotFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="robot")
     stopped_by_fault: bool
     waiting: int
     not_understood: str = ""
+    misnamed: int = 0
 
 
 class LinkFacts(Struct, frozen=True, kw_only=True, tag_field="of", tag="link"):

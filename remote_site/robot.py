@@ -10,13 +10,14 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from farhand.common.arm.cell import Cell
 from farhand.common.clock import BootClock
 from farhand.common.errors import InvalidMessage
 from farhand.common.link.budget import limit_flows, part_bytes
-from farhand.common.link.interface import Link, Request
+from farhand.common.link.interface import Link, Request, site_of
 from farhand.common.log import loop_logger
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
@@ -176,18 +177,20 @@ class Robot:
             self._link.subscribe(channel, partial(self._on_message, kind, handle))
         for channel, kind, handle in (
             (keys.COMMAND, Command, supervisor.on_command),
-            (keys.LEASE, LeaseRequest, supervisor.on_lease),
             (keys.REPORT, ReportRequest, self._on_report),
             (keys.EVENTS, EventsRequest, supervisor.events.answer),
             (keys.CATALOGUE, CatalogueRequest, self._on_catalogue),
             (keys.BLOB, BlobRequest, self._on_blob),
         ):
             self._link.serve(channel, partial(self._on_request, kind, partial(self._answer, handle)))
+        self._link.serve(keys.LEASE, partial(self._on_request, LeaseRequest, self._on_lease))
         self._link.serve(keys.MODEL, partial(self._on_request, ModelTransfer, self._on_model))
 
     def _on_message(self, kind: type[Message], handle: Callable[..., None], data: bytes) -> bool:
         """Judge a message, and return whether its sender may go on at once; from any thread."""
         message = self._understood(data, kind, "dropped")
+        if isinstance(message, Stop) and (site := site_of(data)):
+            message = structs.replace(message, site_name=site)  # whatever it calls itself
         return message is not None and self._inbox.put(message, partial(handle, message))
 
     def _on_request(
@@ -212,6 +215,9 @@ class Robot:
 
     def _answer(self, handle: Callable[..., Message], message: Message, request: Request) -> None:
         request.answer(encode(handle(message)))
+
+    def _on_lease(self, message: LeaseRequest, request: Request) -> None:
+        request.answer(encode(self.supervisor.on_lease(message, site_of(request.data))))
 
     def _on_model(self, transfer: ModelTransfer, request: Request) -> None:
         taken = self.supervisor.reception.take(transfer)

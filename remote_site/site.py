@@ -137,7 +137,7 @@ class RemoteSite:
             model=newest.sha256[:8] if newest is not None else "",
             stopped_because=sentence(stop.reason, stop.cause) if stop is not None else "",
             stopped_by_fault=stop is not None and not stop.who, waiting=robot.waiting,
-            not_understood=supervisor.contact.not_understood,
+            not_understood=supervisor.contact.not_understood, misnamed=supervisor.contact.misnamed,
         )  # fmt: skip
 
     def warm_up(self) -> None:

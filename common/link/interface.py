@@ -7,6 +7,29 @@ from typing import Protocol
 
 from farhand.common.wire.keys import Channel
 
+
+class Signed(bytes):
+    """Bytes of a site whose name is bound to its certificate.
+
+    Args:
+        data: The bytes.
+        site: Name of the site.
+    """
+
+    site: str
+
+    def __new__(cls, data: bytes, site: str) -> Signed:
+        """Return the bytes with the name."""
+        signed = super().__new__(cls, data)
+        signed.site = site
+        return signed
+
+
+def site_of(data: bytes) -> str:
+    """Return the name of the site that has sent these bytes; empty where no certificate tells it."""
+    return data.site if isinstance(data, Signed) else ""
+
+
 Deliver = Callable[[bytes], bool | None]
 """Receiver of a message; never blocks. It returns False for an unwanted message, whose sender must slow down."""
 Answered = Callable[[bytes | None], None]
@@ -17,7 +40,7 @@ class Request(Protocol):
 
     @property
     def data(self) -> bytes:
-        """The question."""
+        """The question; `Signed` where a certificate tells who asks."""
         ...
 
     def answer(self, data: bytes) -> None:

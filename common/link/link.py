@@ -23,7 +23,7 @@ from farhand.common.link.certificates import check_site_certificate
 from farhand.common.link.connection_faults import DeafListeners
 from farhand.common.link.copies import Once, Question
 from farhand.common.link.endpoint import MOST_SESSIONS, EndpointSettings, scheme_of
-from farhand.common.link.interface import Answered, Deliver, Handle
+from farhand.common.link.interface import Answered, Deliver, Handle, Signed
 from farhand.common.link.outbox import Outbox
 from farhand.common.link.quic import QuicDelivery, copy_of, site_in
 from farhand.common.link.session import Session, ZenohRequest, in_reader, reply_to
@@ -57,6 +57,7 @@ class ZenohLink:
         if settings.certificates:
             check_site_certificate(settings.certificate_folder, _log.warning)
         self._site = settings.speaks_as
+        self._knows_senders = bool(settings.is_of_robot and settings.certificates)
         self._quic: QuicDelivery | None = None
         self._session = self._streams = Session(settings)
         self._deaf = DeafListeners(self.connected_to, settings.listen, dropped) if settings.listen else None
@@ -105,7 +106,7 @@ class ZenohLink:
         def take(sample: zenoh.Sample) -> bool | None:
             if quic is not None:
                 quic.arrived(channel, sample)
-            return deliver(sample.payload.to_bytes())
+            return deliver(self._data(sample))
 
         taker = self._taker(channel, take)
         session = self._streams if channel.is_streamed else self._session
@@ -116,16 +117,16 @@ class ZenohLink:
         key, outbox, once = channel.of(self._site), self._outboxes[channel.urgency], Once(handle)
 
         def take_query(query: zenoh.Query) -> bool | None:
+            data = self._data(query)
             if (copy := copy_of(query)) is None:
-                return handle(ZenohRequest(query, outbox))
-            data = query.payload.to_bytes() if query.payload else b""
+                return handle(ZenohRequest(query, data, outbox))
             return once.take(copy[0], data, lambda answer: outbox.submit(lambda: reply_to(query, answer)))
 
         def take_datagram(sample: zenoh.Sample) -> bool | None:
             if (copy := copy_of(sample)) is None:
                 return False
             answers = answers_for(site_in(sample), copy[1])
-            return once.take(copy[0], sample.payload.to_bytes(), self._by_datagram(channel, answers, copy[0]))
+            return once.take(copy[0], self._data(sample), self._by_datagram(channel, answers, copy[0]))
 
         taker = self._taker(channel, take_query)
         self._session.declare(lambda session: session.declare_queryable(key, taker))
@@ -195,6 +196,11 @@ class ZenohLink:
 
     def _is_connected(self) -> bool:
         return all(session.locators() for session in {self._session, self._streams})
+
+    def _data(self, item: zenoh.Query | zenoh.Sample) -> bytes:
+        """Return the bytes of an item, with the sender's name where its certificate tells it."""
+        data = item.payload.to_bytes() if item.payload else b""
+        return Signed(data, site_in(item)) if self._knows_senders else data
 
     @staticmethod
     def _tell_rights(access: AccessWatch) -> Callable[[zenoh.Session], Any]:

@@ -182,12 +182,13 @@ class ZenohRequest:
 
     Args:
         query: The question.
+        data: Bytes of the question.
         outbox: Sends the answer.
     """
 
-    def __init__(self, query: zenoh.Query, outbox: Outbox):
+    def __init__(self, query: zenoh.Query, data: bytes, outbox: Outbox):
         self._query, self._outbox = query, outbox
-        self.data = query.payload.to_bytes() if query.payload else b""
+        self.data = data
 
     def answer(self, data: bytes) -> None:
         """Answer it, from any thread, without blocking."""

@@ -49,6 +49,7 @@ class Code(StrEnum):
     REVOKED = "revoked"
     OBSERVER = "observer"
     OTHER_ROBOT = "other-robot"
+    OTHER_NAME = "other name"
 
     # Commands
     NOT_ANSWERED = "not answered"

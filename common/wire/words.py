@@ -34,6 +34,7 @@ WORDS: dict[Code, str] = {
     Code.CONTROL_LOST: "{site} is not in control any more: {cause}",
     Code.UNLISTED: "the robot refuses this site: its list of sites does not name {site}",
     Code.REVOKED: "the robot refuses this site: {site} was revoked on {text}",
+    Code.OTHER_NAME: "refused: the certificate is that of {site}, and the request calls the site {text}; start it as {site}",
     Code.OBSERVER: "{site} may watch and stop alone, as the robot's list of sites says",
     Code.OTHER_ROBOT: "the list of sites lets {site} reach other robots, not {text}",
     # Commands

@@ -57,6 +57,8 @@ class OperatorSession:
         self.heartbeat_seq = 0
         self.heartbeat_received_ns = 0
         self.stale_refused = 0
+        self.misnamed = 0
+        """Number of requests under another name than that in the sender's certificate, all of them refused."""
         self._other_version, self._other_version_s = "", -math.inf
         self.delay_changed = False
         """True once the usual delay has changed: the coupled operator is decoupled for it, then this is cleared."""
@@ -71,9 +73,22 @@ class OperatorSession:
         recent = self._clock.now_s() - self._other_version_s < _OTHER_VERSION_S
         return self._other_version if recent else ""
 
-    def answer(self, request: LeaseRequest, tasks: TaskSet, now: Stamp) -> LeaseReply:
-        """Grant, renew or refuse the lease, and say what the robot is."""
-        reason, age_s = self._refusal(request)
+    def answer(
+        self, request: LeaseRequest, tasks: TaskSet, now: Stamp, certified: str = ""
+    ) -> LeaseReply:  # fmt: skip
+        """Grant, renew or refuse the lease, and say what the robot is.
+
+        Args:
+            request: The request.
+            tasks: Tasks of the robot.
+            now: Present time.
+            certified: Name in the certificate of the asking site; empty where none tells it.
+        """
+        if certified not in ("", request.site_name):
+            self.misnamed += 1
+            reason, age_s = because(Code.OTHER_NAME, site=certified, text=request.site_name), None
+        else:
+            reason, age_s = self._refusal(request)
         holds = reason is None
         theirs = self.lease.session == request.session
         return LeaseReply(

@@ -119,9 +119,14 @@ class Supervisor:
 
     # What arrives -------------------------------------------------------------------------------
 
-    def on_lease(self, request: LeaseRequest) -> LeaseReply:
-        """Grant, renew, refuse or hand over the control of the robot."""
-        reply = self.contact.answer(request, self._tasks, self.stamp())
+    def on_lease(self, request: LeaseRequest, certified: str = "") -> LeaseReply:
+        """Grant, renew, refuse or hand over the control of the robot.
+
+        Args:
+            request: The request.
+            certified: Name in the certificate of the asking site; empty where none tells it.
+        """
+        reply = self.contact.answer(request, self._tasks, self.stamp(), certified)
         self._tell_holder()
         return reply
 

@@ -16,6 +16,7 @@ from farhand.common.address import free_port
 from farhand.common.errors import InvalidConfiguration, LinkError
 from farhand.common.link.access import explain_right
 from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.link.interface import site_of
 from farhand.common.link.link import ZenohLink
 from farhand.common.wire import keys
 from farhand.common.wire.reasons import Code
@@ -53,6 +54,27 @@ def test_who_has_another_authority_or_dials_another_name_is_not_answered_and_the
     finally:
         for link in (*strangers, here):
             link.close()
+
+
+def test_the_robot_is_told_the_name_in_the_certificate_of_who_sends(registry: Registry, robot):
+    end, port = robot
+    stops: list[str] = []
+    end.subscribe(keys.STOP, lambda data: stops.append(site_of(data)))
+    end.serve(keys.COMMAND, lambda request: request.answer(site_of(request.data).encode()))
+    end.serve(keys.REPORT, lambda request: request.answer(site_of(request.data).encode()))
+    here = operator(registry.folder_of("shore-1"), port)
+    deadline_s = time.monotonic() + PATIENCE_S
+    try:
+        ask_until_answered(here)
+        for channel in (keys.COMMAND, keys.REPORT):  # by copies, and by the transport's own question
+            assert here.ask_and_wait(channel, b"?", PATIENCE_S) == b"shore-1"
+        while not stops:
+            assert time.monotonic() < deadline_s
+            here.send(keys.STOP, b"stop")
+            time.sleep(0.05)
+        assert set(stops) == {"shore-1"}
+    finally:
+        here.close()
 
 
 def test_an_operators_certificate_does_not_pass_for_a_robots(registry: Registry):
