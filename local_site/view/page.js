@@ -22,6 +22,7 @@ if (!window.farhand) {
   const stop = add("button", { id: "fh-stop", class: "fh-own", type: "button", "aria-label": "STOP" });
   add("b", {}, stop).textContent = "STOP";
   add("small", {}, stop).textContent = "Esc";
+  const stopDoes = add("span", {}, stop);
   const pressStop = () => served("STOP")?.click();
   stop.addEventListener("click", pressStop);
   addEventListener("keydown", (event) => event.key === "Escape" && !event.repeat && pressStop(), { capture: true });
@@ -119,6 +120,8 @@ if (!window.farhand) {
   const urgent = add("div", { id: "fh-urgent", role: "alert" }, live);
   const calm = add("div", {}, live);
   const announce = () => {
+    show(stopDoes, said("stop-does"));
+    stop.setAttribute("aria-description", said("stop-does"));
     const does = [said("mode") || "UNKNOWN", said("phase")].filter(Boolean).join(" ");
     const alarming = said("stop").replace(/ \d+ s\b.*/, "");
     show(urgent, alarming);

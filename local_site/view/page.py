@@ -31,6 +31,7 @@ from farhand.local_site.view.panels.link_panel import LinkWorker
 from farhand.local_site.view.panels.list_panels import EventPanel
 from farhand.local_site.view.panels.status_strip import StatusStrip
 from farhand.local_site.view.panels.tables import DemonstrationList, ExecutionList
+from farhand.local_site.view.panels.words.controls import Folder, Label
 from farhand.local_site.view.panels.words.lists import TAKES_OVER
 from farhand.local_site.view.redraw import Extent, Redraw
 from farhand.local_site.view.robot_half import RobotHalf
@@ -135,20 +136,20 @@ class Page:
         self._beat, self._strip = Html(gui), StatusStrip(gui)
         self._stop = Buttons(gui, (buttons.STOP,), self._on_press)
         self._server.incoming.open_to_everybody(*self._stop.handles)
-        with gui.add_folder("Task"):
+        with gui.add_folder(Folder.TASK):
             self._task = TaskChoice(gui, self._shown, self._console.submit, self._act)
-        with gui.add_folder("Next"):
+        with gui.add_folder(Folder.NEXT):
             gui.add_html('<i class="fh-here fh-here-actions"></i>')
             self._guidance = AdvicePanel(gui)
             self._line = ActionLine(gui, buttons.EVERY, self._on_press)
             self._pace = PaceSlider(gui, self._console.submit, self._act)
-        with gui.add_folder("Watching"):
+        with gui.add_folder(Folder.WATCHING):
             gui.add_html('<i class="fh-here fh-here-take"></i>')
-            self._open_button("Take over", lambda tab: self._tabs.take_over(tab))  # noqa: PLW0108 (made later)
-        with gui.add_folder("Another tab"):
+            self._open_button(Label.TAKE_OVER, lambda tab: self._tabs.take_over(tab))  # noqa: PLW0108 (made later)
+        with gui.add_folder(Folder.ANOTHER_TAB):
             gui.add_html('<i class="fh-here fh-here-keep"></i>')
             gui.add_html(f'<div class="fh-asked" role="alert">{TAKES_OVER}</div>')
-            self._open_button("Keep control", lambda tab: self._tabs.keep(tab))  # noqa: PLW0108 (made later)
+            self._open_button(Label.KEEP_CONTROL, lambda tab: self._tabs.keep(tab))  # noqa: PLW0108 (made later)
 
     def _build_foot(self, gui: viser.GuiApi) -> None:
         """Build the tabs at the bottom: what was, what was taught, and how the link is."""
@@ -158,11 +159,11 @@ class Page:
 
     def _build_view(self, gui: viser.GuiApi) -> None:
         """Build what stands over the canvas: the views, each tab's own, and the legend, which hides and shows."""
-        with gui.add_folder("View"):
+        with gui.add_folder(Folder.VIEW):
             gui.add_html('<i class="fh-here fh-here-view"></i>')
             for view in self._scene.views:
                 self._open_button(view, lambda tab, view=view: self._tabs.look(tab, view))
-        with gui.add_folder("Legend"):
+        with gui.add_folder(Folder.LEGEND):
             gui.add_html('<i class="fh-here fh-here-legend"></i>')
             self._legend = Legend(gui, self._scene.layers, self._act)
             self._camera = CameraPanel(gui, self._console.submit, self._act)

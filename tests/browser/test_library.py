@@ -41,7 +41,7 @@ def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
         with farhand_up(tmp_path / "data", task=tasks) as stack:
             tab.open(stack.address)
             tab.says("demos", "3")
-            tab.says("standing-other", "3 demos, robot lacks it")
+            tab.says("standing-other", "3 demonstrations, robot lacks it")
             assert stack.model_file.read_bytes() == three
             tab.press("Undo")  # the samples were learned by one press
             tab.says("demos", "0")
@@ -99,10 +99,10 @@ def send_both(tab: OperatorPage) -> None:
     tab.choose_task("other")
     tab.says("demos", "0")
     tab.press("Load samples")
-    tab.says("standing-other", "3 demos, robot lacks it")
+    tab.says("standing-other", "3 demonstrations, robot lacks it")
     tab.press("Send library")
-    tab.says("standing-planar", "3 demos, robot has it")
-    tab.says("standing-other", "3 demos, robot has it")
+    tab.says("standing-planar", "3 demonstrations, robot has it")
+    tab.says("standing-other", "3 demonstrations, robot has it")
     tab.tells("send library: planar: confirmed after")
     tab.not_offered("Send library")
     tab.choose_task("planar")

@@ -13,12 +13,9 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.buttons import ButtonSpec, OnPress
 from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.panels.words.controls import LOCKED, STEP_NAMES, STEPS, WHY_LOCKED
 from farhand.local_site.view.scene.ghost import preview_miss
 
-_STEPS = ("Teach", "Send", "Arm", "Preview", "Execute")
-_WHY_LOCKED = (
-    "", "first teach a demonstration", "first send the model", "first arm the robot", "first preview what it will do",
-)  # fmt: skip
 _ARMED = (ControlMode.HOLD, ControlMode.DIRECT, ControlMode.AUTONOMOUS, ControlMode.PAUSED)
 _EXECUTES = (ControlMode.AUTONOMOUS, ControlMode.PAUSED)
 
@@ -75,7 +72,7 @@ def _at_rest(state: ConsoleState) -> tuple[ButtonSpec, ...]:
 def step(state: ConsoleState) -> int:
     """Return the number of the present step of the job, from 0; the number of steps once all are done."""
     if state.phase.at_end:
-        return len(_STEPS)
+        return len(STEPS)
     if state.mode in _EXECUTES:
         return 4
     done = (
@@ -92,14 +89,12 @@ def steps_html(state: ConsoleState) -> str:
     """Return the steps of the job: done, present, or locked with the reason."""
     now = step(state)
     parts = []
-    for number, name in enumerate(_STEPS):
+    for number, (step_words, name, why_locked) in enumerate(zip(STEPS, STEP_NAMES, WHY_LOCKED, strict=True)):
         kind = "done" if number < now else "now" if number == now else "locked"
-        why = {"title": f"Locked: {_WHY_LOCKED[number]}."} if kind == "locked" else {}
+        why = {"title": LOCKED.format(why_locked)} if kind == "locked" else {}
         mark = {"aria-current": "step"} if kind == "now" else {}
-        words = f"{'✓' if kind == 'done' else number + 1} {name}"
-        parts.append(
-            element(f"step-{name.lower()}", words, f"fh-step fh-step-{kind}", tag="li", **why, **mark)
-        )
+        words = f"{'✓' if kind == 'done' else number + 1} {step_words}"
+        parts.append(element(name, words, f"fh-step fh-step-{kind}", tag="li", **why, **mark))
     return f'<ol class="fh-steps">{"".join(parts)}</ol>'
 
 

@@ -14,6 +14,7 @@ from farhand.common.wire.messages import Wish
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.permission import refusal_of
+from farhand.local_site.view.panels.words.controls import Label
 
 _PENDING_ICON = viser.Icon.HOURGLASS
 
@@ -26,7 +27,7 @@ class ButtonSpec:
     """Specification of one button; it may be pressed while the console would do its intent.
 
     Args:
-        label: Text on the button; a verb.
+        label: Text on the button.
         make: Makes the intent, given the mode that the page shows.
         pending: Decides whether its action is pending.
         colour: Colour of the button.
@@ -75,34 +76,39 @@ def _local(
     return ButtonSpec(label, lambda _: intent, pending, colour)
 
 
-STOP = _command(Action.STOP, "STOP", "red")
-RECORD = _local("Record", intents.RecordDemonstration(), lambda state: Action.RECORD in state.pending)
-END = replace(_local("End", intents.EndDemonstration()), ready=lambda state: state.at_goal)
+STOP = _command(Action.STOP, Label.STOP, "red")
+RECORD = _local(Label.RECORD, intents.RecordDemonstration(), lambda state: Action.RECORD in state.pending)
+END = replace(_local(Label.END, intents.EndDemonstration()), ready=lambda state: state.at_goal)
 KEEP = replace(
-    _local("Keep anyway", intents.EndDemonstration(anyway=True), colour="gray"),
+    _local(Label.KEEP, intents.EndDemonstration(anyway=True), colour="gray"),
     offered=lambda state: bool(state.miss),
 )
-UNDO = _local("Undo", intents.Undo(), colour="gray")
-LOAD_SAMPLES = _local("Load samples", intents.LoadSamples(), colour="gray")
-SEND_MODEL = _local("Send model", intents.SendModel(), lambda state: state.sending_model)
-ALIGN = replace(_local("Align", intents.Align(), colour="gray"), offered=lambda state: state.can_move_place)
+UNDO = _local(Label.UNDO, intents.Undo(), colour="gray")
+LOAD_SAMPLES = _local(Label.LOAD_SAMPLES, intents.LoadSamples(), colour="gray")
+SEND_MODEL = _local(Label.SEND_MODEL, intents.SendModel(), lambda state: state.sending_model)
+ALIGN = replace(
+    _local(Label.ALIGN, intents.Align(), colour="gray"), offered=lambda state: state.can_move_place
+)
 CENTRE = replace(
-    _local("Centre", intents.Centre(), colour="gray"), offered=lambda state: state.can_move_place
+    _local(Label.CENTRE, intents.Centre(), colour="gray"), offered=lambda state: state.can_move_place
 )
 NEW_PLACE = replace(
-    _local("New place", intents.ResetArm(), colour="gray"), offered=lambda state: state.can_move_place
+    _local(Label.NEW_PLACE, intents.ResetArm(), colour="gray"), offered=lambda state: state.can_move_place
 )
-SEND_LIBRARY = _local("Send library", intents.SendLibrary(), lambda state: state.sending_library)
-START_ANEW = _local("Start anew", intents.StartAnew(), colour="gray")
-RECOVER = _local("Recover", intents.Recover(), colour="gray")
-ARM, DISARM = _command(Action.ARM, "Arm"), _command(Action.DISARM, "Disarm", "gray")
-COUPLE, CLUTCH = _command(Action.COUPLE, "Couple"), _command(Action.CLUTCH, "Clutch")
-PREVIEW, EXECUTE = _command(Action.PREVIEW, "Preview"), _command(Action.EXECUTE, "Execute", "green")
-PAUSE, RESUME = _command(Action.PAUSE, "Pause", "orange"), _command(Action.RESUME, "Resume", "green")
-ABORT, RESET = _command(Action.ABORT, "Abort", "orange"), _command(Action.RESET, "Reset")
-RETRACT, GO_TO_READY = _command(Action.RETRACT, "Retract"), _command(Action.GO_TO_READY, "Go to ready")
-ASK, HAND_OVER = _wish(Wish.ASK, "Ask for control"), _wish(Wish.GIVE, "Hand over", "yellow")
-ONLY_WATCH = _wish(Wish.WATCH, "Only watch")
+SEND_LIBRARY = _local(Label.SEND_LIBRARY, intents.SendLibrary(), lambda state: state.sending_library)
+START_ANEW = _local(Label.START_ANEW, intents.StartAnew(), colour="gray")
+RECOVER = _local(Label.RECOVER, intents.Recover(), colour="gray")
+ARM, DISARM = _command(Action.ARM, Label.ARM), _command(Action.DISARM, Label.DISARM, "gray")
+COUPLE, CLUTCH = _command(Action.COUPLE, Label.COUPLE), _command(Action.CLUTCH, Label.CLUTCH)
+PREVIEW, EXECUTE = _command(Action.PREVIEW, Label.PREVIEW), _command(Action.EXECUTE, Label.EXECUTE, "green")
+PAUSE, RESUME = _command(Action.PAUSE, Label.PAUSE, "orange"), _command(Action.RESUME, Label.RESUME, "green")
+ABORT, RESET = _command(Action.ABORT, Label.ABORT, "orange"), _command(Action.RESET, Label.RESET)
+RETRACT, GO_TO_READY = (
+    _command(Action.RETRACT, Label.RETRACT),
+    _command(Action.GO_TO_READY, Label.GO_TO_READY),
+)
+ASK, HAND_OVER = _wish(Wish.ASK, Label.ASK), _wish(Wish.GIVE, Label.HAND_OVER, "yellow")
+ONLY_WATCH = _wish(Wish.WATCH, Label.ONLY_WATCH)
 
 TEACH = (RECORD, END, KEEP, UNDO, LOAD_SAMPLES, SEND_MODEL, ALIGN, CENTRE, NEW_PLACE)
 LIBRARY = (START_ANEW, RECOVER)
@@ -187,15 +193,20 @@ def show_state(
     wanted: dict[str, object] = {
         "disabled": not spec.enabled(state),
         "icon": _PENDING_ICON if pending else None,
-        "color": "yellow"
-        if pending
-        else "green"
-        if spec.ready(state)
-        else spec.colour
-        if primary
-        else "gray",
+        "color": _colour(spec, state, pending, primary),
         "order": handle.order if order is None else order,
     }
     for name, value in wanted.items():
         if getattr(handle, name) != value:
             setattr(handle, name, value)
+
+
+def _colour(spec: ButtonSpec, state: ConsoleState, pending: bool, primary: bool) -> Colour:
+    """Return the colour of a button: yellow while pending, green when it is time for it, filled if it is the first one."""
+    if pending:
+        return "yellow"
+    if spec.ready(state):
+        return "green"
+    if not primary:
+        return "gray"
+    return "blue" if spec.colour == "gray" else spec.colour

@@ -18,6 +18,8 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.choices import HIDDEN, Act
 from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.panels.words.controls import CAMERA, CAMERA_ALT, Hint, Layer
+from farhand.local_site.view.panels.words.status import camera_age_words, no_picture_words
 from farhand.local_site.view.scene import palette
 from farhand.local_site.view.scene.arm.in_picture import tool_outline
 from farhand.local_site.view.scene.ghost import Ghost, reported_frame, reported_tip
@@ -44,9 +46,7 @@ class CameraPanel:
 
     def __init__(self, gui: viser.GuiApi, submit: Callable[[intents.Intent], None], act: Act):
         self._submit, self._shown, self._wanted = submit, True, False
-        self._chip = gui.add_button(
-            "Camera", hint="Show or hide: the robot's camera", color=_SHOWN, visible=False
-        )
+        self._chip = gui.add_button(Layer.CAMERA, hint=Hint.CAMERA, color=_SHOWN, visible=False)
         self._picture, self._over = Html(gui), Html(gui)
         self._age_s, self._age_told_s = 0.0, float("-inf")
 
@@ -115,21 +115,19 @@ def is_old(state: ConsoleState, age_s: float) -> bool:
 def _picture(picture: CameraPicture, old: bool) -> str:
     data = base64.b64encode(picture.jpeg).decode("ascii")
     size = f'width="{picture.width_px}" height="{picture.height_px}"'
-    image = f'<img alt="Robot\'s camera" decoding="sync" {size} src="data:image/jpeg;base64,{data}">'
+    image = f'<img alt="{CAMERA_ALT}" decoding="sync" {size} src="data:image/jpeg;base64,{data}">'
     return f'<div class="fh-camera{" fh-camera-old" if old else ""}">{image}</div>'
 
 
 def _over(state: ConsoleState, age_s: float | None, old: bool, tool: str) -> str:
     """Return what lies over the picture and below it, which changes more often: the tool, the age, the reason for no picture."""
     why, picture = sentence(state.camera.why), state.camera.picture
-    reason = f"no picture: {why}" if why else "" if age_s is not None else "waiting for a picture"
+    reason = no_picture_words(why, age_s is None)
     drawn, words = "", ""
     if picture is not None and age_s is not None:
         drawn = f'<svg viewBox="0 0 {picture.width_px} {picture.height_px}">{tool}</svg>'
-        age = element(
-            "camera-age", f"OLD: {age_s:.0f} s ago" if old else f"{age_s:.1f} s ago", "fh-old" if old else ""
-        )
-        words = f'<div class="fh-camera-words">camera {age}</div>'
+        age = element("camera-age", camera_age_words(age_s, old), "fh-old" if old else "")
+        words = f'<div class="fh-camera-words">{CAMERA} {age}</div>'
     return f'<div class="fh-camera">{drawn}{element("camera-why", reason, "fh-camera-why")}{words}</div>'
 
 

@@ -12,6 +12,17 @@ import viser
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html, text
+from farhand.local_site.view.panels.words.controls import (
+    AGE,
+    DELAY,
+    GRAPH_CAPTION,
+    GRAPH_EMPTY,
+    GRAPH_END,
+    MISSING,
+    NO_MODEL,
+    NOW,
+)
+from farhand.local_site.view.panels.words.status import ago_words
 from farhand.local_site.view.scene import palette
 
 _PERIOD_S, _DRAWN_PERIOD_S = 0.5, 2.0
@@ -71,8 +82,8 @@ class LinkHistory:
         self._drawn_s = now_s
         self._html.show(
             f'<div class="fh-lower" data-tab="link" data-tp="history" data-missed="{link.n_missed}">'
-            f'<div class="fh-caption">{text(link_name)}: <b class="fh-delay">— delay</b> '
-            f'<b class="fh-age">— age</b> <b class="fh-loss">▮ missing {link.n_missed}</b></div>'
+            f'<div class="fh-caption">{text(link_name)}: <b class="fh-delay">— {DELAY}</b> '
+            f'<b class="fh-age">— {AGE}</b> <b class="fh-loss">▮ {MISSING} {link.n_missed}</b></div>'
             f"{history_svg([s for s in self._samples if now_s - s.time_s <= _SPAN_S], now_s)}</div>"
         )
 
@@ -105,9 +116,9 @@ def history_svg(samples: list[LinkSample], now_s: float) -> str:
     ticks = "".join(
         f'<text x="{x(now_s - back):.1f}" y="{_HEIGHT - 5}" class="fh-tick {kind}">{words}</text>'
         for back, words, kind in (
-            (60.0, "60 s ago", ""),
-            (30.0, "30 s", "fh-middle"),
-            (0.0, "now", "fh-right"),
+            (60.0, ago_words(60.0), ""),
+            (30.0, ago_words(30.0), "fh-middle"),
+            (0.0, NOW, "fh-right"),
         )
     )
     return (
@@ -152,7 +163,7 @@ class TransitionGraph:
         )
 
 
-_EMPTY = '<div class="fh-caption">learned model</div><div class="fh-empty">nothing was learned yet</div>'
+_EMPTY = f'<div class="fh-caption">{GRAPH_EMPTY}</div><div class="fh-empty">{NO_MODEL}</div>'
 
 
 def graph_svg(model: TPHSMM, active: int) -> str:
@@ -166,7 +177,7 @@ def graph_svg(model: TPHSMM, active: int) -> str:
     ]
     parts += [_node(model, index, place, index == active) for index, place in enumerate(places)]
     return (
-        f'<div class="fh-caption">learned model: components, transitions, durations [s]</div>'
+        f'<div class="fh-caption">{GRAPH_CAPTION}</div>'
         f'<svg viewBox="0 0 {width:.0f} {height:.0f}" preserveAspectRatio="xMidYMid meet">'
         '<defs><marker id="fh-tip" viewBox="0 0 8 8" refX="7" refY="4" markerUnits="userSpaceOnUse" markerWidth="9" markerHeight="9" orient="auto">'
         '<path d="M0 0 L8 4 L0 8 z" fill="#94a3b8"/></marker></defs>' + "".join(parts) + "</svg>"
@@ -218,7 +229,7 @@ def _node(model: TPHSMM, index: int, place: np.ndarray, active: bool) -> str:
     colour = palette.css(palette.component_colour(float(model.phase[index])))
     ring = "#ffffff" if active else ("#cbd5e1" if model.terminal[index] else "none")
     begins = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{_RADIUS + 3.5}" fill="none" stroke="#f87171"/>'
-    words = "end" if model.terminal[index] else _duration(model, index)
+    words = GRAPH_END if model.terminal[index] else _duration(model, index)
     return (
         (begins if model.initial[index] > 0 and not active else "")
         + f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{_RADIUS}" fill="{colour}" stroke="{ring}" '

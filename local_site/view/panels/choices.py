@@ -14,6 +14,7 @@ from farhand.common.wire.messages import SLOWEST_PACE
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState, TaskStanding
 from farhand.local_site.view.panels.html import Html, element, text
+from farhand.local_site.view.panels.words.controls import Field, Hint
 from farhand.local_site.view.panels.words.lists import standing_words
 from farhand.local_site.view.scene.nodes import Layers
 
@@ -31,7 +32,7 @@ class AutoSendSwitch:
     """
 
     def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act):
-        self._box = gui.add_checkbox("Send by itself", initial_value=False)
+        self._box = gui.add_checkbox(Field.AUTO_SEND, initial_value=False)
 
         @self._box.on_update
         async def _(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
@@ -51,7 +52,7 @@ _STILL_S = 0.3
 _STEP_PERCENT = 5.0
 _AFTER_THE_BUTTONS = 1000.0
 _PACED = (ControlMode.HOLD, ControlMode.AUTONOMOUS, ControlMode.PAUSED)
-"""Modes in which the robot moves by itself, or is about to."""
+"""Modes in which the robot moves on its own, or is about to."""
 
 
 class PaceSlider:
@@ -68,8 +69,8 @@ class PaceSlider:
         self._wanted: float | None = None
         self._moved_s = 0.0
         self._slider = gui.add_slider(
-            "Speed [%]", 100.0 * SLOWEST_PACE, 100.0, step=_STEP_PERCENT, initial_value=100.0, order=_AFTER_THE_BUTTONS,
-            hint="Of what the robot does by itself: executions, Retract, Go to ready. Not of your own driving.",
+            Field.SPEED, 100.0 * SLOWEST_PACE, 100.0, step=_STEP_PERCENT, initial_value=100.0, order=_AFTER_THE_BUTTONS,
+            hint=Hint.SPEED,
         )  # fmt: skip
 
         @self._slider.on_update
@@ -114,7 +115,9 @@ class TaskChoice:
             if len(names) > 1
             else '<i class="fh-here fh-here-none"></i>'
         )
-        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Task", names, visible=len(names) > 1)
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+            Field.TASK, names, visible=len(names) > 1
+        )
 
         @self._choice.on_update
         async def _(event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
@@ -153,7 +156,7 @@ class Legend:
 
     def __init__(self, gui: viser.GuiApi, layers: Layers, act: Act):
         self._layers = layers
-        self._chips = {name: gui.add_button(name, hint=f"Show or hide: {name}") for name in layers.colours}
+        self._chips = {name: gui.add_button(name, hint=Hint.LAYER.format(name)) for name in layers.colours}
         for name, chip in self._chips.items():
 
             @chip.on_click

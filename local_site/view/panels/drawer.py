@@ -11,6 +11,8 @@ from farhand.local_site.view.panels.choices import Act, AutoSendSwitch, Standing
 from farhand.local_site.view.panels.file_panel import FilePanel, Save
 from farhand.local_site.view.panels.link_panel import LinkPanel, LinkWorker
 from farhand.local_site.view.panels.list_panels import LibraryPanel
+from farhand.local_site.view.panels.words.controls import Folder
+from farhand.local_site.view.panels.words.lists import link_name
 
 
 class Drawer:
@@ -34,26 +36,26 @@ class Drawer:
         save: Save,
         worker: LinkWorker | None,
     ):
-        with gui.add_folder("Teach"):
+        with gui.add_folder(Folder.TEACH):
             self._buttons = [Buttons(gui, buttons.TEACH, on_press)]
             self._auto_send = AutoSendSwitch(gui, submit, act)
-        with gui.add_folder("Library"):
+        with gui.add_folder(Folder.LIBRARY):
             self._standings = Standings(gui)
             self._buttons.append(Buttons(gui, (buttons.SEND_LIBRARY,), on_press))
             self._library = LibraryPanel(gui, submit, act)
             self._buttons.append(Buttons(gui, buttons.LIBRARY, on_press))
-        with gui.add_folder("Demonstrations"):
+        with gui.add_folder(Folder.DEMONSTRATIONS):
             self._files = FilePanel(gui, submit, act, save)
-        with gui.add_folder("Robot"):
+        with gui.add_folder(Folder.ROBOT):
             self._buttons.append(Buttons(gui, buttons.ROBOT, on_press))
         self._link = LinkPanel(gui, worker, act) if worker is not None else None
-        with gui.add_folder("Control"):
+        with gui.add_folder(Folder.CONTROL):
             self._buttons.append(Buttons(gui, buttons.CONTROL, on_press))
 
     @property
     def link_name(self) -> str:
         """Name of the link, for people."""
-        return self._link.link_name if self._link is not None else "link"
+        return self._link.link_name if self._link is not None else link_name("")
 
     def draw(self, state: ConsoleState, elsewhere: tuple[ButtonSpec, ...], now_s: float) -> None:
         """Show a state of the console, without the buttons that are drawn elsewhere."""

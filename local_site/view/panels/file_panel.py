@@ -12,13 +12,14 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.permission import refusal_of
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.view.panels.choices import Act, Submit
-from farhand.local_site.view.panels.words.lists import upload_words
+from farhand.local_site.view.panels.words.controls import NO_DEMONSTRATION, Field, Label
+from farhand.local_site.view.panels.words.lists import demonstration_label, upload_words
 from farhand.local_site.view.uploads import MOST_FILE_BYTES
 
 Save = Callable[[int, str, bytes], None]
 """Has a tab's browser save a file: the tab, the file's name, and its content."""
 
-_NONE: tuple[str, ...] = ("none yet",)
+_NONE: tuple[str, ...] = (NO_DEMONSTRATION,)
 
 
 class FilePanel:
@@ -36,14 +37,16 @@ class FilePanel:
         self._state: ConsoleState | None = None
         self._names: dict[str, str] = {}
         """Name of each demonstration by its label; another object whenever they change."""
-        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Demonstration", _NONE, visible=False)
-        self._delete = gui.add_button("Delete demonstration", color="gray", visible=False)
-        self._download = gui.add_button("Download demonstration", color="gray", visible=False)
-        self._upload = gui.add_upload_button("Upload demonstration", mime_type=".npz", color="gray")
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+            Field.DEMONSTRATION, _NONE, visible=False
+        )
+        self._delete = gui.add_button(Label.DELETE_DEMONSTRATION, color="gray", visible=False)
+        self._download = gui.add_button(Label.DOWNLOAD_DEMONSTRATION, color="gray", visible=False)
+        self._upload = gui.add_upload_button(Label.UPLOAD_DEMONSTRATION, mime_type=".npz", color="gray")
         gui.add_html(
             f'<div class="fh-hint" data-most-bytes="{MOST_FILE_BYTES}">{upload_words(MOST_FILE_BYTES)}</div>'
         )
-        self._download_model = gui.add_button("Download model", color="gray", visible=False)
+        self._download_model = gui.add_button(Label.DOWNLOAD_MODEL, color="gray", visible=False)
         # Chosen when it is pressed, not when it is done: a second press means the same one, and is refused.
         self._on(self._delete, lambda _: partial(submit, intents.RemoveDemonstration(self._chosen())))
         self._on(self._download, lambda tab: partial(self._save_demonstration, tab, self._chosen()))
@@ -101,4 +104,4 @@ class FilePanel:
 
 def _label(number: int, made: Demonstration) -> str:
     seconds = made.time_s[-1] - made.time_s[0]
-    return f"{number}: {(made.source or 'this page')[:40]}, {seconds:.1f} s"
+    return demonstration_label(number, made.source, float(seconds))

@@ -7,6 +7,7 @@ import viser
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words.advice import advice, preview_miss_words, refusal
+from farhand.local_site.view.panels.words.controls import NEXT, NOT_DONE
 
 
 class AdvicePanel:
@@ -27,6 +28,6 @@ class AdvicePanel:
         told += element("preview-miss", missed, "fh-not-done", tag="div", role="status") if missed else ""
         hidden = {"hidden": ""} if refused else {}
         self._html.show(
-            f'<div class="fh-advice"><i>{"not done" if refused else "next"}</i>{told}'
+            f'<div class="fh-advice"><i>{NOT_DONE if refused else NEXT}</i>{told}'
             f"{element('advice', advice(state), tag='div', **hidden)}</div>"
         )

@@ -14,6 +14,8 @@ from farhand.common.task import ArmTask
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.choices import Act
 from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.panels.words.controls import Field, Folder
+from farhand.local_site.view.panels.words.tasks import askew_words, beside_words, keys_words, to_go_words
 from farhand.local_site.view.scene.arm.jog import Jog
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.hand_motion import hand_axes
@@ -49,9 +51,9 @@ class HandPanel:
 
     @staticmethod
     def _build_field(gui: viser.GuiApi, act: Act, jog: Jog) -> None:
-        with gui.add_folder("Hand"):
+        with gui.add_folder(Folder.HAND):
             gui.add_html('<i class="fh-here fh-here-hand"></i>')
-            field = gui.add_text("Hand", "")
+            field = gui.add_text(Field.HAND, "")
 
         @field.on_update
         async def _(event: viser.GuiEvent[viser.GuiTextHandle]) -> None:
@@ -79,28 +81,17 @@ def gauge_html(state: ConsoleState, turns: bool) -> str:
     arm = state.own_arm
     if arm is None or not state.recording or not isinstance(state.task, ArmTask):
         return ""
-    beside_m, tilt = arm.lateral_m, math.degrees(arm.tilt_rad)
+    beside_m = arm.lateral_m
     rows = (
-        ("depth", _depth_words(arm), "fh-reached" if state.at_goal else ""),
-        ("beside", f"{1e3 * beside_m:.0f} mm beside", "fh-off" if beside_m > _CHAMFER_M else ""),
-        ("tilt", f"{tilt:.0f}° askew", "fh-off" if arm.tilt_rad > _MOST_ASKEW_RAD else ""),
+        ("depth", to_go_words(arm), "fh-reached" if state.at_goal else ""),
+        ("beside", beside_words(beside_m), "fh-off" if beside_m > _CHAMFER_M else ""),
+        ("tilt", askew_words(arm.tilt_rad), "fh-off" if arm.tilt_rad > _MOST_ASKEW_RAD else ""),
     )
     told = "".join(element(f"gauge-{name}", words, kind, tag="div") for name, words, kind in rows)
-    size = "1°, with Shift 0.2°" if turns else "5 mm, with Shift 1 mm"
-    keys = f"{'Turn' if turns else 'Move'} by keys: {size}. Held down: on until released."
     return (
         f'<div class="fh-gauge" data-tp="gauge">{_drawing(arm)}<div>{told}'
-        f'<p>{element("gauge-keys", keys)}<span class="fh-pad"></span></p></div></div>'
+        f'<p>{element("gauge-keys", keys_words(turns))}<span class="fh-pad"></span></p></div></div>'
     )  # fmt: skip
-
-
-def _depth_words(arm: ArmView) -> str:
-    depth_mm = 1e3 * arm.depth_m
-    return (
-        f"{-depth_mm:.0f} mm to go to the mouth"
-        if depth_mm <= 0.0
-        else f"{depth_mm:.0f} of {1e3 * arm.bore_m:.0f} mm deep"
-    )
 
 
 def beside_axis(arm: ArmView) -> NDArray[np.float64]:

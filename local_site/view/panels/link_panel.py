@@ -19,7 +19,8 @@ from farhand.common.impairment.link_control import RelayControl
 from farhand.common.log import loop_logger
 from farhand.local_site.view.panels.choices import Act
 from farhand.local_site.view.panels.html import Html, element
-from farhand.local_site.view.panels.words.lists import loss_words
+from farhand.local_site.view.panels.words.controls import NO_PROFILE, Field, Folder, Hint, Label
+from farhand.local_site.view.panels.words.lists import cut_words, link_name, loss_words
 
 _log = loop_logger(__name__)
 
@@ -42,7 +43,7 @@ class LinkWorker:
         self._closed = threading.Event()
         self.status: dict[str, Any] | None = None
         self.problem = ""
-        self._thread = threading.Thread(target=self._run, name="link control", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="link-control", daemon=True)
 
     def start(self) -> None:
         """Start asking."""
@@ -80,7 +81,6 @@ class LinkWorker:
 
 DELAY_MS, JITTER_MS, LOSS_PERCENT, CUT_S = (0.0, 3000.0), (0.0, 500.0), (0.0, 50.0), (1.0, 60.0)
 _PROFILES = ("lan", "geo", "leo", "acoustic")
-_CUSTOM = "custom"
 _SETTLE_S = 1.5
 """Time after a change in which the page shows the operator's choice, and not the link's own state [s]."""
 
@@ -99,20 +99,22 @@ class LinkPanel:
     def __init__(self, gui: viser.GuiApi, worker: LinkWorker, act: Act):
         self._worker, self._act = worker, act
         self._changed_s = float("-inf")
-        self._folder = gui.add_folder("Link (simulated)", visible=False)
+        self._folder = gui.add_folder(Folder.LINK, visible=False)
         with self._folder:
-            self._profile = gui.add_dropdown("Profile", (*_PROFILES, _CUSTOM), initial_value=_CUSTOM)
-            self._delay = gui.add_slider("One-way delay [ms]", *DELAY_MS, step=10.0, initial_value=0.0)
-            self._jitter = gui.add_slider("Jitter [ms]", *JITTER_MS, step=5.0, initial_value=0.0)
+            self._profile = gui.add_dropdown(
+                Field.PROFILE, (*_PROFILES, NO_PROFILE), initial_value=NO_PROFILE
+            )
+            self._delay = gui.add_slider(Field.DELAY, *DELAY_MS, step=10.0, initial_value=0.0)
+            self._jitter = gui.add_slider(Field.JITTER, *JITTER_MS, step=5.0, initial_value=0.0)
             self._loss = gui.add_slider(
-                "Loss [%]", *LOSS_PERCENT, step=0.5, initial_value=0.0, visible=False,
-                hint="Share of the datagrams that are lost, in each direction",
+                Field.LOSS, *LOSS_PERCENT, step=0.5, initial_value=0.0, visible=False,
+                hint=Hint.LOSS,
             )  # fmt: skip
             self._without_loss = Html(gui)
-            self._cut_s = gui.add_slider("Cut for [s]", *CUT_S, step=1.0, initial_value=5.0)
-            self._cut = gui.add_button("Cut", color="orange")
+            self._cut_s = gui.add_slider(Field.CUT_FOR, *CUT_S, step=1.0, initial_value=5.0)
+            self._cut = gui.add_button(Label.CUT, color="orange")
             self._rebind = gui.add_button(
-                "Change ports", color="gray", visible=False, hint="Continue from other ports, as after a satellite hand-over"
+                Label.CHANGE_PORTS, color="gray", visible=False, hint=Hint.CHANGE_PORTS
             )  # fmt: skip
             self._state = Html(gui)
         self._hear(self._profile.on_update, self._take_profile)
@@ -127,8 +129,8 @@ class LinkPanel:
         """Name of the link, for people."""
         status = self._worker.status
         if status is None:
-            return "link"
-        return f"{status.get('profile') or _CUSTOM} link"
+            return link_name("")
+        return link_name(status.get("profile") or NO_PROFILE)
 
     def draw(self, now_s: float) -> None:
         """Show the state of the link process."""
@@ -138,12 +140,12 @@ class LinkPanel:
         if status is None:
             return
         outage = status["outage"]
-        cut = "" if outage["kind"] == "none" else f"cut: {math.ceil(outage['remaining_s'])} s left"
+        cut = "" if outage["kind"] == "none" else cut_words(outage["remaining_s"])
         self._state.show(element("cut", self._worker.problem or cut, "fh-cut", tag="div"))
         self._offer_loss(status)
         if now_s - self._changed_s > _SETTLE_S:
             settings = status["settings"]["uplink"]
-            _set(self._profile, status.get("profile") or _CUSTOM)
+            _set(self._profile, status.get("profile") or NO_PROFILE)
             _set(self._delay, clamp(settings["delay_ms"], DELAY_MS))
             _set(self._jitter, clamp(settings["jitter_ms"], JITTER_MS))
             _set(self._loss, clamp(settings["loss"], LOSS_PERCENT))

@@ -16,7 +16,14 @@ from farhand.local_site.console.permission import refusal_of
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.view.panels.choices import Act, Submit
 from farhand.local_site.view.panels.html import Html, clock, text
-from farhand.local_site.view.panels.words.lists import LATE_S, event_words, revision_label, robot_clock
+from farhand.local_site.view.panels.words.controls import EVENTS, EVENTS_CAPTION, NO_REVISION, Field, Label
+from farhand.local_site.view.panels.words.lists import (
+    LATE_S,
+    event_words,
+    made_words,
+    revision_label,
+    robot_clock,
+)
 
 _SHOWN = 80
 
@@ -48,8 +55,8 @@ class EventPanel:
         self._shown = shown
         lines = [self._line(notice, newest=notice is notices[-1]) for notice in reversed(notices)]
         self._html.show(
-            '<div class="fh-lower fh-log"><div class="fh-caption">events, the newest first</div>'
-            f'<div class="fh-messages" data-tp="messages" tabindex="0" role="log" aria-live="off" aria-label="events">{"".join(lines)}</div></div>'
+            f'<div class="fh-lower fh-log"><div class="fh-caption">{EVENTS_CAPTION}</div>'
+            f'<div class="fh-messages" data-tp="messages" tabindex="0" role="log" aria-live="off" aria-label="{EVENTS}">{"".join(lines)}</div></div>'
         )
 
     def _line(self, notice: Notice, newest: bool) -> str:
@@ -61,7 +68,7 @@ class EventPanel:
         )
 
 
-_NONE: str = "nothing was taught yet"
+_NONE: str = NO_REVISION
 
 
 class LibraryPanel:
@@ -78,15 +85,15 @@ class LibraryPanel:
         self._labels: tuple[str, ...] = (_NONE,)
         self._numbers: tuple[int, ...] = (0,)
         self._present = 0
-        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown("Revision", self._labels)
+        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(Field.REVISION, self._labels)
         self._made = Html(gui)
-        self._buttons = {
-            "Go to": gui.add_button("Go to", color="blue", disabled=True),
-            "Delete": gui.add_button("Delete", color="gray", disabled=True),
+        self._buttons: dict[Label, viser.GuiButtonHandle] = {
+            Label.GO_TO: gui.add_button(Label.GO_TO, color="blue", disabled=True),
+            Label.DELETE: gui.add_button(Label.DELETE, color="gray", disabled=True),
         }
-        self._makes: dict[str, Callable[[], intents.Intent]] = {
-            "Go to": lambda: intents.SelectRevision(self._chosen()),
-            "Delete": lambda: intents.Delete(self._chosen()),
+        self._makes: dict[Label, Callable[[], intents.Intent]] = {
+            Label.GO_TO: lambda: intents.SelectRevision(self._chosen()),
+            Label.DELETE: lambda: intents.Delete(self._chosen()),
         }
         for label, make in self._makes.items():
             self._on(label, make)
@@ -105,7 +112,7 @@ class LibraryPanel:
             self._choice.value = labels[numbers.index(shown)] if shown in numbers else labels[-1]
         made = next((each.made for each in state.revisions if each.number == self._chosen()), "")
         at = clock(datetime.fromisoformat(made).timestamp()) if made else ""
-        self._made.show(f'<div class="fh-note" data-tp="made">{at and f"made at {at}"}</div>')
+        self._made.show(f'<div class="fh-note" data-tp="made">{at and made_words(at)}</div>')
         for label, make in self._makes.items():
             self._enable(label, refusal_of(make(), state) is None)
 
@@ -113,11 +120,11 @@ class LibraryPanel:
         value = self._choice.value
         return self._numbers[self._labels.index(value)] if value in self._labels else 0
 
-    def _enable(self, label: str, enabled: bool) -> None:
+    def _enable(self, label: Label, enabled: bool) -> None:
         if self._buttons[label].disabled == enabled:
             self._buttons[label].disabled = not enabled
 
-    def _on(self, label: str, make: Callable[[], intents.Intent]) -> None:
+    def _on(self, label: Label, make: Callable[[], intents.Intent]) -> None:
         @self._buttons[label].on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             if event.client_id is not None:

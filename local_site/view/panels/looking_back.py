@@ -17,9 +17,10 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.history import History, Moment
 from farhand.local_site.view.panels.choices import Act
 from farhand.local_site.view.panels.html import Html, element
+from farhand.local_site.view.panels.words.controls import SPANS, Field, Folder, Hint, Label
 from farhand.local_site.view.panels.words.status import past_words
 
-_SPANS = {"2 min": 120.0, "15 min": 900.0, "Session": 0.0}
+_SPANS: dict[str, float] = dict(zip(SPANS, (120.0, 900.0, 0.0), strict=True))
 """Spans of the timeline by their names [s]; that of the session is as long as it took."""
 _LEAST_S = 120.0
 _STEP_S = 1.0
@@ -56,18 +57,16 @@ class LookingBack:
 
     def __init__(self, gui: viser.GuiApi, act: Act):
         self._act = act
-        self._span, self._then_s = next(iter(_SPANS)), None
+        self._span, self._then_s = SPANS[0], None
         self._moved_s = float("-inf")
-        with gui.add_folder("Time"):
+        with gui.add_folder(Folder.TIME):
             gui.add_html('<i class="fh-here fh-here-time"></i>')
-            self._slider = gui.add_slider("Look back [s]", -_LEAST_S, 0.0, step=_STEP_S, initial_value=0.0)
-            self._spans = gui.add_button(
-                self._span, color="gray", hint="Span of the timeline: 2 min, 15 min, the session"
-            )
-        with gui.add_folder("Past"):
+            self._slider = gui.add_slider(Field.LOOK_BACK, -_LEAST_S, 0.0, step=_STEP_S, initial_value=0.0)
+            self._spans = gui.add_button(self._span, color="gray", hint=Hint.SPAN)
+        with gui.add_folder(Folder.PAST):
             gui.add_html('<i class="fh-here fh-here-past"></i>')
             self._mark = Html(gui)
-            self._back = gui.add_button("Back to now", color="blue", visible=False)
+            self._back = gui.add_button(Label.BACK_TO_NOW, color="blue", visible=False)
 
         @self._slider.on_update
         async def _(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:

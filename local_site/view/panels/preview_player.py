@@ -1,4 +1,4 @@
-"""Player of the preview: the ghost moves along the previewed path, by itself once, and as its slider is dragged."""
+"""Player of the preview: the ghost moves along the previewed path, on its own once, and as its slider is dragged."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from farhand.common.clock import elapsed_s
 from farhand.common.control_mode import ControlMode
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.choices import Act
+from farhand.local_site.view.panels.words.controls import Field, Folder, Hint, Label
 from farhand.local_site.view.scene.ghost import along, shown_path, shown_points
 
 Array = NDArray[np.float64]
 
-_PLAY, _FREEZE = "Play", "Freeze"
 _STEP_S, _SHOWN_PERIOD_S, _STILL_S = 0.1, 0.25, 0.5
 """Step of the slider, time between two of its own moves, and its rest after a drag before it moves again [s]."""
 
@@ -32,10 +32,10 @@ class PreviewPlayer:
     def __init__(self, gui: viser.GuiApi, act: Act):
         self._plan, self._at_s, self._plays = 0, 0.0, False
         self._ticked_s = self._moved_s = self._shown_s = float("-inf")
-        with gui.add_folder("Planned motion", visible=False) as self._folder:
+        with gui.add_folder(Folder.PLANNED_MOTION, visible=False) as self._folder:
             gui.add_html('<i class="fh-here fh-here-preview"></i>')
-            self._button = gui.add_button(_FREEZE, color="gray", hint="Play the preview, or freeze its ghost")
-            self._slider = gui.add_slider("Preview at [s]", 0.0, 10.0, step=_STEP_S, initial_value=0.0)
+            self._button = gui.add_button(Label.FREEZE, color="gray", hint=Hint.PLAY)
+            self._slider = gui.add_slider(Field.PREVIEW_AT, 0.0, 10.0, step=_STEP_S, initial_value=0.0)
 
         @self._slider.on_update
         async def _(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
@@ -49,7 +49,7 @@ class PreviewPlayer:
 
     @property
     def plays(self) -> bool:
-        """True while the ghost moves by itself."""
+        """True while the ghost moves on its own."""
         return self._plays
 
     def draw(self, state: ConsoleState | None, now_s: float) -> Array | None:
@@ -81,7 +81,7 @@ class PreviewPlayer:
         return along(points, self._at_s / path.step_s)
 
     def _show(self, now_s: float) -> None:
-        label, value = _FREEZE if self._plays else _PLAY, round(self._at_s, 1)
+        label, value = Label.FREEZE if self._plays else Label.PLAY, round(self._at_s, 1)
         if self._button.label != label:
             self._button.label = label
         due = not self._plays or now_s - self._shown_s >= _SHOWN_PERIOD_S

@@ -15,18 +15,29 @@ from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.reports import PLAN_GOOD_S
 from farhand.local_site.view.panels.html import Html, element, text
+from farhand.local_site.view.panels.words.controls import CELLS, RECORDING, ROBOTS, YOURS
 from farhand.local_site.view.panels.words.status import (
     HOLDERS,
     LINK_WORDS,
-    ago_words,
+    NO_PENDING,
+    NO_REPORT,
+    NOBODY,
+    UNKNOWN,
+    as_it_was_words,
+    counted,
+    depth_words,
     error_words,
+    fetching_words,
     lease_words,
+    left_words,
     model_words,
     motion_words,
     pace_words,
     pending_words,
     recording_words,
+    seen_words,
     silence_words,
+    stop_does_words,
     stop_words,
 )
 from farhand.local_site.view.panels.words.tasks import Words, local_words, words_of
@@ -62,20 +73,21 @@ class StatusStrip:
         old = " fh-strip-old" if state.link.health is not LinkHealth.OK else ""
         self._strip.show(
             f'<div class="fh-strip{old}">{_cells(state, age, self._depth(state.robot), now_s)}</div>'
+            + element("stop-does", stop_does_words(state), hidden="")
         )
         self._alarm.show(_alarm(state, picture.ghost, now_s))
         self._frame.show('<div class="fh-coupled"></div>' if state.coupled else "")
         self._cards.show(
-            '<div class="fh-card fh-local"><b>YOURS</b> '
-            + element("recording", "RECORDING" if state.recording else "", "fh-recording")
+            f'<div class="fh-card fh-local"><b>{YOURS}</b> '
+            + element("recording", RECORDING if state.recording else "", "fh-recording")
             + f" {local_words(state, words)}</div>"
-            f'<div class="fh-card fh-remote"><b>ROBOT</b> {_remote_words(state, picture, age, words)}</div>'
+            f'<div class="fh-card fh-remote"><b>{ROBOTS}</b> {_remote_words(state, picture, age, words)}</div>'
         )
 
     def _age(self, state: ConsoleState, now_s: float) -> str:
         """Return the age of the newest report: steady while reports arrive, counting when they do not."""
         if state.link.age_s is None:
-            return "unknown"
+            return UNKNOWN.lower()
         age_s = state.link.age_s + (now_s - state.now_s)
         if abs(age_s - self._age_s) >= _AGE_STEP_S and now_s - self._age_shown_s >= _AGE_PERIOD_S:
             self._age_s, self._age_shown_s = age_s, now_s
@@ -94,26 +106,26 @@ class StatusStrip:
 def _cells(state: ConsoleState, age: str, depth_mm: float | None, now_s: float) -> str:
     mode = state.mode
     link = LINK_WORDS[state.link.health]
-    holder = HOLDERS.get(mode, "NOBODY") if mode is not None else "NOBODY"
+    holder = HOLDERS.get(mode, NOBODY) if mode is not None else NOBODY
     pending = ", ".join(pending_words(state, now_s))
     left_s = math.ceil(state.plan_received_s + PLAN_GOOD_S - now_s)
-    plan = f"preview: {max(left_s, 0)} s left" if state.plan_id else ""
+    plan = left_words(left_s) if state.plan_id else ""
     learned = state.learned
     model = state.forming or (learned.model if learned else None)
     n_components = model.n_components if model else 0
     return "".join(
         (
-            _cell("mode", element("mode", mode.name if mode else "UNKNOWN", f"fh-mode fh-{mode or 'unknown'}"),
+            _cell(CELLS["mode"], element("mode", mode.name if mode else UNKNOWN, f"fh-mode fh-{mode or 'unknown'}"),
                   f'<span class="fh-note">{element("phase", state.phase.upper())} {element("pace", pace_words(state))}</span>'),
-            _cell("in control", element("holder", holder), element("lease", lease_words(state), "fh-note")),
-            _cell("data age", element("age", age)),
-            _cell("link", element("link", link, f"fh-link fh-{link.lower()}"),
+            _cell(CELLS["control"], element("holder", holder), element("lease", lease_words(state), "fh-note")),
+            _cell(CELLS["age"], element("age", age)),
+            _cell(CELLS["link"], element("link", link, f"fh-link fh-{link.lower()}"),
                   element("silence", silence_words(state, now_s), "fh-note")),
-            _cell(_model_title(state), f"{element('components', n_components)} components",
-                  f'<span class="fh-note">{element("demos", state.n_demonstrations)} demos'
+            _cell(_model_title(state), f"{element('components', n_components)}{counted(n_components, ' component')}",
+                  f'<span class="fh-note">{element("demos", state.n_demonstrations)}{counted(state.n_demonstrations, " demonstration")}'
                   f"{element('model', model_words(state))}</span>"),
             _tool_cell(state.robot, depth_mm),
-            _cell("pending", element("pending", pending or "none", "fh-busy" if pending else "fh-quiet"),
+            _cell(CELLS["pending"], element("pending", pending or NO_PENDING, "fh-busy" if pending else "fh-quiet"),
                   element("plan", plan, "fh-note")),
         )
     )  # fmt: skip
@@ -133,19 +145,19 @@ def _alarm(state: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
 
 def _model_title(state: ConsoleState) -> str:
     """Return the chosen task, if there is a choice."""
-    return element("task", state.task.name) if len(state.tasks) > 1 else "model"
+    return element("task", state.task.name) if len(state.tasks) > 1 else CELLS["model"]
 
 
 def _remote_words(state: ConsoleState, picture: RobotPicture, age: str, words: Words) -> str:
     robot = state.robot
     if picture.then_s is not None:
-        return element("seen", f"as it was {ago_words(picture.now_s - picture.then_s)}", "fh-old")
+        return element("seen", as_it_was_words(picture.now_s - picture.then_s), "fh-old")
     if robot is None:
-        return "no report yet"
+        return NO_REPORT
     if state.scene_fetching is not None:
-        return f"fetching what the robot looks like, {state.scene_fetching:.0%}"
+        return fetching_words(state.scene_fetching)
     old = state.link.health is not LinkHealth.OK
-    seen = element("seen", f"OLD: seen {age} ago" if old else f"seen {age} ago", "fh-old" if old else "")
+    seen = element("seen", seen_words(age, old), "fh-old" if old else "")
     taught = element("robot-recording", recording_words(state), "fh-recording")
     return seen + text(motion_words(robot, picture.ghost, words)) + _error(picture) + taught
 
@@ -159,5 +171,8 @@ def _tool_cell(robot: Telemetry | None, depth_mm: float | None) -> str:
     """Return the force on the tool and its place in the receptacle, if the robot is an arm."""
     if robot is None or robot.arm is UNSET or depth_mm is None:
         return ""
-    where = f"{depth_mm:.0f} mm deep" if depth_mm > 0.0 else f"{-depth_mm:.0f} mm away"
-    return _cell("force", element("force", f"{robot.arm.force_n:.0f} N"), element("depth", where, "fh-note"))
+    return _cell(
+        CELLS["force"],
+        element("force", f"{robot.arm.force_n:.0f} N"),
+        element("depth", depth_words(depth_mm), "fh-note"),
+    )

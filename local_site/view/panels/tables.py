@@ -15,7 +15,15 @@ from farhand.local_site.console.executions import Executions, ReportedExecution
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.goal import goal_miss
 from farhand.local_site.view.panels.html import Html, clock, element, text
-from farhand.local_site.view.panels.words.lists import at_the_end, count_words, outcome_words
+from farhand.local_site.view.panels.words.controls import (
+    AT_THE_GOAL,
+    DEMONSTRATION_HEAD,
+    EXECUTION_HEAD,
+    NO_EXECUTION,
+    NO_REVISION,
+    THIS_PAGE,
+)
+from farhand.local_site.view.panels.words.lists import at_the_end, count_words, model_name, outcome_words
 
 
 class DemonstrationList:
@@ -35,8 +43,8 @@ class DemonstrationList:
             return
         self._shown = shown
         rows = [_row(number, each, state.task) for number, each in enumerate(state.demonstrations, 1)]
-        head = ("no.", "from", "seconds", "length", "end")
-        self._html.show(_table("demonstrations", head, rows, "nothing was taught yet"))
+        head = DEMONSTRATION_HEAD
+        self._html.show(_table("demonstrations", head, rows, NO_REVISION))
 
 
 class ExecutionList:
@@ -59,15 +67,15 @@ class ExecutionList:
         self._shown = state.executions
         rows = [self._row(each, newest=number == 0) for number, each in enumerate(state.executions.newest)]
         count = element("executions-count", count_words(state.executions))
-        head = ("began", "task", "revision", "seconds", "peak", "at the end", count)
-        self._html.show(_table("executions", head, rows, "nothing was executed yet"))
+        head = (*EXECUTION_HEAD, count)
+        self._html.show(_table("executions", head, rows, NO_EXECUTION))
 
     def _row(self, each: ReportedExecution, newest: bool) -> str:
         kind = "fh-reached" if each.reached_end else "fh-bad" if each.ended is not None else ""
         outcome = element("outcome", outcome_words(each, newest), kind)
         report = each.report
         force_n = report.peak_force_n if report is not None else None
-        model = text(f"model {each.model}")
+        model = text(model_name(each.model))
         return _cells(
             clock(self._wall_s + each.began_s),
             text(each.task),
@@ -82,10 +90,10 @@ class ExecutionList:
 def _row(number: int, made: Demonstration, task: AnyTask) -> str:
     length_m = float(np.linalg.norm(np.diff(made.position_m, axis=0), axis=1).sum())
     miss = goal_miss(task, made.frames_at(-1)[-1].to_local(made.points[-1]))
-    kind, end = ("fh-bad", miss) if miss else ("", "at the goal")
+    kind, end = ("fh-bad", miss) if miss else ("", AT_THE_GOAL)
     return _cells(
         f"{number}",
-        text((made.source or "this page")[:40]),
+        text((made.source or THIS_PAGE)[:40]),
         f"{made.time_s[-1] - made.time_s[0]:.1f} s",
         f"{1e3 * length_m:.0f} mm",
         f'<span class="{kind}">{text(end)}</span>',

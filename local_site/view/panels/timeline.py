@@ -11,6 +11,7 @@ import viser
 from farhand.local_site.view.history import History, Moment
 from farhand.local_site.view.panels.html import Html, text
 from farhand.local_site.view.panels.looking_back import Look
+from farhand.local_site.view.panels.words.controls import LANES, LIMIT, NOW, OLD, TIMELINE
 from farhand.local_site.view.panels.words.status import ago_words
 
 _PERIOD_S, _AT_REST_S = 1.0, 2.0
@@ -68,14 +69,16 @@ def timeline_svg(
     """
     look = look or Look()
     axis, drawn = _Axis(now_s, look.span_s), _columns(moments, look.span_s)
-    plots = [_Plot("age", "s", [(m.time_s, m.age_s) for m in drawn])]
+    plots = [_Plot(LANES["age"], "s", [(m.time_s, m.age_s) for m in drawn])]
     if any(m.force_n is not None for m in drawn):
-        plots.insert(0, _Plot("depth", "mm", [(m.time_s, m.depth_mm) for m in drawn], signed=True))
-        plots.insert(0, _Plot("force", "N", [(m.time_s, m.force_n) for m in drawn], limit=force_limit_n))
+        plots.insert(0, _Plot(LANES["depth"], "mm", [(m.time_s, m.depth_mm) for m in drawn], signed=True))
+        plots.insert(
+            0, _Plot(LANES["force"], "N", [(m.time_s, m.force_n) for m in drawn], limit=force_limit_n)
+        )
     height = (_FLOOR_Y - _PLOTS_Y) / len(plots)
     parts = [_outages(moments, axis)]
     parts += _lane(
-        "mode", _MODE_Y, moments, axis, lambda m: m.mode if m.heard or not m.mode else f"{m.mode} (old)"
+        "mode", _MODE_Y, moments, axis, lambda m: m.mode if m.heard or not m.mode else f"{m.mode} ({OLD})"
     )
     parts += _lane(
         "part", _COMPONENT_Y, moments, axis, lambda m: str(m.component + 1) if m.component >= 0 else ""
@@ -88,7 +91,7 @@ def timeline_svg(
     return (
         f'<svg viewBox="0 0 {_WIDTH:.0f} {_HEIGHT:.0f}" preserveAspectRatio="xMidYMid meet" role="img" '
         f'data-left="{_LEFT}" data-right="{_WIDTH - _RIGHT}" data-span="{look.span_s:g}" '
-        f'aria-label="Timeline, from {ago_words(look.span_s)} until now">{"".join(parts)}</svg>'
+        f'aria-label="{TIMELINE.format(ago_words(look.span_s))}">{"".join(parts)}</svg>'
     )
 
 
@@ -107,7 +110,7 @@ class _Axis:
         """Return the names of five moments on the axis."""
         words = []
         for part, kind in zip((1.0, 0.75, 0.5, 0.25, 0.0), ("", *["fh-middle"] * 3, "fh-right"), strict=True):
-            name = ago_words(part * self.span_s) if part else "now"
+            name = ago_words(part * self.span_s) if part else NOW
             x = self.x(self.now_s - part * self.span_s)
             words.append(f'<text x="{x:.0f}" y="{_HEIGHT - 3:.0f}" class="fh-tick {kind}">{name}</text>')
         return words
@@ -142,7 +145,7 @@ def _lane(
     name: str, top: float, moments: Sequence[Moment], axis: _Axis, words_of: Callable[[Moment], str]
 ) -> list[str]:
     """Return a lane of stretches with equal words."""
-    parts = [f'<text x="{_LEFT - 6:.0f}" y="{top + 11:.0f}" class="fh-tick fh-right">{name}</text>']
+    parts = [f'<text x="{_LEFT - 6:.0f}" y="{top + 11:.0f}" class="fh-tick fh-right">{LANES[name]}</text>']
     for words, stretch in itertools.groupby(_spans(moments, axis.now_s), key=lambda span: words_of(span[2])):
         spans = list(stretch)
         left, right = axis.x(spans[0][0]), axis.x(spans[-1][1])
@@ -185,7 +188,7 @@ class _Plot:
                 f'<line x1="{_LEFT}" x2="{_WIDTH - _RIGHT}" y1="{at:.1f}" y2="{at:.1f}" class="fh-limit"/>'
             )
         elif self.limit is not None:
-            limit = f'<text x="{_LEFT + 3}" y="{top + 9:.0f}" class="fh-tick">limit {self.limit:g} {self.unit}</text>'
+            limit = f'<text x="{_LEFT + 3}" y="{top + 9:.0f}" class="fh-tick">{LIMIT} {self.limit:g} {self.unit}</text>'
         now = f"{known[-1][1]:.3g} {self.unit}" if known else ""
         zero = y(0.0)
         points = " ".join(f"{axis.x(t):.0f},{y(value):.1f}" for t, value in _thinned(known))

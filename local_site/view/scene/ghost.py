@@ -22,6 +22,7 @@ from farhand.common.wire.messages import PlannedPath, Telemetry
 from farhand.common.wire.motion_encoding import points_of
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.goal import goal_miss
+from farhand.local_site.view.panels.words.controls import BEFORE_THE_END, scene_name
 
 Array = NDArray[np.float64]
 
@@ -120,10 +121,10 @@ class RobotPicture:
         """Return the robot's name in the scene, with the age of what is drawn when that is old."""
         age_s = self.state.link.age_s
         if self.then_s is not None:
-            return f"{name}, {round(self.now_s - self.then_s)} s ago, not now"
+            return scene_name(name, self.now_s - self.then_s, past=True)
         if not self.old or age_s is None:
             return name
-        return f"{name}, {math.floor(age_s + self.now_s - self.state.now_s)} s ago"
+        return scene_name(name, age_s + self.now_s - self.state.now_s, past=False)
 
 
 def preview_miss(state: ConsoleState) -> str:
@@ -132,7 +133,7 @@ def preview_miss(state: ConsoleState) -> str:
     if path is None or state.mode is not ControlMode.HOLD:
         return ""
     if not path.reaches_end:
-        return "before the end of the motion"
+        return BEFORE_THE_END
     return goal_miss(state.task, points_of(path)[-1])
 
 

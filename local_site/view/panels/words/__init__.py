@@ -1,4 +1,5 @@
 """Words of the page, by concept: to translate or reword the page, these files are what there is to read.
 
-In: the console's state. Out: text. Next: the panels, which put it on the page; `scripts` has the words of the browser's own part.
+In: the console's state. Out: text. Next: the panels and the scene, which show it; `controls` names all that is pressed, moved or
+chosen, `scripts` has the words of the browser's own part. A folder, because one file would be four screens too long.
 """

@@ -102,7 +102,7 @@ def _moving_advice(state: ConsoleState, words: Words) -> str:
         case ControlMode.AUTONOMOUS if state.phase is not Phase.APPROACHING:
             return f"The robot is {state.phase}. Abort ends it where it is."
         case ControlMode.AUTONOMOUS:
-            return "The robot executes the model by itself, whatever the link does. Abort ends it."
+            return "The robot executes the model on its own, whatever the link does. Abort ends it."
     return ""
 
 
@@ -135,7 +135,9 @@ def preview_miss_words(state: ConsoleState) -> str:
     """Return how the shown preview misses the task's goal; empty if it reaches the goal."""
     miss = preview_miss(state)
     return (
-        f"This preview ends {miss}, not at the task's goal: teach again before you execute. " if miss else ""
+        f"This preview ends {miss}, not at the task's goal: do not execute it, record another demonstration. "
+        if miss
+        else ""
     )
 
 
@@ -151,11 +153,11 @@ def plan_words(state: ConsoleState) -> str:
         return ""
     model = learned.model
     if path.away > OUTSIDE:
-        seen = "this start is"
+        seen = "it starts"
         if path.away_frame < len(names := model.frame_names) > 1:
-            seen = f"seen from {names[path.away_frame]}, the start or the goal is"
-        further = f"{path.away:.0f} times further away than the demonstrated ones"
-        return f"Outside what was shown: {seen} {further}. Demonstrate from here? "
+            seen = f"seen from {names[path.away_frame]}, it starts or ends"
+        further = f"{path.away:.0f} times further away than your demonstrations"
+        return f"Watch this path first: {seen} {further}. One more demonstration makes it surer. "
     start = points_of(path)[0]
     number = chosen_way(model.ways, start, model.max_distance_m)
     if number < 0:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from farhand.common.wire.messages import ExecutionReport
 from farhand.common.wire.words import sentence
 from farhand.local_site.console.console_state import TaskStanding
 from farhand.local_site.console.executions import Executions, ReportedExecution
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.teaching.revisions import Revision
+from farhand.local_site.view.panels.words.controls import THIS_PAGE
 from farhand.local_site.view.sessions import OBJECT_S, Role
 
 LATE_S = 2.0
@@ -98,7 +101,32 @@ def standing_words(task: TaskStanding) -> str:
         if task.differs
         else "robot has it"
     )
-    return f"{n} demo{'' if n == 1 else 's'}, {robot}"
+    return f"{n} demonstration{'' if n == 1 else 's'}, {robot}"
+
+
+def demonstration_label(number: int, source: str, seconds: float) -> str:
+    """Return the name of a demonstration in its list."""
+    return f"{number}: {(source or THIS_PAGE)[:40]}, {seconds:.1f} s"
+
+
+def model_name(model: str) -> str:
+    """Return the name of a model of another site or session, by its hash."""
+    return f"model {model}"
+
+
+def made_words(at: str) -> str:
+    """Return when a revision was made."""
+    return f"made at {at}"
+
+
+def link_name(profile: str) -> str:
+    """Return the name of the link by that of its simulated profile."""
+    return f"{profile} link" if profile else "link"
+
+
+def cut_words(remaining_s: float) -> str:
+    """Return how long the simulated link stays cut."""
+    return f"cut: {math.ceil(remaining_s)} s left"
 
 
 def event_words(notice: Notice) -> str:

@@ -20,6 +20,7 @@ LINK_WORDS = {
     LinkHealth.LATE: "DEGRADED",
     LinkHealth.LOST: "LOST",
 }
+UNKNOWN, NOBODY, NO_PENDING, NO_REPORT = "UNKNOWN", "NOBODY", "none", "no report yet"
 HOLDERS = {ControlMode.DIRECT: "OPERATOR", ControlMode.AUTONOMOUS: "REMOTE MPC"}
 _LOST_LINK = {"continue": "goes on", "hold": "pauses", "retract": "retracts"}
 
@@ -51,6 +52,63 @@ def _last_known(state: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
     return f": the robot was {state.mode.name} when last heard {heard_s} s ago{end}"
 
 
+def stop_does_words(state: ConsoleState) -> str:
+    """Return what STOP would do now, in a few words under its name."""
+    stop = state.stop
+    if state.link.health in (LinkHealth.LOST, LinkHealth.NEVER):
+        return "sent until it arrives"
+    if stop is not None and not stop.settled and not stop.moves_again:
+        return "being sent"
+    match state.mode:
+        case ControlMode.STOPPED:
+            return "stopped already"
+        case ControlMode.DISARMED | ControlMode.HOLD | ControlMode.PAUSED:
+            return "stands, and is locked"
+        case ControlMode.AUTONOMOUS if state.phase.at_end:
+            return "holds here, locked"
+    return "brakes, holds, locked"
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a noun in the number that fits."""
+    return noun if number == 1 else f"{noun}s"
+
+
+def depth_words(depth_mm: float) -> str:
+    """Return the place of a plug in its receptacle, or before it."""
+    return f"{depth_mm:.0f} mm deep" if depth_mm > 0.0 else f"{-depth_mm:.0f} mm away"
+
+
+def seen_words(age: str, old: bool) -> str:
+    """Return how long ago the robot was as it is shown."""
+    return f"OLD: seen {age} ago" if old else f"seen {age} ago"
+
+
+def left_words(seconds: int) -> str:
+    """Return how long the preview is still good."""
+    return f"preview: {max(seconds, 0)} s left"
+
+
+def as_it_was_words(seconds: float) -> str:
+    """Return of when the shown robot is, while the operator looks back."""
+    return f"as it was {ago_words(seconds)}"
+
+
+def fetching_words(share: float) -> str:
+    """Return how much of the robot's drawing was fetched."""
+    return f"fetching what the robot looks like, {share:.0%}"
+
+
+def camera_age_words(age_s: float, old: bool) -> str:
+    """Return how long ago a picture was exposed."""
+    return f"OLD: {age_s:.0f} s ago" if old else f"{age_s:.1f} s ago"
+
+
+def no_picture_words(why: str, waiting: bool) -> str:
+    """Return why no picture of the robot's camera comes; empty if one is shown."""
+    return f"no picture: {why}" if why else "waiting for a picture" if waiting else ""
+
+
 def pace_words(state: ConsoleState) -> str:
     """Return the robot's pace, if it is reduced."""
     pace = state.robot.pace if state.robot is not None else 1.0
@@ -68,7 +126,7 @@ def lease_words(state: ConsoleState) -> str:
     if state.other_schema:
         return "another version"
     if state.in_control:
-        return f"{state.asked_by} asks for it" if state.asked_by else "yours to command"
+        return f"{state.asked_by} asks for it" if state.asked_by else "you have control"
     return sentence(state.why_not_in_control) or "asking for the robot"
 
 

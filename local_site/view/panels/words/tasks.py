@@ -88,7 +88,7 @@ def local_words(state: ConsoleState, words: Words) -> str:
 
 def _where(arm: ArmView) -> str:
     """Return where the plug is, in the receptacle or in front of it."""
-    askew = f"{math.degrees(arm.tilt_rad):.0f}° askew"
+    askew = askew_words(arm.tilt_rad)
     if _is_in(arm):
         return f"{1e3 * arm.depth_m:.0f} mm deep, {'jammed: ' if arm.saturated else ''}{askew}"
     if arm.saturated:
@@ -97,6 +97,34 @@ def _where(arm: ArmView) -> str:
     red_m, green_m = TaskFrame.at(arm.tip).to_local(arm.receptacle)[:2]
     red, green = _along("red", red_m), _along("green", green_m)
     return f'<span class="fh-way">{1e3 * abs(arm.depth_m):.0f} mm {side}, {red}, {green}, {askew}</span>'
+
+
+def askew_words(tilt_rad: float) -> str:
+    """Return the angle between the plug and the bore."""
+    return f"{math.degrees(tilt_rad):.0f}° askew"
+
+
+def beside_words(beside_m: float) -> str:
+    """Return the distance of the plug from the bore's axis."""
+    return f"{1e3 * beside_m:.0f} mm beside"
+
+
+def to_go_words(arm: ArmView) -> str:
+    """Return the way of the plug to the mouth, or its depth in the bore."""
+    depth_mm = 1e3 * arm.depth_m
+    if depth_mm <= 0.0:
+        return f"{-depth_mm:.0f} mm to go to the mouth"
+    return f"{depth_mm:.0f} of {1e3 * arm.bore_m:.0f} mm deep"
+
+
+def keys_words(turns: bool) -> str:
+    """Return what the keys do to the plug.
+
+    Args:
+        turns: True if they turn it, and do not move it.
+    """
+    does, size = ("Turn", "1°, with Shift 0.2°") if turns else ("Move", "5 mm, with Shift 1 mm")
+    return f"{does} by keys: {size}. Held down: on until released."
 
 
 def _along(arrow: str, way_m: float) -> str:

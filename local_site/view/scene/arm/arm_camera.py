@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from farhand.local_site.view.panels.words.controls import ViewName
+
 Array = NDArray[np.float64]
 
 FOV_RAD = 0.30
@@ -84,17 +86,17 @@ class _View:
     pitch_rad: float = _PITCH_RAD
 
 
-_VIEWS = {
-    "Both": _View(np.zeros(3), 2.0 * _WIDTH_M, _HEIGHT_M),
-    "Mine": _View(base_m(False) + _CENTRE_M, _WIDTH_M, _HEIGHT_M),
-    "Robot": _View(base_m(True) + _CENTRE_M, _WIDTH_M, _HEIGHT_M),
-    "Behind": _View(base_m(False) + _MOUTH_M, 0.8, 0.62, math.radians(24.0), math.radians(-38.0)),
-    "Bore": _View(base_m(True) + _MOUTH_M, 0.5, 0.42, math.radians(66.0), math.radians(-12.0)),
-    "Top": _View(np.zeros(3), 2.0 * _WIDTH_M, _HEIGHT_M, _HEADING_RAD, math.radians(-80.0)),
+_VIEWS: dict[str, _View] = {
+    ViewName.BOTH: _View(np.zeros(3), 2.0 * _WIDTH_M, _HEIGHT_M),
+    ViewName.MINE: _View(base_m(False) + _CENTRE_M, _WIDTH_M, _HEIGHT_M),
+    ViewName.ROBOT: _View(base_m(True) + _CENTRE_M, _WIDTH_M, _HEIGHT_M),
+    ViewName.BEHIND: _View(base_m(False) + _MOUTH_M, 0.8, 0.62, math.radians(24.0), math.radians(-38.0)),
+    ViewName.BORE: _View(base_m(True) + _MOUTH_M, 0.5, 0.42, math.radians(66.0), math.radians(-12.0)),
+    ViewName.TOP: _View(np.zeros(3), 2.0 * _WIDTH_M, _HEIGHT_M, _HEADING_RAD, math.radians(-80.0)),
 }
-VIEWS = tuple(_VIEWS)
+VIEWS: tuple[str, ...] = tuple(_VIEWS)
 """Names of the views; the first one shows all."""
-TEACHING_VIEW = "Behind"
+TEACHING_VIEW: str = ViewName.BEHIND
 """Name of the view in which the arrows at the plug are best told apart."""
 
 

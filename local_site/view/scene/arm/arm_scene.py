@@ -16,6 +16,7 @@ from farhand.common.wire.messages import Telemetry
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.view.panels.words.controls import OWN_ARM, ROBOT_NAME, Layer
 from farhand.local_site.view.scene import palette
 from farhand.local_site.view.scene.arm.arm_bodies import LOCAL, REMOTE, ArmBodies
 from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, TEACHING_VIEW, VIEWS, arm_camera, base_m
@@ -40,7 +41,6 @@ from farhand.local_site.view.scene.palette import Rgb
 from farhand.local_site.view.scene.tube import Tube
 
 _GHOST_OPACITY = 0.55
-_ROBOT_NAME = "ROBOT"
 _NAME_M = (0.0, -0.13, 0.26)
 """Place of an arm's name, from its base [m]."""
 
@@ -68,14 +68,17 @@ class RemoteArm:
             Landmarks(scene, parent),
         )
         frame = self._receptacle.name
-        model, predicted = layers.node("Model", f"{frame}/model"), layers.node("Path", f"{frame}/predicted")
+        model, predicted = (
+            layers.node(Layer.MODEL, f"{frame}/model"),
+            layers.node(Layer.PATH, f"{frame}/predicted"),
+        )
         self._model, self._line = Ellipsoids(scene, model), Curves(scene, f"{predicted}/path", 6.0)
         self._tube = Tube(scene, predicted)
         self._ghost = scene.add_frame(f"{predicted}/ghost", show_axes=False, visible=False)
         seen = (*description.tool.meshes, *description.held)
         add_solids(scene, f"{predicted}/ghost", seen, palette.PREDICTED, opacity=_GHOST_OPACITY)
-        self._trace = Trace(scene, layers.node("Trace", f"{frame}/trace"))
-        self._name = scene.add_label(f"{parent}/name", _ROBOT_NAME, position=_NAME_M, anchor="center-left")
+        self._trace = Trace(scene, layers.node(Layer.TRACE, f"{frame}/trace"))
+        self._name = scene.add_label(f"{parent}/name", ROBOT_NAME, position=_NAME_M, anchor="center-left")
         self._path: NDArray[np.float64] | None = None
         self._misses = False
         self._shown: tuple[Telemetry, bool] | None = None
@@ -93,7 +96,7 @@ class RemoteArm:
         self._draw_report(robot, picture.old)
         self._landmarks.draw(state.task.frame_names, reported_places(robot))
         self._trace.show(picture.trace)
-        name = picture.name(_ROBOT_NAME)
+        name = picture.name(ROBOT_NAME)
         if self._name.text != name:
             self._name.text = name
         has = state.robot_model
@@ -125,10 +128,10 @@ class RemoteArm:
 
 
 _LOCAL, _REMOTE, _ARMS, _ROBOT = "/local", "/remote", "/arms", "/robot"
-_RINGS = "Turn"
+_RINGS = Layer.RINGS
 _LAYERS: dict[str, Rgb] = {
-    "Demonstrations": palette.STROKE, "Model": palette.component_colour(0.5), "Path": palette.PREDICTED,
-    "Trace": palette.REMOTE, _RINGS: palette.LOCAL,
+    Layer.DEMONSTRATIONS: palette.STROKE, Layer.MODEL: palette.component_colour(0.5), Layer.PATH: palette.PREDICTED,
+    Layer.TRACE: palette.REMOTE, _RINGS: palette.LOCAL,
 }  # fmt: skip
 
 
@@ -163,11 +166,11 @@ class ArmScene:
         add_platform(scene, _LOCAL, own)
         self._receptacle, self._landmarks = ReceptacleDrawing(scene, _LOCAL, own), Landmarks(scene, _LOCAL)
         self.layers = Layers(scene, _LAYERS)
-        self._model = Ellipsoids(scene, self.layers.node("Model", f"{self._receptacle.name}/model"))
-        shown = self.layers.node("Demonstrations", f"{self._receptacle.name}/shown")
+        self._model = Ellipsoids(scene, self.layers.node(Layer.MODEL, f"{self._receptacle.name}/model"))
+        shown = self.layers.node(Layer.DEMONSTRATIONS, f"{self._receptacle.name}/shown")
         self._demonstrations = Demonstrations(scene, shown)
-        self._trace = Trace(scene, self.layers.node("Trace", f"{self._receptacle.name}/trace"))
-        scene.add_label(f"{_LOCAL}/name", "YOUR ARM (simulation)", position=_NAME_M, anchor="center-left")
+        self._trace = Trace(scene, self.layers.node(Layer.TRACE, f"{self._receptacle.name}/trace"))
+        scene.add_label(f"{_LOCAL}/name", OWN_ARM, position=_NAME_M, anchor="center-left")
         self.layers.toggle(_RINGS)
         self._gizmo = HandGizmo(scene, _LOCAL, submit, act)
         self.jog = Jog(self._gizmo.lead, submit, self.turns)

@@ -11,6 +11,7 @@ import numpy as np
 import viser
 
 from farhand.common.task import PointTask
+from farhand.local_site.view.panels.words.controls import ViewName
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.nodes import ASIDE_Z_M, GRID_Z_M, HIDDEN_Z_M, MAT_Z_M, add_flat, add_lines
 
@@ -107,7 +108,7 @@ MARGIN = 0.03
 """Space around both, in board widths."""
 _FREE = 0.77
 """Share of the canvas's height between the views and the legend above and the cards below, which cover no board."""
-VIEWS = ("Both", "Mine", "Robot")
+VIEWS: tuple[str, ...] = (ViewName.BOTH, ViewName.MINE, ViewName.ROBOT)
 """Names of the views; the first one shows all."""
 
 
@@ -157,5 +158,6 @@ def view_of(board_m: tuple[float, float], size_px: tuple[float, float], view: st
     (width_m, height_m), (width_px, height_px) = board_m, size_px
     across_m = ((2.0 + GAP if view == VIEWS[0] else 1.0) + 2.0 * MARGIN) * width_m
     scale = min(width_px / across_m, _FREE * height_px / (height_m + 2.0 * MARGIN * width_m))
-    beside_m = {"Mine": -0.5, "Robot": 0.5}.get(view, 0.0) * (1.0 + GAP) * width_m
+    sides: dict[str, float] = {ViewName.MINE: -0.5, ViewName.ROBOT: 0.5}
+    beside_m = sides.get(view, 0.0) * (1.0 + GAP) * width_m
     return View((beside_m, 0.5 * height_m), scale, size_px)

@@ -16,6 +16,7 @@ from farhand.common.clock import elapsed_s
 from farhand.common.task import PointTask
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.view.panels.words.controls import NOTHING_FOLLOWS, OWN_BOARD, Layer
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import FOV_RAD, VIEWS, Board, add_mat, view_of
 from farhand.local_site.view.scene.board.robot_drawing import ModelDrawing, RobotDrawing, add_target
@@ -72,7 +73,7 @@ class Drawing:
         explain: Callable[[str], None],
         layers: Layers,
     ):
-        self._shown_name = layers.node("Demonstrations", f"{board.name}/shown")
+        self._shown_name = layers.node(Layer.DEMONSTRATIONS, f"{board.name}/shown")
         self._scene, self._submit, self._explain = scene, submit, explain
         self._clock = StrokeClock()
         self._recording = self._coupled = False
@@ -87,7 +88,7 @@ class Drawing:
         """Handle the mouse: moved with its button down, or let go."""
         if not (self._recording or self._coupled):
             if phase == "start":
-                self._explain("nothing follows your hand now: press Record to teach, or Couple to drive")
+                self._explain(NOTHING_FOLLOWS)
             return
         self._hand_at = position_m
         self._submit(intents.Hand(position_m, self._clock.at(position_m), released=phase == "end"))
@@ -167,8 +168,8 @@ Act = Callable[[int, Callable[[], None]], None]
 
 
 _LAYERS: dict[str, palette.Rgb] = {
-    "Demonstrations": palette.STROKE, "Model": palette.component_colour(0.5), "Path": palette.PREDICTED,
-    "Trace": palette.REMOTE,
+    Layer.DEMONSTRATIONS: palette.STROKE, Layer.MODEL: palette.component_colour(0.5), Layer.PATH: palette.PREDICTED,
+    Layer.TRACE: palette.REMOTE,
 }  # fmt: skip
 
 
@@ -209,13 +210,13 @@ class PlanarScene:
         self._target = scene.add_frame(frame, show_axes=False)
         add_target(scene, frame)
         self.layers = Layers(scene, _LAYERS)
-        self._model = ModelDrawing(scene, self.layers.node("Model", f"{frame}/learned"))
-        self._trace = Trace(scene, self.layers.node("Trace", f"{frame}/trace"), LINE_Z_M)
+        self._model = ModelDrawing(scene, self.layers.node(Layer.MODEL, f"{frame}/learned"))
+        self._trace = Trace(scene, self.layers.node(Layer.TRACE, f"{frame}/trace"), LINE_Z_M)
         self._drawing = Drawing(scene, local, submit, explain, self.layers)
         self._robot, self._landmarks = RobotDrawing(scene, remote, self.layers), Landmarks(scene, local.name)
         width, height = local.size_m
         scene.add_label(
-            f"{local.name}/name", "YOUR BOARD", position=(0.5 * width, height, MAT_Z_M), anchor="top-center"
+            f"{local.name}/name", OWN_BOARD, position=(0.5 * width, height, MAT_Z_M), anchor="top-center"
         )
         target = TargetDrag(submit)
         local.listen(local.grip, lambda tab, *drag: act(tab, partial(self._drawing.drag, *drag)))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.wire.messages import Telemetry
+from farhand.local_site.view.panels.words.controls import ROBOT_NAME, Layer
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import Board
 from farhand.local_site.view.scene.curves import Trace
@@ -111,7 +112,6 @@ class ModelDrawing:
 
 
 _POINT_RADIUS_M = 0.018
-_NAME = "ROBOT"
 
 
 class RobotDrawing:
@@ -132,13 +132,13 @@ class RobotDrawing:
         w, h = shapes.U_WIDTH_M, shapes.U_HEIGHT_M
         around = shapes.rectangle(-0.5 * w, -0.5 * h, w, h)
         self.grip = add_flat(scene, f"{self._frame_name}/grip", around, palette.TARGET, HIDDEN_Z_M + 0.01)
-        self._model = ModelDrawing(scene, layers.node("Model", f"{self._frame_name}/learned"))
-        self._predicted = layers.node("Path", f"{self._frame_name}/predicted")
+        self._model = ModelDrawing(scene, layers.node(Layer.MODEL, f"{self._frame_name}/learned"))
+        self._predicted = layers.node(Layer.PATH, f"{self._frame_name}/predicted")
         self._tube = Tube(scene, self._predicted, MODEL_Z_M)
-        self._trace = Trace(scene, layers.node("Trace", f"{self._frame_name}/trace"), LINE_Z_M)
+        self._trace = Trace(scene, layers.node(Layer.TRACE, f"{self._frame_name}/trace"), LINE_Z_M)
         self._name = scene.add_label(
             f"{name}/name",
-            _NAME,
+            ROBOT_NAME,
             position=(0.5 * board.size_m[0], board.size_m[1], MAT_Z_M),
             anchor="top-center",
         )
@@ -164,7 +164,7 @@ class RobotDrawing:
         self._draw_report(robot, picture.old)
         self._landmarks.draw(state.task.frame_names, reported_places(robot))
         self._trace.show(picture.trace)
-        name = picture.name(_NAME)
+        name = picture.name(ROBOT_NAME)
         if self._name.text != name:
             self._name.text = name
         has = state.robot_model
