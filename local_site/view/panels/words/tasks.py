@@ -68,8 +68,8 @@ def words_of(task: AnyTask) -> Words:
     usual = _ARM[task.skill] if isinstance(task, ArmTask) else _BOARD
     own = {name: text for name, text in structs.asdict(task.words).items() if text is not None}
     target = own.pop("target", usual.target.format(frame=task.frame_names[-1]))
-    said = {name: text.format(target=target) for name, text in asdict(usual).items()}
-    return Words(**said | {"target": target} | own)
+    said = {name: text.format(target=target) for name, text in asdict(replace(usual, target=target)).items()}
+    return Words(**said | own)
 
 
 _IN_M, _BESIDE_M = 0.005, 0.020
