@@ -85,7 +85,7 @@ def link_result(
 def _of_point(task: PointTask) -> dict[str, Any]:
     return {
         "board_side_m": max(task.workspace_m),
-        "target_amplitude_m": float(np.linalg.norm(task.target.amplitude_m)),
+        "target_amplitude_m": float(np.linalg.norm(task.target.amplitude_m or 0.0)),
         "target_period_s": task.target.period_s,
     }
 
