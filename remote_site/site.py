@@ -211,7 +211,7 @@ class RemoteSite:
             camera.start()
             self._ticked_s, self._robot = time.monotonic(), robot
             ready()
-            return self._loop(robot, memory, TickTimes(event_log.append, hardware.control_hz))
+            return self._loop(robot, link, memory, TickTimes(event_log.append, hardware.control_hz))
         finally:
             call_all(
                 halts_of(hardware.plant, hardware.perception)
@@ -221,7 +221,9 @@ class RemoteSite:
             planner.close()
             link.close()
 
-    def _loop(self, robot: Robot, memory: PlantMemory, times: TickTimes) -> Reason | None:
+    def _loop(
+        self, robot: Robot, link: ZenohLink, memory: PlantMemory, times: TickTimes
+    ) -> Reason | None:  # fmt: skip
         control_hz = robot.embodiment.hardware.control_hz
         remember_every = max(1, round(PERIOD_S * control_hz))
         rate, suspend = Rate(1.0 / control_hz, self._stop), SuspendWatch()
@@ -232,6 +234,7 @@ class RemoteSite:
                 robot.supervisor.motion.halt(1.0 / control_hz)
                 return because(Code.SUSPENDED, suspended_s=suspended_s)
             robot.overruns = rate.overruns
+            robot.supervisor.contact.reports_every(link.report_gap_s)
             self._ticked_s, began_ns = time.monotonic(), time.thread_time_ns()
             robot.step(rate.late_s)
             times.add((time.thread_time_ns() - began_ns) * 1e-9, rate.late_s, rate.overruns)

@@ -194,6 +194,11 @@ class ZenohLink:
         """Return the locators of the other ends that are connected."""
         return self._session.locators()
 
+    @property
+    def report_gap_s(self) -> float:
+        """Longest time between two reports that a lossy connection let out a moment ago [s]; 0 if all leave at once."""
+        return self._quic.report_gap_s if self._quic is not None else 0.0
+
     def _is_connected(self) -> bool:
         return all(session.locators() for session in {self._session, self._streams})
 

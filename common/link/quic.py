@@ -5,6 +5,7 @@ Over TCP the transport delivers all messages in order, however late, so none of 
 
 from __future__ import annotations
 
+import math
 import secrets
 import time
 from collections import deque
@@ -25,6 +26,8 @@ _CHANGE = 0.1
 """Relative change of the rate that updates the budgets of the streams."""
 _SENT_KEPT = 64
 ASKER_BYTES = 8
+_GAP_KEPT_S = 10.0
+"""Time for which a gap between reports counts [s]: as long as the robot takes for learning the usual age of a message."""
 
 Put = Callable[[Channel, bytes, bool, bytes | None], None]
 """Puts a message on a channel: reliably or as a datagram, with an attachment."""
@@ -44,6 +47,7 @@ class QuicDelivery:
         self._gate, self._pace, self._copies = SilenceGate(rate_bps), StreamPace(), Copies()
         self._probe: PathProbe | None = None
         self._paced_bytes_s = self._next_report_s = 0.0
+        self._gap_s, self._gap_since_s = 0.0, -math.inf
         self._sent: dict[Channel, deque[bytes]] = {}
         self.asker = secrets.token_hex(ASKER_BYTES)
         """Random name of this process, in the key of the answers to its questions."""
@@ -87,7 +91,14 @@ class QuicDelivery:
             if now_s < self._next_report_s:
                 return False
             self._next_report_s = now_s + n_bytes / rate
+            if n_bytes / rate >= self.report_gap_s:
+                self._gap_s, self._gap_since_s = n_bytes / rate, now_s
         return self._gate.lets_out(n_bytes)
+
+    @property
+    def report_gap_s(self) -> float:
+        """Longest time between two reports during the last seconds [s]; 0 while all of them leave at once."""
+        return self._gap_s if time.monotonic() - self._gap_since_s < _GAP_KEPT_S else 0.0
 
     def send(self, channel: Channel, data: bytes) -> None:
         """Send a message now, according to its kind."""

@@ -51,14 +51,21 @@ class Freshness:
     def __init__(self, clock: BootClock, max_age_s: float, telemetry_period_s: float):
         self._clock = clock
         self._max_age_s = max_age_s
-        # The echo may be two reports old; where reports are rare, that is more than the least patience.
-        two_reports_s = 2.0 * telemetry_period_s + 0.1
-        self._ttl_min_s = max(_TTL_MIN_S, two_reports_s)
-        self._command_ttl_max_s = max(_TTL_MAX_S, two_reports_s)
+        self.telemetry_period_s = telemetry_period_s
+        """Time between two reports at present [s]."""
         self._accepted: deque[float] = deque(maxlen=_WINDOW)
         self._late: deque[float] = deque(maxlen=_WINDOW)
         self._last_renewal_s = -np.inf
         self._last_echo_ns = -1
+
+    @property
+    def two_reports_s(self) -> float:
+        """Possible age of an echo beyond the usual one, with one report lost [s]: much, where reports are rare."""
+        return 2.0 * self.telemetry_period_s + 0.1
+
+    @property
+    def _command_ttl_max_s(self) -> float:
+        return max(_TTL_MAX_S, self.two_reports_s)
 
     @property
     def reference_s(self) -> float | None:
@@ -129,4 +136,4 @@ class Freshness:
     def _ttl_s(self, upper_s: float) -> float:
         """Return the largest usual excess over the reference [s]."""
         spread_s = float(np.quantile(np.array(self._accepted), 0.99)) - min(self._accepted)
-        return min(max(spread_s + 0.1, self._ttl_min_s), upper_s)
+        return min(max(spread_s + 0.1, _TTL_MIN_S, self.two_reports_s), upper_s)

@@ -6,7 +6,6 @@ import math
 
 from farhand.common.clock import BootClock
 from farhand.common.link.budget import period_s
-from farhand.common.link.endpoint import scheme_of
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (
@@ -25,7 +24,7 @@ from farhand.remote_site.supervision.lease import Lease
 
 _INPUT_TTL_MAX_S = 1.0
 _SLOWED_S = 0.25
-"""Time between two reports that a lossy QUIC link slows down [s]: an echo may be that much older."""
+"""Longest time between two reports that a lossy link slows down for which messages are given more time [s]."""
 _OTHER_VERSION_S = 10.0
 """Time for which a site of another version counts as there: it renews its lease each second [s]."""
 _SILENCE_S = 0.5
@@ -46,11 +45,8 @@ class OperatorSession:
         self.lease = Lease(config.lease_s)
         most_bytes = MAX_TELEMETRY_BYTES + (n_frames - 1) * FRAME_BYTES
         telemetry_s = period_s(keys.TELEMETRY, config.telemetry_hz, most_bytes, config.link.rate_bps)
-        if scheme_of(config.link.endpoint) == "quic":  # on a lossy link reports come less often: link/pace.py
-            telemetry_s = max(telemetry_s, _SLOWED_S)
+        self._telemetry_s = telemetry_s
         self._freshness = Freshness(clock, config.max_age_s, telemetry_s)
-        # On a link so narrow that reports are rare, even the newest report is old.
-        self._silence_s = max(_SILENCE_S, 2.0 * telemetry_s + 0.1)
         self._usual_for = ""
         self._newest_echo_ns = 0
         self._heartbeat_session = ""
@@ -62,6 +58,15 @@ class OperatorSession:
         self._other_version, self._other_version_s = "", -math.inf
         self.delay_changed = False
         """True once the usual delay has changed: the coupled operator is decoupled for it, then this is cleared."""
+
+    def reports_every(self, gap_s: float) -> None:
+        """Take note of the time between two reports as the link lets them out at present [s], see `link/pace.py`."""
+        self._freshness.telemetry_period_s = max(self._telemetry_s, min(gap_s, _SLOWED_S))
+
+    @property
+    def _silence_s(self) -> float:
+        """Longest silence [s]: on a link so narrow that reports are rare, even the newest report is old."""
+        return max(_SILENCE_S, self._freshness.two_reports_s)
 
     def other_version(self, words: str) -> None:
         """Process a message that was dropped because its version differs."""

@@ -164,3 +164,25 @@ def test_heartbeats_that_overtake_each_other_count_once_each():
         operators.contact.heartbeat(Heartbeat(session="session of ann", seq=seq, echo=operators.echo(0.1)))
     assert operators.contact.heartbeat_seq == 5
     assert operators.time.ns - operators.contact.heartbeat_received_ns == 200_000_000
+
+
+def test_a_message_may_be_older_while_the_link_lets_reports_out_rarely_and_no_longer():
+    operators = Operators()
+    lease_id = ""
+    for _ in range(5):
+        lease_id = operators.ask("ann", age_s=0.6).lease_id
+    assert operators.command("ann", lease_id, age_s=0.8) is None
+    assert "came too late" in sentence_of(operators.command("ann", lease_id, age_s=1.0))
+    operators.contact.reports_every(0.2)  # two of them and 0.1 s
+    assert operators.command("ann", lease_id, age_s=1.0) is None
+    assert "came too late" in sentence_of(operators.command("ann", lease_id, age_s=1.15))
+    operators.contact.reports_every(3.0)  # at most 0.6 s
+    assert operators.command("ann", lease_id, age_s=1.15) is None
+    assert "came too late" in sentence_of(operators.command("ann", lease_id, age_s=1.25))
+    operators.contact.reports_every(0.0)
+    assert "came too late" in sentence_of(operators.command("ann", lease_id, age_s=1.0))
+
+
+def sentence_of(reason: Reason | None) -> str:
+    assert reason is not None
+    return sentence(reason)
