@@ -1,24 +1,26 @@
-"""Checks of a driver for its author: `check_plant` moves a plant as the control loop does, `check_perception` looks.
+"""Checks of a driver for its author: `check_plant` and `check_arm` move as the control loop does, the other two look.
 
-Both raise one AssertionError with all findings. Clear a machine's way first: it moves.
+Each raises one AssertionError with all findings. Clear a machine's way first: it moves. `python -m farhand.testing --help` checks
+drivers that are installed, by their names.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidInput
-from farhand.remote_site.interface.driver import Closable, Haltable, Monitored, Startable
+from farhand.findings import check_times, findings, opened
+from farhand.machine_checks import check_arm, check_camera
+from farhand.remote_site.interface.driver import Haltable
 from farhand.remote_site.interface.plant import EffectorState, Plant, check_state
 from farhand.remote_site.interface.sensing import Perception, TrueTarget, check_frames
 
-__all__ = ["check_perception", "check_plant"]
+__all__ = ["check_arm", "check_camera", "check_perception", "check_plant"]
 
 Pace = Callable[[float], object]
 
@@ -55,14 +57,14 @@ def check_plant(
         raise InvalidInput(
             "check_plant", "room_m", f"{least_m:.3g} m or more for these limits, got {room_m:g}"
         )
-    with _findings("plant") as told, _open(plant, told, "read", "accelerate", "follow", "brake"):
+    with findings("plant") as told, opened(plant, told, "read", "accelerate", "follow", "brake"):
         trial = _Trial(plant, max_speed_m_s, max_acceleration_m_s2, dt_s, pace, told)
         trial.reads()
         trial.follows(0.5 * room_m)
         trial.accelerates(0.25 * room_m)
         trial.keeps_limits()
         trial.halts()
-        _check_times(told, trial.durations_s, dt_s)
+        check_times(told, trial.durations_s, dt_s)
 
 
 def check_perception(
@@ -87,7 +89,7 @@ def check_perception(
     Raises:
         AssertionError: With a line for each finding.
     """
-    with _findings("perception") as told, _open(perception, told, "observe"):
+    with findings("perception") as told, opened(perception, told, "observe"):
         began_s, seen, durations_s = time.monotonic(), False, []
         for n in range(max(1, round(duration_s / dt_s))):
             now_s, before_s = began_s + n * dt_s, time.perf_counter()
@@ -100,7 +102,7 @@ def check_perception(
             pace(dt_s)
         if not seen:
             told.append("observe: it saw nothing: put its target in view, or give it more time (duration_s)")
-        _check_times(told, durations_s, dt_s)
+        check_times(told, durations_s, dt_s)
 
 
 class _Trial:
@@ -111,27 +113,26 @@ class _Trial:
     ):  # fmt: skip
         self._plant, self._speed, self._acceleration = plant, speed_m_s, acceleration_m_s2
         self._dt_s, self._pace, self._told = dt_s, pace, told
+        self._shape = (0, 0)
         self.durations_s: list[float] = []
 
     def reads(self) -> None:
         state = self._plant.read()
         if not isinstance(state, EffectorState):
             check_state(state, 0, 0)
-        check_state(state, np.size(state.point), np.size(state.velocity))
-        _ = state.n_dims  # refuses what is neither a position nor a pose
-        if not state.is_finite:
-            raise InvalidInput("plant", "read", "finite numbers only")
+        self._shape = np.size(state.point), np.size(state.velocity)
+        _ = self._read().n_dims  # refuses what is neither a position nor a pose
         self._rests("at the beginning")
 
     def follows(self, distance_m: float) -> None:
         """Drive forth at half the speed."""
-        began, limit_m_s, fastest_m_s = self._plant.read(), 0.5 * self._speed, 0.0
+        began, limit_m_s, fastest_m_s = self._read(), 0.5 * self._speed, 0.0
         kept, goal = began.position_m.copy(), began.controlled[0].copy()
         goal[0] += distance_m
         for _ in range(self._periods(distance_m / limit_m_s)):
             self._do(lambda: self._plant.follow(goal.copy(), limit_m_s, self._dt_s))
             fastest_m_s = max(fastest_m_s, self._fast())
-        position = self._plant.read().position_m
+        position = self._read().position_m
         off_m, moved_m = math.dist(position, goal[: len(position)]), math.dist(position, kept)
         if not np.array_equal(began.position_m, kept):
             self._told.append("read: a reading changes when the robot moves on: return copies")
@@ -189,51 +190,32 @@ class _Trial:
     def _do(self, command: Callable[[], None]) -> None:
         before_s = time.perf_counter()
         command()
-        self._plant.read()
+        self._read()
         self.durations_s.append(time.perf_counter() - before_s)
         self._pace(self._dt_s)
 
     def _accelerate(self, along_m_s2: float) -> None:
-        acceleration = np.zeros(self._plant.read().velocity.size)
+        acceleration = np.zeros(self._read().velocity.size)
         acceleration[0] = along_m_s2
         self._do(lambda: self._plant.accelerate(acceleration, self._dt_s))
 
-    def _velocity(self) -> NDArray[np.float64]:
+    def _read(self) -> EffectorState:
+        """Return a reading that is of the agreed form, as the first one was."""
         state = self._plant.read()
+        check_state(state, *self._shape)
+        if not state.is_finite:
+            raise InvalidInput("plant", "read", "finite numbers only")
+        return state
+
+    def _velocity(self) -> NDArray[np.float64]:
+        state = self._read()
         return state.controlled[1][: state.n_dims].copy()  # what accelerations change
 
     def _fast(self) -> float:
-        return float(np.linalg.norm(self._plant.read().velocity_m_s))
+        return float(np.linalg.norm(self._read().velocity_m_s))
 
     def _periods(self, ideal_s: float) -> int:
         return math.ceil((_PATIENCE * ideal_s + _PATIENCE_S) / self._dt_s)
-
-
-@contextmanager
-def _findings(what: str) -> Iterator[list[str]]:
-    told: list[str] = []
-    try:
-        yield told
-    except Exception as error:
-        told.append(str(error) if isinstance(error, InvalidInput) else f"{type(error).__name__}: {error}")
-    if told:
-        raise AssertionError("\n".join(f"{what}: {line.removeprefix(f'{what}: ')}" for line in told))
-
-
-@contextmanager
-def _open(driver: object, told: list[str], *methods: str) -> Iterator[None]:
-    if missing := ", ".join(name for name in methods if not callable(getattr(driver, name, None))):
-        raise InvalidInput(type(driver).__name__, "", f"it has no {missing}")
-    if isinstance(driver, Startable):
-        driver.start()
-    try:
-        if isinstance(driver, Monitored) and driver.fault != "":
-            told.append(f"fault: an empty text while it has none, got {driver.fault!r}")
-        yield
-    finally:
-        for name, part in (("halt", Haltable), ("close", Closable)):
-            if isinstance(driver, part):
-                getattr(driver, name)()
 
 
 def _check_truth(perception: Perception, now_s: float, n_dims: int) -> None:
@@ -242,9 +224,7 @@ def _check_truth(perception: Perception, now_s: float, n_dims: int) -> None:
         raise InvalidInput("perception", "true_origin_m", f"{n_dims} finite numbers or None, got {origin_m}")
 
 
-def _check_times(told: list[str], durations_s: list[float], dt_s: float) -> None:
-    fastest_s = min(durations_s, default=0.0)  # the machine may be busy now and then
-    if fastest_s > 0.5 * dt_s:
-        told.append(
-            f"a period takes {fastest_s * 1e3:.1f} ms at least: wait for a bus in a thread of your own"
-        )
+if __name__ == "__main__":
+    from farhand.driver_trial import main
+
+    main()
