@@ -13,10 +13,10 @@ from msgspec import structs
 from farhand.common.address import parse_address
 from farhand.common.arm.cell import Cell
 from farhand.common.errors import LinkError
+from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.connection_faults import explain_silence
 from farhand.common.link.link import ZenohLink
-from farhand.common.log import EventLog
 from farhand.common.process_status import DataFolder, OperatorFacts
 from farhand.common.task import TaskSet
 from farhand.common.whole_file import Claim

@@ -18,9 +18,9 @@ import msgspec
 import numpy as np
 
 from farhand.common.configuration import load_toml
+from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_profile import load_profiles
 from farhand.common.link.endpoint import zenoh_configuration
-from farhand.common.log import EventLog
 from farhand.common.model.model_file import decode, encode, load
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM

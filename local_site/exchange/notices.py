@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Protocol
 
-from farhand.common.log import EventLog
+from farhand.common.event_log import EventLog
 
 _KEPT = 200
 

@@ -1,4 +1,4 @@
-"""Lesson of one task: its current demonstrations in order, their model, and its revisions."""
+"""Lesson of one task: its demonstrations in order, the model that they teach, its revisions, undo and relearning."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.log import EventLog
+from farhand.common.event_log import EventLog
 
 
 def kept(path: Path) -> list[dict[str, Any]]:
@@ -65,7 +65,7 @@ def test_one_odd_value_does_not_end_the_log(tmp_path: Path):
 
 
 def test_a_disk_that_is_gone_stops_the_log_and_nothing_else(tmp_path: Path, caplog, monkeypatch):
-    monkeypatch.setattr(logging.getLogger("farhand.common.log"), "filters", [])
+    monkeypatch.setattr(logging.getLogger("farhand.common.event_log"), "filters", [])
     (tmp_path / "file").write_text("")
     log = EventLog(tmp_path / "file" / "events.jsonl")
     log.append(n=1)

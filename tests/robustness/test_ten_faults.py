@@ -15,8 +15,8 @@ import pytest
 from msgspec import structs
 
 from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.event_log import EventLog
 from farhand.common.link.link_monitor import LinkHealth
-from farhand.common.log import EventLog
 from farhand.common.model.manifold import Manifold
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
@@ -182,7 +182,7 @@ def test_no_shipped_module_imports_what_unpickles():
 _WRITER = """
 import sys, numpy as np
 from pathlib import Path
-from farhand.common.log import EventLog
+from farhand.common.event_log import EventLog
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.teaching.recording import RawRecording
