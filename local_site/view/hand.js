@@ -1,5 +1,5 @@
-// The operator's hand in the browser: keys and a gamepad move it while an arm is taught, and the camera stands still meanwhile.
-// What is said to the server is a line in a hidden field of its page, see jog.py.
+// The operator's hand in the browser: keys and a gamepad move it while an arm is taught or the robot is driven, and the camera
+// stands still while an arm is taught. What is said to the server is a line in a hidden field of its page, see hand_line.py.
 if (!window.farhandHand) {
   window.farhandHand = true;
   const LINE_MS = 50, HOLD_MS = 350, PAUSE_MS = 1000;
@@ -10,6 +10,7 @@ if (!window.farhandHand) {
 
   const page = (selector) => document.querySelector(selector);
   const teaches = () => page("[data-tp=gauge]") !== null;
+  const hears = () => teaches() || page(".fh-coupled") !== null;
   const active = () => page("[data-tp=session]")?.textContent !== "watching";
   const field = () => page(".fh-here-hand")?.closest(".mantine-Paper-root[data-with-border]")?.querySelector("input");
 
@@ -31,13 +32,13 @@ if (!window.farhandHand) {
     steps = STILL;
   };
 
-  // Keys: a press is a step, and a key that stays down moves on
+  // Keys: a press is a step while an arm is taught, and a key that stays down moves on
   const down = new Map();
   const keyOf = (event) => (/^[a-z]$/i.test(event.key) ? event.key.toUpperCase() : event.code.replace("Key", ""));
   addEventListener("keydown", (event) => {
     const key = keyOf(event), direction = KEYS[key];
     if (!direction || event.ctrlKey || event.altKey || event.metaKey || event.target.closest?.(FIELDS)) return;
-    if (!teaches() || !active()) return;
+    if (!hears() || !active()) return;
     event.preventDefault();
     if (event.repeat || down.has(key)) return;
     const size = event.shiftKey ? FINE_STEPS : STEPS;
@@ -50,7 +51,7 @@ if (!window.farhandHand) {
 
   const byKeys = () => {
     const held = [...down.values()].filter(({ since_ms }) => performance.now() - since_ms >= HOLD_MS);
-    if (!held.length || !teaches()) return null;
+    if (!held.length || !hears()) return null;
     return STILL.map((_, axis) => held.reduce((sum, { direction, share }) => sum + share * direction[axis], 0));
   };
 

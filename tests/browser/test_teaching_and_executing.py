@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+import pytest
 from playwright.sync_api import expect
 
 from farhand.local_site.teaching.demonstration import Demonstration
@@ -108,6 +110,50 @@ def test_the_mouse_drives_the_robot_only_while_coupled(tab: OperatorPage) -> Non
     tab.command("Couple", "DIRECT")
     tab.command("Clutch", "HOLD")
     tab.says("holder", "NOBODY")
+
+
+_PAD = """(held) => { navigator.getGamepads = () => [{ connected: true, axes: [held ? 1 : 0, 0, 0, 0],
+  buttons: [0, 1, 2, 3, 4, 5].map((n) => ({ pressed: n === 5 && held, value: 0 })) }] }"""
+
+
+def _pad(tab: OperatorPage, held: bool) -> None:
+    tab.page.evaluate(_PAD, held)
+
+
+def _key(tab: OperatorPage, held: bool) -> None:
+    (tab.page.keyboard.down if held else tab.page.keyboard.up)("l")
+
+
+@pytest.mark.parametrize("hold", [_pad, _key])
+def test_a_gamepad_or_a_key_drives_the_robot_only_while_it_is_held(
+    tab: OperatorPage, hold: Callable[[OperatorPage, bool], None]
+) -> None:
+    tab.command("Arm", "HOLD")
+    _pad(tab, False)  # it counts once it was seen with its dead-man button up
+    tab.frames(4)
+    for _ in range(4):  # as above: a busy browser may be slower than the robot waits
+        tab.command("Couple", "DIRECT")
+        begin = seen_point(tab) or START
+        hold(tab, True)
+        try:
+            _await_right_of(tab, begin[0] + 0.05)
+            break
+        except NotFollowed:
+            tab.says("mode", "HOLD")
+        finally:
+            hold(tab, False)
+    else:
+        raise NotFollowed
+    tab.says("mode", "HOLD")
+
+
+def _await_right_of(tab: OperatorPage, x_m: float) -> None:
+    for _ in range(60):
+        seen = seen_point(tab)
+        if seen is not None and seen[0] > x_m:
+            return
+        tab.frames(2)
+    raise NotFollowed
 
 
 def test_what_the_robot_is_driven_through_while_it_records_becomes_a_demonstration(tab: OperatorPage) -> None:

@@ -17,6 +17,7 @@ from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words.controls import Field, Folder
 from farhand.local_site.view.panels.words.tasks import askew_words, beside_words, keys_words, to_go_words
 from farhand.local_site.view.scene.arm.jog import Jog
+from farhand.local_site.view.scene.board.board_jog import BoardJog
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.hand_motion import hand_axes
 
@@ -41,16 +42,11 @@ class HandPanel:
     Args:
         gui: GUI of the server.
         act: Has a tab's action done, from the server's thread; only enqueues.
-        jog: Moves the hand; None where only the mouse does.
+        jog: Moves the hand.
     """
 
-    def __init__(self, gui: viser.GuiApi, act: Act, jog: Jog | None):
+    def __init__(self, gui: viser.GuiApi, act: Act, jog: Jog | BoardJog):
         self._jog, self._gauge = jog, Html(gui)
-        if jog is not None:
-            self._build_field(gui, act, jog)
-
-    @staticmethod
-    def _build_field(gui: viser.GuiApi, act: Act, jog: Jog) -> None:
         with gui.add_folder(Folder.HAND):
             gui.add_html('<i class="fh-here fh-here-hand"></i>')
             field = gui.add_text(Field.HAND, "")
@@ -62,13 +58,11 @@ class HandPanel:
 
     def move(self, state: ConsoleState, now_s: float) -> None:
         """Move the hand on by keys and gamepad, see `Jog.step`."""
-        if self._jog is not None:
-            self._jog.step(state, now_s)
+        self._jog.step(state, now_s)
 
     def draw(self, state: ConsoleState) -> None:
         """Show the place of the plug while a demonstration is recorded."""
-        if self._jog is not None:
-            self._gauge.show(gauge_html(state, self._jog.turns()))
+        self._gauge.show(gauge_html(state, self._jog.turns()))
 
 
 def gauge_html(state: ConsoleState, turns: bool) -> str:

@@ -7,28 +7,25 @@ import json
 _TOUR = (
     (
         "Two halves",
-        "Left and blue is your own arm or board, a simulation. Right and amber is the robot as it last reported, with "
-        "the age of that report. What is grey is old.",
+        "Left, blue: your own arm or board, a simulation. Right, amber: the robot as last reported. Grey is old.",
     ),
     (
         "STOP",
-        "The red button and the Escape key stop the robot, in every tab and at every moment. Over a dead link the stop is "
-        "sent again until the robot confirms that it stands. It is no emergency stop: keep one at the robot.",
+        "The red button, or Escape, stops the robot, in every tab. Over a dead link it is sent until the robot confirms it. "
+        "It is no emergency stop.",
     ),
     (
         "The next step",
-        "This line always names the next step and has its buttons, the first one filled. What is impossible now is not "
-        "drawn. A refusal stands here in red, with its reason.",
+        "This line names the next step and has its buttons, the first one filled. A refusal stands here in red.",
     ),
     (
         "Teach, send, arm, preview, execute",
-        "Record shows the task to your own arm, Send model carries what was learned to the robot, Arm allows it to move, "
-        "Preview shows its path in magenta, Execute runs it: on its own, also while the link is down.",
+        "Record teaches your own arm, Send gives the robot the model, Arm allows motion, Preview shows the path in magenta, "
+        "Execute runs it, even if the link dies.",
     ),
     (
         "What was, and the rest",
-        "Drag along the timeline to see the robot as it was; Back to now returns. The other tabs list executions and "
-        "demonstrations. More opens all that is possible beside the next step. Help shows these cards again.",
+        "Drag along the timeline to look back. More has all other actions; Help shows these cards again.",
     ),
 )  # fmt: skip
 """Title and text of each card; the numbers of the cards name in page.css what each is about."""

@@ -41,7 +41,7 @@ _BOARD = Words(
     recording="draw to {target}",
     driving="your hand drives the robot: drag here",
     teach="Draw with the mouse on your own board, to {target}",
-    drive="Drag on your own board",
+    drive="Drag on your own board, or hold a key down (J L U O)",
     target="the {frame}",
     arrived="Press Execute again, or Clutch to end.",
 )
@@ -50,7 +50,7 @@ _INSERT = Words(
     recording="drag the arrows, into {target}",
     driving="your hand drives the robot: drag the arrows",
     teach="Drag the arrows at your own plug to the front of {target}",
-    drive="Drag the arrows at your own plug",
+    drive="Drag the arrows at your own plug, or hold a key down (J L U O I K)",
     target="the {frame}",
     arrived="Press Retract to pull the plug out, or Clutch to end.",
 )

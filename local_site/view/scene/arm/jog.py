@@ -1,14 +1,11 @@
 """Hand without a mouse: keys step it or move it on, a gamepad moves it while its dead-man button is held.
 
-`hand.js` sends one line of text for each change, and twenty per second while something is held: the counted steps
-since the hand began to move, and the present speed. If the lines stop, the hand lets go.
+It hears the lines of `hand_line`. If they stop, the hand lets go.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +15,11 @@ from farhand.common.model.manifold import POSE
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene.ghost import reported_frame
+from farhand.local_site.view.scene.hand_line import SILENT_HERE_S, SILENT_S, HandLine
 from farhand.local_site.workcell.hand_motion import Nudge, hand_axes
 
 Array = NDArray[np.float64]
 
-SILENT_S, SILENT_HERE_S = 0.3, 1.0
-"""Silence of the tab after which the hand lets go: of the robot, and of the operator's own simulated arm, because a
-browser that draws in software is late by more than the first [s]."""
 _SPEED_M_S, _SPEED_RAD_S = 0.08, 0.35
 _STEP_M, _STEP_RAD = 1e-3, float(np.radians(0.2))
 """A counted step; a press of a key is five of them."""
@@ -32,38 +27,6 @@ _MOST_STEPS = 100
 _AHEAD_M, _AHEAD_RAD = 0.025, 0.15
 """Largest lead of the hand over the operator's own arm, which may be held up by a contact [m, rad]."""
 _LONGEST_S = 0.1
-_LINE = re.compile(
-    r"(?P<burst>[a-z0-9]{1,12});(?P<steps>-?\d{1,5},-?\d{1,5},-?\d{1,5});(?P<held>[01]);"
-    r"(?P<speed>-?[01]\.\d\d,-?[01]\.\d\d,-?[01]\.\d\d);\d{1,9}"
-)
-
-
-@dataclass(frozen=True, eq=False)
-class HandLine:
-    """One line of the tab.
-
-    Args:
-        burst: Name of the burst of lines; the steps are counted from its beginning.
-        steps: Steps to the right, up, and in, so far. Shape (3,).
-        held: True while a key or the dead-man button is held.
-        speed: Share of the full speed to the right, up, and in, each from -1 to 1. Shape (3,).
-    """
-
-    burst: str
-    steps: Array
-    held: bool
-    speed: Array
-
-    @classmethod
-    def parse(cls, text: str) -> HandLine | None:
-        """Return a line; None if it is none."""
-        found = _LINE.fullmatch(text)
-        if found is None:
-            return None
-        steps, speed = (
-            np.array([float(part) for part in found[name].split(",")]) for name in ("steps", "speed")
-        )
-        return cls(found["burst"], steps, found["held"] == "1", np.clip(speed, -1.0, 1.0))
 
 
 class Jog:

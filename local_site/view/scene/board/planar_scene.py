@@ -18,6 +18,7 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.words.controls import NOTHING_FOLLOWS, OWN_BOARD, Layer
 from farhand.local_site.view.scene import palette, shapes
+from farhand.local_site.view.scene.board.board_jog import BoardJog
 from farhand.local_site.view.scene.board.boards import FOV_RAD, VIEWS, Board, add_mat, view_of
 from farhand.local_site.view.scene.board.robot_drawing import ModelDrawing, RobotDrawing, add_target
 from farhand.local_site.view.scene.curves import Trace
@@ -196,8 +197,6 @@ class PlanarScene:
         """Names of the views; the first one shows all."""
         self.teaching_view = VIEWS[0]
         """Name of the view in which a demonstration is recorded."""
-        self.jog = None
-        """On a board only the mouse moves the hand."""
         # Uniform light: the boards keep the colours of the palette.
         scene.configure_default_lights(enabled=False, cast_shadow=False)
         scene.add_light_ambient("/light", intensity=_LIGHT)
@@ -214,6 +213,8 @@ class PlanarScene:
         self._trace = Trace(scene, self.layers.node(Layer.TRACE, f"{frame}/trace"), LINE_Z_M)
         self._drawing = Drawing(scene, local, submit, explain, self.layers)
         self._robot, self._landmarks = RobotDrawing(scene, remote, self.layers), Landmarks(scene, local.name)
+        self.jog = BoardJog(self._drawing.drag, local.size_m)
+        """Moves the hand by gamepad and keys."""
         width, height = local.size_m
         scene.add_label(
             f"{local.name}/name", OWN_BOARD, position=(0.5 * width, height, MAT_Z_M), anchor="top-center"
@@ -234,6 +235,7 @@ class PlanarScene:
 
     def let_go(self) -> None:
         """End the drag of a closed tab."""
+        self.jog.let_go()
         self._drawing.let_go()
 
     def fit(self, camera: viser.CameraHandle, name: str) -> None:
