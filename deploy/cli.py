@@ -10,7 +10,7 @@ from typing import Literal
 import tyro
 
 from farhand.common.log import configure_logging
-from farhand.deploy.hub import HubCommand
+from farhand.deploy.fleet.hub import HubCommand
 from farhand.deploy.offline_commands import (
     Evaluate,
     Import,
@@ -145,7 +145,10 @@ class Local:
     """Endpoint of the robot, of the link or of a hub; tcp/127.0.0.1:7447 when not given. quic/ROBOT:7447 encrypts, and
     survives loss."""
     robots: str | None = None
-    """Name of the robot, at a hub; rov1 when not given."""
+    """Names of the robots at a hub, with commas between: each has a page of its own, at --port and the ports after it, and a
+    library of its own in the data folder."""
+    pages: str | None = None
+    """Ports of the pages of all robots, such as rov1=8080,rov2=8081; set by the command itself for each robot."""
     certificates: str | None = None
     """Folder that `farhand pki operator` made for this site; for quic/ and tls/ endpoints, which need one."""
     insecure: bool = False
@@ -188,13 +191,13 @@ class Local:
         from farhand.deploy.site_processes import run_local, run_scripted
 
         overrides = {
-            "link_connect": self.connect, "link_vehicle": self.robots, "link_certificates": self.certificates, "link_insecure": self.insecure or None, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task, "own_arm": self.own_arm,
+            "link_connect": self.connect, "robots": self.robots, "pages": self.pages, "link_certificates": self.certificates, "link_insecure": self.insecure or None, "link_rate_bps": self.link_rate_bps, "link_control": self.link_control, "task": self.task, "own_arm": self.own_arm,
             "page_port": self.port, "page_host": self.host, "page_published_at": self.published_at, "site_name": self.site_name, "data_dir": self.data_dir, "seed": self.seed,
             "connect_timeout_s": self.connect_timeout_s, "watch": self.watch or None,
         }  # fmt: skip
         if self.demo:
             return run_scripted(self.outage, self.json, self.config, **overrides)
-        return run_local(self.config, **overrides)
+        return run_local(self, self.config, **overrides)
 
 
 @dataclass(frozen=True)
@@ -300,9 +303,17 @@ class Status:
     """Print the answers and the troubles as JSON."""
     forget: bool = False
     """Forget the processes that have ended."""
+    connect: str = ""
+    """Endpoint of a hub: list the robots that are there in place of the processes of this machine."""
+    certificates: str = ""
+    """With --connect: folder of this site's certificate."""
 
     def run(self) -> int:
         """Run the command and return its exit status."""
+        if self.connect:
+            from farhand.deploy.fleet.hub_status import run_hub_status
+
+            return run_hub_status(self.connect, self.certificates, self.json)
         from farhand.deploy.status import run_status
 
         return run_status(self.of, self.json, self.forget)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import msgspec
+from msgspec import structs
 
 from farhand.common.address import parse_address
 from farhand.common.errors import InvalidConfiguration
@@ -103,12 +104,21 @@ def _either_way(overrides: dict[str, object]) -> dict[str, object]:
     return overrides
 
 
-def run_local(config_file: Path | None, **overrides: object) -> int:
-    """Serve one operator until SIGTERM or Ctrl-C."""
+def run_local(options: object, config_file: Path | None, **overrides: object) -> int:
+    """Serve one operator until SIGTERM or Ctrl-C; for several robots in a process for each.
+
+    Args:
+        options: The command's options, as a dataclass.
+        config_file: TOML file; None for none.
+        overrides: See `configured`.
+    """
+    from farhand.deploy.fleet.consoles import run_consoles
     from farhand.local_site.config import LocalConfig
 
-    follow_parent()
     config = configured(LocalConfig, config_file, **overrides)
+    if len(config.robot_names) > 1:
+        return run_consoles(options, config)
+    follow_parent()
     site, who = _local_site(config)
     with serve_status(who, site.facts, site.data_folder):
         site.warm_up()  # a signal ends this at once; what follows ends in order
@@ -142,7 +152,10 @@ def run_scripted(outage: str, json_file: Path | None, config_file: Path | None, 
 
 
 def _local_site(config: LocalConfig) -> tuple[LocalSite, Identity]:
-    """Return the operator's site, and its identity for `farhand status`."""
+    """Return the operator's site, and its identity for `farhand status`.
+
+    Each robot of a hub has a folder of its own, whether it is operated alone or beside others.
+    """
     from farhand.deploy.places import data_folder, find_cell, find_tasks, sample_files, site_name
     from farhand.local_site.site import LocalSite
 
@@ -150,8 +163,15 @@ def _local_site(config: LocalConfig) -> tuple[LocalSite, Identity]:
     name = config.site_name or _certified_name(config.link) or site_name(folder)
     _check_certified_name(config.link, "site_name", name)
     cell = find_cell(tasks.first, config.own_arm)
-    site = LocalSite(config, name, tasks, folder, sample_files, cell)
-    return site, Identity("operator", name, config.link.connect, tasks.names)
+    own, called = folder, name
+    if len(names := config.robot_names) > 1:
+        expected = f"one robot for the scripted operator, got {config.robots!r}"
+        raise InvalidConfiguration("command line", "robots", expected)
+    for robot in names:
+        config = structs.replace(config, link=structs.replace(config.link, vehicle=robot))
+        own, called = data_folder(folder / "robots" / robot), f"{name}@{robot}"
+    site = LocalSite(config, name, tasks, own, sample_files, cell, token_dir=folder)
+    return site, Identity("operator", called, config.link.connect, tasks.names)
 
 
 def _certified_name(link: EndpointSettings) -> str:

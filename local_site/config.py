@@ -9,13 +9,20 @@ from msgspec import Meta, Struct
 from farhand.common.address import parse_address
 from farhand.common.clock import LONGEST_WAIT_S
 from farhand.common.link.endpoint import EndpointSettings
-from farhand.common.names import SiteName
+from farhand.common.names import SiteName, check_name
+
+MOST_ROBOTS = 16
+"""Largest number of robots that one operator's site has pages for."""
 
 
 class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Configuration of one operator's site."""
 
     link: EndpointSettings = EndpointSettings(connect="tcp/127.0.0.1:7447")
+    robots: str = ""
+    """Names of the robots at a hub, with commas between; empty: the one of the link, without a hub."""
+    pages: str = ""
+    """Ports of the pages of all robots at the hub, as `farhand local --robots` sets them."""
     link_control: str = ""
     """Control socket of the simulated link, host:port; empty for a real link."""
     task: str = "planar"
@@ -50,3 +57,22 @@ class LocalConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
             )
         if self.link_control:
             parse_address(self.link_control, "link_control", "configuration")
+        names = self.robot_names
+        if len(set(names)) != len(names) or len(names) > MOST_ROBOTS:
+            expected = f"at most {MOST_ROBOTS} names, each once, such as rov1,rov2"
+            raise ValueError(f"robots: {expected}; got {self.robots!r}")
+        pages = self.page_ports
+        if self.pages and (not set(names) <= set(pages) or 0 in pages.values()):
+            expected = "the port of each robot's page, such as rov1=8080,rov2=8081"
+            raise ValueError(f"pages: {expected}; got {self.pages!r}")
+
+    @property
+    def robot_names(self) -> tuple[str, ...]:
+        """Names of the robots at a hub; none without a hub."""
+        return tuple(check_name(name.strip(), "robots") for name in filter(None, self.robots.split(",")))
+
+    @property
+    def page_ports(self) -> dict[str, int]:
+        """Port of each robot's page; none for a page without others beside it."""
+        pairs = (part.partition("=") for part in filter(None, self.pages.split(",")))
+        return {check_name(name, "pages"): int(port) if port.isdecimal() else 0 for name, _, port in pairs}

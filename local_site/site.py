@@ -16,6 +16,7 @@ from farhand.common.errors import LinkError
 from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.connection_faults import explain_silence
+from farhand.common.link.fleet import Fleet
 from farhand.common.link.link import ZenohLink
 from farhand.common.process_status import DataFolder, OperatorFacts
 from farhand.common.task import TaskSet
@@ -53,6 +54,7 @@ class LocalSite:
         data_dir: Folder of demonstrations and models.
         sample_files: Returns the demonstrations that come with each task, if they are not in its own file.
         cell: The operator's arm in front of its receptacle, for the tasks of an arm.
+        token_dir: Folder of the page's token, the same for all robots of an operator; None for `data_dir`.
     """
 
     def __init__(
@@ -63,8 +65,9 @@ class LocalSite:
         data_dir: Path,
         sample_files: SampleFiles = no_files,
         cell: Cell | None = None,
+        token_dir: Path | None = None,
     ):
-        self._name, self._cell = name, cell
+        self._name, self._cell, self._token_dir = name, cell, token_dir or data_dir
         self._config, self._tasks, self._sample_files = config, tasks, sample_files
         self._claim = Claim(data_dir / "operator", "what was taught")
         self._library = Library(tasks, data_dir)
@@ -136,8 +139,9 @@ class LocalSite:
         place = make_workcell(first, self._cell, self._sample_files, self._config.seed, stepped)
         own = self._own_scene() if page_port else None
         opened = _Opened(
-            self._config, self._name, self._library, place, log, self._stop, page_port, own, self._data_dir
-        )
+            self._config, self._name, self._library, place, log, self._stop, page_port, own, self._data_dir,
+            self._token_dir,
+        )  # fmt: skip
         self._opened_now = opened
         return opened
 
@@ -165,16 +169,19 @@ class _Opened:
         page_port: int,
         own: SceneDescription | None,
         data_dir: Path,
+        token_dir: Path,
     ):
+        self._token_dir = token_dir
         self._config, self._library, self._stop, self._page_port = config, library, stop, page_port
         self.log, self._data_dir, self._own = log, data_dir, own
-        self._link = ZenohLink(structs.replace(config.link, site=name))
+        self._name, self._link = name, ZenohLink(structs.replace(config.link, site=name))
         wish = Wish.WATCH if config.watch else Wish.CONTROL
         self.console = Console(
             library, self._link, name, log, wish, rate_bps=config.link.rate_bps, place=place,
             known=KnownScenes(data_dir / "scenes", (own,)) if own is not None else None,
         )  # fmt: skip
         self.page: Page | None = None
+        self._fleet: Fleet | None = None
         self._rights: RightsWatch | None = None
 
     def __enter__(self) -> _Opened:
@@ -222,8 +229,9 @@ class _Opened:
     def __exit__(self, *_: object) -> None:
         if self.page is not None:
             self.page.close()
-        if self._rights is not None:
-            self._rights.close()
+        for part in (self._rights, self._fleet):
+            if part is not None:
+                part.close()
         self.console.close()
         self._link.close()
         self.log.close()
@@ -233,13 +241,19 @@ class _Opened:
         # Imported here: it takes half a second, and a site without a page does not need it.
         from farhand.local_site.view.page import Page
         from farhand.local_site.view.page_access import PageAccess, kept_token
+        from farhand.local_site.view.robot_choice import RobotsAtHub
 
         control = relay_control(self._config.link_control)
         config = self._config
         access = PageAccess(
-            config.page_host, config.page_names, kept_token(self._data_dir), config.page_published_at
+            config.page_host, config.page_names, kept_token(self._token_dir), config.page_published_at
         )  # fmt: skip
-        page = Page(self.console, self._library.task, control, access, self._page_port, self._own)
+        robots = None
+        if pages := config.page_ports:
+            self._fleet = Fleet(structs.replace(config.link, site=self._name), tuple(pages))
+            addresses = {name: access.address(port) for name, port in pages.items()}
+            robots = RobotsAtHub(config.link.vehicle, addresses, self._fleet.states)
+        page = Page(self.console, self._library.task, control, access, self._page_port, self._own, robots)
         page.start()
         _log.info("the page is at %s", page.address)
         return page

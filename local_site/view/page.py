@@ -34,6 +34,7 @@ from farhand.local_site.view.panels.tables import DemonstrationList, ExecutionLi
 from farhand.local_site.view.panels.words.controls import Folder, Label
 from farhand.local_site.view.panels.words.lists import TAKES_OVER
 from farhand.local_site.view.redraw import Extent, Redraw
+from farhand.local_site.view.robot_choice import RobotChoice, RobotsAtHub
 from farhand.local_site.view.robot_half import RobotHalf
 from farhand.local_site.view.scene.arm.arm_scene import ArmScene
 from farhand.local_site.view.scene.board.planar_scene import PlanarScene
@@ -59,6 +60,7 @@ class Page:
         access: Address of the page, and rules of access.
         port: Port; 0 takes a free one.
         own: Description of the operator's arm, for the tasks of an arm.
+        robots: Robots at the hub, with the page of each; None for a single robot.
 
     Raises:
         LinkError: When the address or the port is not available.
@@ -72,6 +74,7 @@ class Page:
         access: PageAccess,
         port: int,
         own: SceneDescription | None = None,
+        robots: RobotsAtHub | None = None,
     ):
         self._console = console
         self._events: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
@@ -81,6 +84,7 @@ class Page:
         self._worker = LinkWorker(control) if control is not None else None
         self._build_head(self._server.gui)
         self._build_foot(self._server.gui)
+        self._robots = RobotChoice(self._server.gui, robots)
         self._drawer = Drawer(
             self._server.gui, console.submit, self._act, self._on_press, self._server.save_in, self._worker
         )  # fmt: skip
@@ -246,6 +250,6 @@ class Page:
         self._history.draw(state, self._drawer.link_name, now_s)
         self._tabs.draw(state.recording, now_s)
         for part in (
-            self._stop, self._task, self._guidance, self._happened, self._executions, self._demonstrations, self._graph,
+            self._stop, self._task, self._guidance, self._happened, self._executions, self._demonstrations, self._graph, self._robots,
         ):  # fmt: skip
             part.draw(state)

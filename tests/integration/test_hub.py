@@ -32,6 +32,9 @@ def test_a_robot_whose_hub_is_killed_finishes_its_execution_and_is_reached_again
         ) as shore,
     ):  # fmt: skip
         shore.until("execute: the robot is in AUTONOMOUS")
+        listed = farhand("status", "--connect", where, "--certificates", mine)
+        assert (listed.returncode, listed.stdout.partition(" approach")[0][:16]) == (0, "rov2: autonomous")
+        assert "shore-1 in control" in listed.stdout
         first.kill()
         log = tmp_path / "robot" / "robot" / "rov2" / "events.jsonl"
         wait_for_completion(log)

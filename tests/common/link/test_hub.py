@@ -12,11 +12,15 @@ from pathlib import Path
 import pytest
 
 from farhand.common.address import free_port, listening_fault
+from farhand.common.control_mode import ControlMode
 from farhand.common.link.access import explain_right
 from farhand.common.link.endpoint import EVERY_SITE, EndpointSettings
+from farhand.common.link.fleet import Fleet
 from farhand.common.link.hub import Hub
 from farhand.common.link.link import ZenohLink
 from farhand.common.wire import keys
+from farhand.common.wire.codec import encode
+from farhand.common.wire.messages import Stamp, Telemetry
 from farhand.common.wire.reasons import Code
 from farhand.deploy.pki.registry import Registry
 from tests.common.link.encrypted import HOST, PATIENCE_S, Heard
@@ -25,7 +29,7 @@ ROBOTS = ("rov1", "rov2")
 OPERATORS = ("shore-1", "shore-2")
 
 
-class Fleet:
+class Sites:
     """A hub with robots and operators, each with a certificate of the same authority."""
 
     def __init__(self, folder: Path, scheme: str):
@@ -46,7 +50,7 @@ class Fleet:
         self.hub = self.open_hub()
         self.robots = {name: self.link(name, EVERY_SITE, name) for name in ROBOTS}
 
-    def __enter__(self) -> Fleet:
+    def __enter__(self) -> Sites:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -54,20 +58,20 @@ class Fleet:
 
     def open_hub(self) -> Hub:
         where = f"{self.scheme}/{HOST}:{self.port}"
-        settings = EndpointSettings(listen=where, certificates=self._folder("hub"), sites=self._sites)
+        settings = EndpointSettings(listen=where, certificates=self.folder("hub"), sites=self._sites)
         return self._stack.enter_context(closing(Hub(settings)))
 
     def link(self, vehicle: str, site: str, certified: str) -> ZenohLink:
         where = f"{self.scheme}/{HOST}:{self.port}"
         settings = EndpointSettings(
-            connect=where, vehicle=vehicle, site=site, certificates=self._folder(certified)
+            connect=where, vehicle=vehicle, site=site, certificates=self.folder(certified)
         )
         return self._stack.enter_context(closing(ZenohLink(settings)))
 
     def operator(self, vehicle: str, site: str) -> ZenohLink:
         return self.link(vehicle, site, site)
 
-    def _folder(self, name: str) -> str:
+    def folder(self, name: str) -> str:
         """Return a copy of a site's folder, which stays when its name is revoked."""
         if self.registry is None:
             return ""
@@ -78,18 +82,18 @@ class Fleet:
 
 
 @pytest.fixture(params=["tcp", "quic"])
-def fleet(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Fleet]:
-    with Fleet(tmp_path, request.param) as fleet:
+def fleet(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Sites]:
+    with Sites(tmp_path, request.param) as fleet:
         yield fleet
 
 
 @pytest.fixture
-def encrypted(tmp_path: Path) -> Iterator[Fleet]:
-    with Fleet(tmp_path, "quic") as fleet:
+def encrypted(tmp_path: Path) -> Iterator[Sites]:
+    with Sites(tmp_path, "quic") as fleet:
         yield fleet
 
 
-def answer_by_name(fleet: Fleet) -> None:
+def answer_by_name(fleet: Sites) -> None:
     for name, link in fleet.robots.items():
         link.serve(keys.COMMAND, lambda request, name=name: request.answer(name.encode() + request.data))
 
@@ -112,7 +116,7 @@ def send_until(holds: Callable[[], bool], send: Callable[[], None]) -> None:
     raise AssertionError("it never arrived")
 
 
-def test_every_robot_hears_its_own_operators_alone_and_every_operator_its_own_robot(fleet: Fleet):
+def test_every_robot_hears_its_own_operators_alone_and_every_operator_its_own_robot(fleet: Sites):
     answer_by_name(fleet)
     places = list(itertools.product(ROBOTS, OPERATORS))
     links = {place: fleet.operator(*place) for place in places}
@@ -139,13 +143,43 @@ def test_every_robot_hears_its_own_operators_alone_and_every_operator_its_own_ro
         assert set(heard.items) == {ROBOTS.index(robot)}
 
 
-def test_the_robots_that_are_there_are_found_and_those_that_left_are_not(fleet: Fleet):
+def test_the_robots_that_are_there_are_found_and_those_that_left_are_not(fleet: Sites):
     wait_until(lambda: fleet.hub.presence().robots == ROBOTS)
     fleet.robots["rov1"].close()
     wait_until(lambda: fleet.hub.presence().robots == ("rov2",))
 
 
-def test_all_are_back_after_the_hub_was_restarted(fleet: Fleet):
+def report(seq: int, mode: ControlMode) -> bytes:
+    return encode(
+        Telemetry(
+            seq=seq, stamp=Stamp("boot", seq), mode=mode, position_m=(0.0, 0.0), frame_origin_m=(0.0, 0.0)
+        )
+    )
+
+
+def test_the_fleet_shows_the_newest_report_of_each_robot_that_a_site_may_reach(encrypted: Sites):
+    half = EndpointSettings(
+        connect=f"quic/{HOST}:{encrypted.port}", certificates=encrypted.folder("half"), site="half"
+    )
+
+    def report_all() -> None:
+        for link, mode in zip(encrypted.robots.values(), ControlMode, strict=False):
+            link.send(keys.TELEMETRY, report(1, mode))
+
+    with closing(Fleet(half)) as found, closing(Fleet(half, ("rov1", "rov2", "rov3"))) as named:
+        send_until(
+            lambda: any(state.report is not None and state.is_there for state in named.states()),
+            report_all,
+        )
+        found.look()
+        assert [state.name for state in found.states()] == ["rov2"]
+        states = {state.name: state for state in named.states()}
+        assert states["rov2"].report is not None and states["rov2"].report.mode is list(ControlMode)[1]
+        assert states["rov1"].report is None and not states["rov1"].is_there
+        assert states["rov3"].report is None and not states["rov3"].is_there
+
+
+def test_all_are_back_after_the_hub_was_restarted(fleet: Sites):
     answer_by_name(fleet)
     operator = fleet.operator("rov1", "shore-1")
     assert until_answered(operator, keys.COMMAND, b"1") == b"rov11"
@@ -156,7 +190,7 @@ def test_all_are_back_after_the_hub_was_restarted(fleet: Fleet):
     assert until_answered(operator, keys.COMMAND, b"3") == b"rov13"
 
 
-def test_a_site_does_what_the_list_of_the_hub_allows_it(encrypted: Fleet):
+def test_a_site_does_what_the_list_of_the_hub_allows_it(encrypted: Sites):
     answer_by_name(encrypted)
     for name, link in encrypted.robots.items():
         link.serve(keys.REPORT, lambda request, name=name: request.answer(name.encode()))
@@ -182,7 +216,7 @@ def test_a_site_does_what_the_list_of_the_hub_allows_it(encrypted: Fleet):
     )  # an observer may stop
 
 
-def test_who_is_revoked_at_the_hub_is_out_while_the_others_go_on(encrypted: Fleet):
+def test_who_is_revoked_at_the_hub_is_out_while_the_others_go_on(encrypted: Sites):
     answer_by_name(encrypted)
     first, second = (encrypted.operator("rov1", name) for name in OPERATORS)
     for link in (first, second):
@@ -211,7 +245,7 @@ def test_who_is_revoked_at_the_hub_is_out_while_the_others_go_on(encrypted: Flee
 def test_nobody_speaks_under_a_name_that_its_certificate_does_not_have(
     tmp_path: Path, certified: str, vehicle: str, site: str
 ):
-    with Fleet(tmp_path, "tls") as fleet:
+    with Sites(tmp_path, "tls") as fleet:
         answer_by_name(fleet)
         operator = fleet.operator(vehicle, "shore-1")
         assert until_answered(operator, keys.COMMAND, b"") == vehicle.encode()

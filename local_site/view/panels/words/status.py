@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.link.fleet import RobotAtHub
 from farhand.common.link.link_monitor import LinkHealth
 from farhand.common.wire.messages import Telemetry
 from farhand.common.wire.words import sentence
@@ -22,6 +23,9 @@ LINK_WORDS = {
 }
 UNKNOWN, NOBODY, NO_PENDING, NO_REPORT = "UNKNOWN", "NOBODY", "none", "no report yet"
 HOLDERS = {ControlMode.DIRECT: "OPERATOR", ControlMode.AUTONOMOUS: "REMOTE MPC"}
+SHOWN_ROBOT, PAGE_OF = "the robot of this page", "the page of {name}"
+_SILENT_S = 10.0
+"""Age from which the newest report of another robot does not tell its mode any more [s]."""
 _LOST_LINK = {"continue": "goes on", "hold": "pauses", "retract": "retracts"}
 
 
@@ -113,6 +117,14 @@ def pace_words(state: ConsoleState) -> str:
     """Return the robot's pace, if it is reduced."""
     pace = state.robot.pace if state.robot is not None else 1.0
     return f"at {pace:.0%}" if pace < 0.995 else ""
+
+
+def robot_words(state: RobotAtHub) -> tuple[str, str]:
+    """Return what another robot at the hub does, in one or two words, with the style of its link."""
+    if state.report is None or state.age_s > _SILENT_S:
+        return ("silent" if state.is_there else "not at the hub"), "fh-robot-away"
+    stopped = state.report.mode is ControlMode.STOPPED
+    return state.report.mode.name, "fh-robot-stopped" if stopped else ""
 
 
 def pending_words(state: ConsoleState, now_s: float) -> list[str]:
