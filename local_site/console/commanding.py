@@ -29,6 +29,10 @@ from farhand.local_site.exchange.requests import Requests
 
 _HEARTBEAT_S = 0.1
 _RENEW_S = 1.0
+_WATCHING_S, _NOBODY_S = 4.0, 0.25
+"""Time between two heartbeats of a site without control: while another one has it, and while nobody has [s]. Only the
+holder's are watched and echoed; the others keep reports coming on a lossy link. A mere watcher also renews that rarely,
+so that a narrow link carries hardly more for many watchers than for one."""
 _GIVE_UP_S = 15.0
 _UNSETTLED_S = 30.0
 
@@ -88,14 +92,14 @@ class Commanding:
     def tick(self, robot: Telemetry | None, now_s: float) -> None:
         """Send a heartbeat, renew the lease, and give up commands that were never answered."""
         echo = robot.stamp if robot else None
-        if now_s - self._heartbeat_s >= _HEARTBEAT_S:
+        if now_s - self._heartbeat_s >= self._heartbeat_period_s(robot):
             self._heartbeat_s = now_s
             self._heartbeat_seq += 1
             self._monitor.heartbeat_sent(self._heartbeat_seq, now_s)
             heartbeat = Heartbeat(session=self.session, seq=self._heartbeat_seq, echo=echo)
             self._link.send(keys.HEARTBEAT, encode(heartbeat))
         boot = robot.stamp.boot if robot else ""
-        if now_s - self._renewed_s >= _RENEW_S or boot != self._renewed_boot:
+        if now_s - self._renewed_s >= self._renewal_period_s or boot != self._renewed_boot:
             # Answer the first report of a boot at once: its echo gives a restarted site its own lease back.
             self._renewed_s, self._renewed_boot = now_s, boot
             wish = self.present_wish
@@ -105,6 +109,16 @@ class Commanding:
             if now_s - pending.since_s > _UNSETTLED_S:
                 del self.pending[action]
                 self._tell(now_s, action, because(Code.NEVER_ENDED))
+
+    def _heartbeat_period_s(self, robot: Telemetry | None) -> float:
+        if robot is None or self.in_control(robot):
+            return _HEARTBEAT_S
+        return _WATCHING_S if robot.holder else _NOBODY_S
+
+    @property
+    def _renewal_period_s(self) -> float:
+        only_watches = self.why_not_in_control is not None and self.why_not_in_control.code == Code.WATCHING
+        return _WATCHING_S if only_watches and self.present_wish is Wish.WATCH else _RENEW_S
 
     def command(
         self,

@@ -8,7 +8,16 @@ from msgspec.structs import replace
 
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.link_monitor import LinkMonitor
-from farhand.common.wire.messages import Command, Event, Heartbeat, LeaseReply, LeaseRequest, Stamp, Telemetry
+from farhand.common.wire.messages import (
+    Command,
+    Event,
+    Heartbeat,
+    LeaseReply,
+    LeaseRequest,
+    Stamp,
+    Telemetry,
+    Wish,
+)
 from farhand.common.wire.reasons import Code, because, in_words
 from farhand.common.wire.words import PRESS_AGAIN, sentence
 from farhand.local_site.console.commanding import Commanding
@@ -62,13 +71,39 @@ def an_event(command_id: str, succeeded: bool = True) -> Event:
 
 
 def test_heartbeats_go_out_ten_times_a_second_and_echo_what_was_shown(desk: Desk):
+    desk.in_control()
     report = desk.report()
-    for since_s, n_sent in ((0.0, 1), (0.06, 1), (0.11, 2), (0.2, 2), (0.22, 3)):
+    before = len(desk.robot.heard(Heartbeat))
+    for since_s, n_sent in ((0.11, 1), (0.17, 1), (0.22, 2), (0.31, 2), (0.33, 3)):
         desk.commanding.tick(report, 100.0 + since_s)
-        assert len(desk.robot.heard(Heartbeat)) == n_sent
-    beats = desk.robot.heard(Heartbeat)
+        assert len(desk.robot.heard(Heartbeat)) == before + n_sent
+    beats = desk.robot.heard(Heartbeat)[before:]
     assert {beat.echo for beat in beats} == {report.stamp}
     assert [beat.seq for beat in beats] == list(range(beats[0].seq, beats[0].seq + len(beats)))
+
+
+@pytest.mark.parametrize(("holder", "n_in_8_s"), [("", 32), ("bob", 2)])
+def test_a_site_without_control_sends_heartbeats_rarely_and_most_rarely_while_another_has_it(
+    desk: Desk, holder: str, n_in_8_s: int
+):
+    report = replace(desk.report(lease="else" if holder else ""), holder=holder)
+    for n in range(160):
+        desk.commanding.tick(report, 100.0 + 0.05 * n)
+    assert len(desk.robot.heard(Heartbeat)) == pytest.approx(n_in_8_s, rel=0.25)
+
+
+def test_a_mere_watcher_renews_every_four_seconds_and_at_once_when_it_wants_the_control(desk: Desk):
+    desk.robot.lease_refusal = because(Code.WATCHING)
+    desk.commanding.wish(Wish.WATCH)
+    report = replace(desk.report(lease="else"), holder="bob")
+    desk.commanding.tick(report, 100.0)
+    desk.settle()
+    before = len(desk.robot.heard(LeaseRequest))
+    desk.commanding.tick(report, 103.9)
+    assert len(desk.robot.heard(LeaseRequest)) == before
+    desk.commanding.wish(Wish.ASK)
+    desk.commanding.tick(report, 103.95)
+    assert desk.robot.wait_for(LeaseRequest, before + 1)[-1].wish is Wish.ASK
 
 
 def test_the_lease_is_asked_for_and_renewed_once_a_second(desk: Desk):
