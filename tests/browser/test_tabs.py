@@ -26,6 +26,10 @@ def test_a_second_tab_watches_until_the_first_is_closed(tab: OperatorPage, new_t
     watching.command("STOP", "STOPPED")  # anybody may stop
     tab.command("Reset", "DISARMED")
     watching.press("Take over")
+    tab.press("Keep control")
+    expect(watching.tp("role")).to_contain_text("The other tab keeps control", timeout=WAIT_MS)
+    watching.says("session", "watching")
+    watching.press("Take over")
     watching.says("session", "active")
     tab.says("session", "watching")
     tab.press("Take over")

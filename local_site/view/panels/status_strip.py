@@ -122,7 +122,7 @@ def _cells(state: ConsoleState, age: str, depth_mm: float | None, now_s: float) 
             _cell(CELLS["link"], element("link", link, f"fh-link fh-{link.lower()}"),
                   element("silence", silence_words(state, now_s), "fh-note")),
             _cell(_model_title(state), f"{element('components', n_components)}{counted(n_components, ' component')}",
-                  f'<span class="fh-note">{element("demos", state.n_demonstrations)}{counted(state.n_demonstrations, " demonstration")}'
+                  f'<span class="fh-note">{element("demos", state.n_demonstrations)}{counted(state.n_demonstrations, " demo")}'
                   f"{element('model', model_words(state))}</span>"),
             _tool_cell(state.robot, depth_mm),
             _cell(CELLS["pending"], element("pending", pending or NO_PENDING, "fh-busy" if pending else "fh-quiet"),

@@ -153,11 +153,12 @@ def plan_words(state: ConsoleState) -> str:
         return ""
     model = learned.model
     if path.away > OUTSIDE:
-        seen = "it starts"
+        where = "starts"
         if path.away_frame < len(names := model.frame_names) > 1:
-            seen = f"seen from {names[path.away_frame]}, it starts or ends"
-        further = f"{path.away:.0f} times further away than your demonstrations"
-        return f"Watch this path first: {seen} {further}. One more demonstration makes it surer. "
+            where = f"starts or ends, seen from {names[path.away_frame]},"
+        return (
+            f"This path {where} {path.away:.0f} times further away than your demonstrations: watch it first. "
+        )
     start = points_of(path)[0]
     number = chosen_way(model.ways, start, model.max_distance_m)
     if number < 0:

@@ -65,8 +65,8 @@ def test_a_plan_says_which_way_it_takes(nothing_yet: ConsoleState, start: tuple[
 
 def test_a_plan_from_outside_of_what_was_shown_asks_for_a_demonstration(nothing_yet: ConsoleState):
     said = plan_words(planned(nothing_yet, lesson((1.0,) * 4), (-0.9, -0.8)))
-    assert said.startswith("Watch this path first")
-    assert said.endswith("One more demonstration makes it surer. ")
+    assert said.startswith("This path starts ")
+    assert said.endswith("than your demonstrations: watch it first. ")
 
 
 def test_of_a_plan_of_another_model_nothing_is_said(nothing_yet: ConsoleState):
