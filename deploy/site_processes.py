@@ -75,6 +75,7 @@ _LINK_FIELDS = (
 
 def run_remote(config_file: Path | None, **overrides: object) -> int:
     """Serve one robot until SIGTERM or Ctrl-C."""
+    from farhand.common.link.refusals import transport_refusals
     from farhand.deploy.places import data_folder, find_cell, find_tasks
     from farhand.remote_site.config import RemoteConfig
     from farhand.remote_site.robots.installed import check_drivers
@@ -88,7 +89,7 @@ def run_remote(config_file: Path | None, **overrides: object) -> int:
     site = RemoteSite(config, tasks, data_folder(config.data_dir), cell)
     _check_certified_name(config.link, "vehicle", config.link.vehicle)
     who = Identity("robot", config.link.vehicle, config.link.endpoint, tasks.names)
-    with serve_status(who, site.facts, site.data_folder):
+    with serve_status(who, site.facts, site.data_folder), transport_refusals(site.tell_refused):
         site.warm_up()  # a signal ends this at once; what follows ends in order
         on_end_signal(site.stop)
         site.run(say_ready)

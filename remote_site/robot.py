@@ -153,12 +153,12 @@ class Robot:
         self._announce(keys.TELEMETRY, report)
         self._observe(report, self.embodiment.world.receptacle())
 
-    def tell_dropped(self, words: str) -> None:
-        """Tell that the link dropped a listener; from any thread."""
+    def tell_refused(self, words: str) -> None:
+        """Tell that the link dropped a listener, or refused somebody; from any thread."""
         _log.warning(words)
         why = because(Code.LISTENER_DROPPED, text=words)
         tell = self.supervisor.machine.tell
-        self._inbox.put_own(partial(tell, EventKind.DROPPED, why, succeeded=False, who="a listener"))
+        self._inbox.put_own(partial(tell, EventKind.DROPPED, why, succeeded=False, who="the link"))
 
     def _announce(self, channel: Channel, message: Message) -> None:
         self._link.send(channel, encode(message))

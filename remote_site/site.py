@@ -141,6 +141,13 @@ class RemoteSite:
             not_understood=supervisor.contact.not_understood, misnamed=supervisor.contact.misnamed,
         )  # fmt: skip
 
+    def tell_refused(self, words: str) -> None:
+        """Tell that somebody was refused, in the log and as an event of the robot; from any thread."""
+        if (robot := self._robot) is not None:
+            robot.tell_refused(words)
+        else:
+            _log.warning(words)
+
     def warm_up(self) -> None:
         """Compile the kernels of a control period: about a minute at the first start on a machine."""
         warm_up(self._tasks.first.space)
@@ -188,11 +195,7 @@ class RemoteSite:
         self, boot: _Boot, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None]
     ) -> Reason | None:
         """Open the link and run the loop of one life."""
-
-        def tell_dropped(text: str) -> None:
-            robot.tell_dropped(text)  # needs the link first
-
-        link = ZenohLink(structs.replace(self._config.link, site=EVERY_SITE), tell_dropped)
+        link = ZenohLink(structs.replace(self._config.link, site=EVERY_SITE), self.tell_refused)
 
         def take_path(request: PlanRequest, path: PlannedPath | None, note: Reason | None) -> None:
             robot.take_path(request, path, note)  # needs the planner first

@@ -133,9 +133,13 @@ class AccessWatch:
         folder: Folder of the certificate.
         sites: List of sites; empty: every site is an operator.
         changed: Called when a file has changed and all of them are in order; may take a moment.
+        look: Called four times a second, to look after something else.
     """
 
-    def __init__(self, folder: Path, sites: str, changed: Callable[[], None]):
+    def __init__(
+        self, folder: Path, sites: str, changed: Callable[[], None], look: Callable[[], None] = lambda: None
+    ):
+        self._look = look
         self._folder, self._sites, self._changed = (
             folder,
             Path(sites).expanduser() if sites else None,
@@ -164,6 +168,7 @@ class AccessWatch:
 
     def _run(self) -> None:
         while not self._closed.wait(_LOOK_S):
+            self._look()
             if (state := self._state()) == self._seen:
                 continue
             self._seen = state

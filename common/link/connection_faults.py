@@ -160,6 +160,12 @@ _OF_SITE = {
 """Reasons by the TLS alert of the robot, for this site's certificate."""
 
 
+_ACCEPTED = (
+    "the robot accepts this site's certificate, but no connection is open: if this lasts, UDP may be blocked on the way "
+    "(--connect tls/...), or as many sites are connected as the robot takes"
+)
+
+
 def explain_silence(settings: EndpointSettings, connected: bool) -> str:
     """Return the probable reason of the robot's silence over an encrypted link; empty if none is found.
 
@@ -172,7 +178,7 @@ def explain_silence(settings: EndpointSettings, connected: bool) -> str:
     if connected:
         name = SiteCertificate.load(settings.certificate_folder).name
         return f"the robot lets {name} in and tells it nothing: does its list of sites name {name}, and not as revoked?"
-    return find_refusal(settings.connect, settings.certificate_folder)
+    return find_refusal(settings.connect, settings.certificate_folder) or _ACCEPTED
 
 
 def find_refusal(endpoint: str, folder: Path) -> str:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import os
 import queue
 import threading
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -26,6 +25,7 @@ from farhand.common.link.endpoint import MOST_SESSIONS, EndpointSettings, scheme
 from farhand.common.link.interface import Answered, Deliver, Handle, Signed
 from farhand.common.link.outbox import Outbox
 from farhand.common.link.quic import QuicDelivery, copy_of, site_in
+from farhand.common.link.refusals import Refusals, serve_rights
 from farhand.common.link.session import Session, ZenohRequest, in_reader, reply_to
 from farhand.common.log import loop_logger
 from farhand.common.wire import keys
@@ -35,10 +35,6 @@ _log = loop_logger(__name__)
 
 # One reader for each connection, so that a slow or paused one holds up no other; read when the first session opens.
 os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {MOST_SESSIONS + 1}))")
-_PAUSE_S = 0.002
-"""Shortest pause in reading a connection after an unwanted message [s]."""
-_PAUSES = 9
-"""Pause as a multiple of the time spent on the message: a flood gets at most a tenth of one processor."""
 
 
 class ZenohLink:
@@ -46,8 +42,8 @@ class ZenohLink:
 
     Args:
         settings: The endpoints.
-        dropped: Called with a description of each listener that was dropped because it read nothing; from a
-            thread of the link's own.
+        dropped: Called with a description of each listener that was dropped because it read nothing, and of each
+            refusal; from a thread of the link's own.
 
     Raises:
         LinkError: When the endpoint cannot be listened on or is not understood.
@@ -58,6 +54,7 @@ class ZenohLink:
             check_site_certificate(settings.certificate_folder, _log.warning)
         self._site = settings.speaks_as
         self._knows_senders = bool(settings.is_of_robot and settings.certificates)
+        self._refusals = Refusals(dropped)
         self._quic: QuicDelivery | None = None
         self._session = self._streams = Session(settings)
         self._deaf = DeafListeners(self.connected_to, settings.listen, dropped) if settings.listen else None
@@ -68,9 +65,9 @@ class ZenohLink:
         self._closed = False
         self._access = None
         if settings.certificates:
-            self._access = AccessWatch(settings.certificate_folder, settings.sites, self.reopen)
+            self._access = AccessWatch(settings.certificate_folder, settings.sites, self.reopen, self._look)
             if settings.listen:
-                self._session.declare(self._tell_rights(self._access))
+                self._session.declare(serve_rights(self._access, settings.vehicle, self._refusals))
         if settings.is_of_robot and settings.connect:
             self._session.declare(lambda session: session.liveliness().declare_token(keys.ALIVE))
         if scheme_of(settings.endpoint) == "quic":
@@ -199,6 +196,13 @@ class ZenohLink:
         """Longest time between two reports that a lossy connection let out a moment ago [s]; 0 if all leave at once."""
         return self._quic.report_gap_s if self._quic is not None else 0.0
 
+    def _look(self) -> None:
+        """Tell that no other site finds room, where that is so."""
+        if self._knows_senders and len(self.connected_to()) >= MOST_SESSIONS:
+            self._refusals.add(
+                f"{MOST_SESSIONS} connections are open, and further ones are refused: two of each site over QUIC"
+            )
+
     def _is_connected(self) -> bool:
         return all(session.locators() for session in {self._session, self._streams})
 
@@ -206,15 +210,6 @@ class ZenohLink:
         """Return the bytes of an item, with the sender's name where its certificate tells it."""
         data = item.payload.to_bytes() if item.payload else b""
         return Signed(data, site_in(item)) if self._knows_senders else data
-
-    @staticmethod
-    def _tell_rights(access: AccessWatch) -> Callable[[zenoh.Session], Any]:
-        def declare(session: zenoh.Session) -> Any:
-            answers = access.answers()
-            hear = in_reader(lambda query: reply_to(query, answers(site_in(query))))
-            return session.declare_queryable(keys.RIGHT.of("*"), hear)
-
-        return declare
 
     def _put(self, channel: Channel, data: bytes, reliably: bool, attachment: bytes | None) -> None:
         """Put a message now. Called by the thread of its urgency alone, as it may wait for the network."""
@@ -263,20 +258,5 @@ class ZenohLink:
 
     def _taker(self, channel: Channel, take: Callable[[Any], bool | None]) -> Any:
         """Return what takes each item of a channel in the thread that reads its connection."""
-
-        def hear(item: Any) -> None:
-            if self._quic is not None:
-                self._quic.heard()
-            began_s = time.thread_time()
-            try:
-                wanted = item.payload is None or len(item.payload) <= channel.most_bytes
-                if not wanted:
-                    _log.warning("dropped: more than %d bytes on %s", channel.most_bytes, channel.key)
-                wanted = wanted and take(item)
-            except Exception:
-                _log.exception("a message on %s could not be handled", channel.key)
-                wanted = False
-            if wanted is False:
-                time.sleep(max(_PAUSE_S, _PAUSES * (time.thread_time() - began_s)))
-
-        return in_reader(hear)
+        heard = self._quic.heard if self._quic is not None else lambda: None
+        return in_reader(self._refusals.guarded(channel, take, heard))
