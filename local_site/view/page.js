@@ -125,7 +125,7 @@ if (!window.farhand) {
     const does = [said("mode") || "UNKNOWN", said("phase")].filter(Boolean).join(" ");
     const alarming = said("stop").replace(/ \d+ s\b.*/, "");
     show(urgent, alarming);
-    show(calm, [does, said("link") === "OK" ? "" : `link ${said("link")}`, said("past") && words.past, said("refusal")].filter(Boolean).join(", "));
+    show(calm, [does, said("link") === "OK" ? "" : `link ${said("link")}`, said("past") && words.past, said("refusal"), said("miss")].filter(Boolean).join(", "));
     const title = `${alarming ? `! ${alarming}` : does} · Farhand`;
     if (document.title !== title) document.title = title;
     // viser gives its sliders and the numbers beside them no name

@@ -69,11 +69,22 @@ def test_dragging_an_arrow_demonstrates_with_the_operators_arm(tab: ArmPage) -> 
     with tab.hold_arrow(arm.tip, axis=2, length_m=0.06):
         tab.says("components", re.compile("^[1-9]"))
     tab.press("End")
-    tab.advises("Keep anyway")
+    tab.says("miss", re.compile("Not learned: it ends .* Keep anyway"))
     tab.press("Keep anyway")
     tab.says("demos", "1")
     tab.press("Undo")
     tab.says("demos", "0")
+
+
+def test_the_robots_camera_shows_its_picture_with_its_age_until_it_is_hidden(tab: ArmPage) -> None:
+    tab.says("camera-age", re.compile(r"^(OLD: )?[\d.]+ s ago$"))
+    picture = tab.page.locator(".fh-camera img")
+    expect(picture).to_have_js_property("complete", True, timeout=WAIT_MS)
+    assert picture.evaluate("image => image.naturalWidth") >= 160
+    tab.press("Camera")
+    expect(picture).to_have_count(0, timeout=WAIT_MS)
+    tab.press("Camera")
+    expect(picture).to_have_count(1, timeout=WAIT_MS)
 
 
 def test_driving_begins_and_ends_without_a_jump(tab: ArmPage, stack: Stack) -> None:

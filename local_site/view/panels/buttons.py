@@ -33,6 +33,7 @@ class ButtonSpec:
         colour: Colour of the button.
         offered: Decides whether the button has a meaning now.
         ready: Decides whether it is the moment to press the button, which is green then.
+        waits: Decides whether it is too early to advise the button, which is not filled then.
     """
 
     label: str
@@ -41,6 +42,7 @@ class ButtonSpec:
     colour: Colour = "blue"
     offered: Callable[[ConsoleState], bool] = lambda state: True
     ready: Callable[[ConsoleState], bool] = lambda state: False
+    waits: Callable[[ConsoleState], bool] = lambda state: False
 
     def enabled(self, state: ConsoleState) -> bool:
         """Decide whether the button may be pressed now."""
@@ -78,7 +80,11 @@ def _local(
 
 STOP = _command(Action.STOP, Label.STOP, "red")
 RECORD = _local(Label.RECORD, intents.RecordDemonstration(), lambda state: Action.RECORD in state.pending)
-END = replace(_local(Label.END, intents.EndDemonstration()), ready=lambda state: state.at_goal)
+END = replace(
+    _local(Label.END, intents.EndDemonstration()),
+    ready=lambda state: state.at_goal,
+    waits=lambda state: state.own_arm is not None and state.recording and not state.at_goal,
+)
 KEEP = replace(
     _local(Label.KEEP, intents.EndDemonstration(anyway=True), colour="gray"),
     offered=lambda state: bool(state.miss),
@@ -207,6 +213,6 @@ def _colour(spec: ButtonSpec, state: ConsoleState, pending: bool, primary: bool)
         return "yellow"
     if spec.ready(state):
         return "green"
-    if not primary:
+    if not primary or spec.waits(state):
         return "gray"
     return "blue" if spec.colour == "gray" else spec.colour

@@ -6,7 +6,7 @@ import viser
 
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html, element
-from farhand.local_site.view.panels.words.advice import advice, preview_miss_words, refusal
+from farhand.local_site.view.panels.words.advice import advice, miss_words, preview_miss_words, refusal
 from farhand.local_site.view.panels.words.controls import NEXT, NOT_DONE
 
 
@@ -24,8 +24,8 @@ class AdvicePanel:
         """Show the advice."""
         refused = refusal(state)
         told = element("refusal", refused, "fh-not-done", tag="div", role="status") if refused else ""
-        missed = preview_miss_words(state)
-        told += element("preview-miss", missed, "fh-not-done", tag="div", role="status") if missed else ""
+        for name, missed in (("miss", miss_words(state)), ("preview-miss", preview_miss_words(state))):
+            told += element(name, missed, "fh-not-done", tag="div", role="status") if missed else ""
         hidden = {"hidden": ""} if refused else {}
         self._html.show(
             f'<div class="fh-advice"><i>{NOT_DONE if refused else NEXT}</i>{told}'

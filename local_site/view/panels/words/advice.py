@@ -29,6 +29,8 @@ def refusal(state: ConsoleState) -> str:
     for notice in reversed(state.notices):
         if state.now_s - notice.time_s > _REFUSAL_S:
             return ""
+        if notice.what == "end" and state.miss:
+            return ""  # told with the way on, see `miss_words`
         if notice.what in _ASKED and not notice.who:
             again = " Press it again." if notice.code in PRESS_AGAIN else ""
             return "" if notice.good else f"{str(notice.what).capitalize()}: {notice.text}.{again}"
@@ -52,11 +54,16 @@ def advice(state: ConsoleState) -> str:
         return _lost_advice(state)
     if state.mode is ControlMode.STOPPED:
         return "Stopped. Press Reset when it is safe to go on."
-    if state.miss:
-        return f"It ends {state.miss}. Go on and press End again, Undo to discard it, or Keep anyway."
     if state.recording:
         return _recording_advice(state, words)
     return _moving_advice(state, words) or _teaching_advice(state, words) or _executing_advice(state)
+
+
+def miss_words(state: ConsoleState) -> str:
+    """Return how the demonstration in progress misses the goal, if it was to end there; empty otherwise."""
+    if not state.miss or state.at_goal:
+        return ""
+    return f"Not learned: it ends {state.miss}. Undo it, Keep anyway, or go on: "
 
 
 def _recording_advice(state: ConsoleState, words: Words) -> str:

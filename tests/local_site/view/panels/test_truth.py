@@ -18,9 +18,11 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.permission import command_refusal
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
-from farhand.local_site.view.panels.buttons import ROBOT
+from farhand.local_site.view.panels.buttons import END, ROBOT
 from farhand.local_site.view.panels.status_strip import _alarm, _cells
-from farhand.local_site.view.panels.words.advice import refusal
+from farhand.local_site.view.panels.words.advice import miss_words, refusal
+from farhand.local_site.workcell.held_arm import HeldArm
+from tests.cells import JACO
 from tests.local_site.robot_end import desk
 
 ROBOT_IN = Telemetry(
@@ -30,6 +32,7 @@ ROBOT_IN = Telemetry(
     position_m=(0.5, 0.5),
     frame_origin_m=(0.7, 0.3),
 )
+ARM = HeldArm("insert", JACO, 0).view()
 LOST = LinkView(LinkHealth.LOST, 9.7, 0.6, 10.0, 100, 0)
 OK = LinkView(LinkHealth.OK, 0.0, 0.6, 0.3, 100, 0)
 
@@ -82,6 +85,16 @@ def test_a10_a_refusal_is_told_where_the_next_step_is(
 ) -> None:
     words = refusal(seen(nothing_yet, notices=tuple(notices)))
     assert told in words and bool(words) is bool(told)
+
+
+def test_a5_a_miss_is_told_beside_the_way_on_and_end_is_not_advised(nothing_yet: ConsoleState) -> None:
+    miss = "119 mm before the receptacle"
+    told = notice("end", "it ends there", 99.0)
+    state = replace(nothing_yet, now_s=100.0, recording=True, miss=miss, notices=(told,), own_arm=ARM)
+    assert refusal(state) == ""
+    assert miss_words(state) == f"Not learned: it ends {miss}. Undo it, Keep anyway, or go on: "
+    assert END.waits(state)
+    assert not END.waits(replace(state, own_arm=None))  # a board does not know when a stroke is over
 
 
 @pytest.mark.parametrize("action", [Action.PREVIEW, Action.EXECUTE])
