@@ -1,12 +1,17 @@
 """The page about a robot of one's own: its example executes a model."""
 
 import re
+import shutil
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
-from farhand.deploy.places import find_point_task
+from farhand.common.arm.cell import Cell
+from farhand.common.arm.kinematics import Kinematics
+from farhand.common.arm.robot_file import load_robot
+from farhand.common.arm.robot_model import arm_spec
+from farhand.deploy.places import find_point_task, find_robot
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.remote_site.config import RemoteConfig
@@ -25,6 +30,18 @@ def test_the_file_of_the_site_chooses_the_drivers_that_the_package_brings():
     assert (SITE.plant.use, SITE.perception.use) == ("my-table", "my-camera")
     for driver in (SITE.plant, SITE.perception):
         assert f"\n{driver.use} = " in PAGE and driver.options
+
+
+def test_the_file_of_an_arm_fits_the_urdf_that_it_is_for(tmp_path: Path):
+    (text,) = re.findall(r"```toml\n(schema = 1.*?)```", PAGE, re.DOTALL)
+    robots = find_robot("panda-urdf").path("model").parent
+    shutil.copy(robots / "panda.urdf", tmp_path / "arm.urdf")
+    shutil.copytree(robots / "meshes", tmp_path / "meshes")
+    (tmp_path / "arm.toml").write_text(text)
+    robot = load_robot(tmp_path / "arm.toml")
+    arm_spec(robot)
+    tip = Kinematics(Cell(robot=robot)).tip
+    assert np.all(np.array(robot.workplace.low_m)[1:] < tip[1:3]) and np.all(tip[:3] < 0.8)
 
 
 def example() -> Embodiment:
