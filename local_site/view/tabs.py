@@ -23,6 +23,11 @@ class Scene(Protocol):
     teaching_view: str
     """Name of the view in which a demonstration is recorded."""
 
+    @property
+    def extent_m(self) -> tuple[float, ...]:
+        """Sizes that the views fit into a canvas [m]."""
+        ...
+
     def fit(self, camera: viser.CameraHandle, name: str) -> None:
         """Fit a named view into a tab's canvas."""
         ...
@@ -50,6 +55,7 @@ class Tabs:
         enqueue: Callable[[Callable[[], None]], None],
     ):
         self._sessions = sessions
+        self._scene, self._extent_m = scene, scene.extent_m
         self._fit_scene, self._active_left = scene.fit, scene.let_go
         self._clients: dict[int, viser.ClientHandle] = {}
         self._sizes: dict[int, tuple[int, int]] = {}
@@ -91,7 +97,16 @@ class Tabs:
         elif self._teaches and not teaches:
             self._end_teaching()
         self._teaches = teaches
+        self._follow_scene()
         self._draw_roles()
+
+    def _follow_scene(self) -> None:
+        """Fit the views anew once the scene has another extent."""
+        if self._scene.extent_m != self._extent_m:
+            self._extent_m = self._scene.extent_m
+            self._sizes.clear()
+            for client in list(self._clients.values()):
+                self._fit(client)
 
     def _draw_roles(self) -> None:
         asker = self._sessions.asker

@@ -5,13 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from playwright.sync_api import Locator, expect
 
+from farhand.common.arm.cell import Cell
+from farhand.common.arm.simulation.description import describe
 from farhand.common.model.task_frame import TaskFrame
-from farhand.local_site.view.scene.arm.arm_camera import arm_camera, base_m
+from farhand.deploy.places import find_robot
+from farhand.local_site.view.scene.arm.arm_camera import Half, arm_camera
 from farhand.local_site.view.scene.arm.hand_gizmo import SIZE_M
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import HeldArm
@@ -41,11 +45,21 @@ _TOWARDS_SEATED = {
 """What to press in each mode: on a busy machine the receptacle is out of sight for too long, or a deadline missed."""
 
 
+@cache
+def half_of(arm: str) -> Half:
+    """The half of the scene that an arm needs, by its name."""
+    return Half.of(describe(Cell(robot=find_robot(arm))))
+
+
 class ArmPage(OperatorPage):
     """One tab of the operator's page of an arm's task."""
 
     seed = 0
     """Of where the operator's arm and receptacle are, see `new_place`."""
+    arms = ("jaco", "jaco")
+    """The operator's own arm, and the robot."""
+    columns_m: tuple[ArrayLike, ArrayLike] = (_COLUMN_M, _COLUMN_M)
+    """A place on each of them that is seen whatever its joints [m]."""
 
     @property
     def local(self) -> Locator:
@@ -56,7 +70,9 @@ class ArmPage(OperatorPage):
         """Wait until both arms are drawn where they belong: blue left and amber right."""
         for _ in range(_FRAMES):
             picture = picture_of(self.page.screenshot())
-            local, remote = (blueness(picture, self.arm_pixel(_COLUMN_M, remote)) for remote in (False, True))
+            local, remote = (
+                blueness(picture, self.arm_pixel(self.columns_m[remote], remote)) for remote in (False, True)
+            )
             if local > 40 and -remote > 40:
                 return
             self.next_frame()
@@ -66,8 +82,9 @@ class ArmPage(OperatorPage):
         """Where a point is on the page, seen from the base of one of the arms [px]."""
         box = self.canvas.bounding_box()
         assert box is not None
-        point = np.asarray(at_m) + base_m(remote)
-        across, down = arm_camera((box["width"], box["height"])).pixel(point)
+        own, robot = map(half_of, self.arms)
+        point = np.asarray(at_m) + (robot if remote else own).base_m(remote)
+        across, down = arm_camera((box["width"], box["height"]), own, robot).pixel(point)
         return box["x"] + across, box["y"] + down
 
     def new_place(self, seed: int | None = None) -> ArmView:

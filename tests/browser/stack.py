@@ -43,10 +43,10 @@ class Stack:
 
 
 @contextmanager
-def farhand_up(data_dir: Path, link: str = "lan", task: str | Path = "planar") -> Iterator[Stack]:
+def farhand_up(data_dir: Path, link: str = "lan", task: str | Path = "planar", *more: str) -> Iterator[Stack]:
     """All of it on free ports, until the end of the block."""
     port = free_port()
-    arguments = (f"--task={task}", f"--link={link}", f"--port={port}", f"--data-dir={data_dir}")
+    arguments = (f"--task={task}", f"--link={link}", f"--port={port}", f"--data-dir={data_dir}", *more)
     with running("up", *arguments) as process:
         process.until("all three are ready")
         yield Stack(process, f"http://127.0.0.1:{port}", data_dir)

@@ -22,6 +22,7 @@ from examples.farhand_ros2.farhand_ros2.options import (
     TrackerOptions,
     read_options,
 )
+from examples.farhand_ros2.farhand_ros2.transforms import Transforms
 from farhand.remote_site.config import RemoteConfig
 
 FOLDER = Path(__file__).parents[2] / "examples" / "farhand_ros2"
@@ -114,6 +115,61 @@ def test_a_pose_is_a_task_frame_in_the_world_of_the_robots_file(position, turn, 
 def test_a_pose_that_cannot_be_used_says_why(message: Any, words: str):
     with pytest.raises(ValueError, match=words):
         task_frame(message, Pose(), "base_link")
+
+
+def tf(*edges: tuple[str, str, Any, Any]) -> Any:
+    transforms = [
+        SimpleNamespace(
+            header=SimpleNamespace(frame_id=parent), child_frame_id=child,
+            transform=SimpleNamespace(
+                translation=SimpleNamespace(**dict(zip("xyz", position, strict=True))),
+                rotation=SimpleNamespace(**dict(zip("wxyz", turn, strict=True))),
+            ),
+        )
+        for parent, child, position, turn in edges
+    ]  # fmt: skip
+    return SimpleNamespace(transforms=transforms)
+
+
+@settings(deadline=None)
+@given(vector, quaternion, vector, quaternion, vector)
+def test_a_frame_is_looked_up_through_those_between(at, turn, camera_at, camera_turn, point):
+    tree = Transforms()
+    assert tree.lookup("receptacle", "base_link") is None
+    tree.take(tf(("/base_link", "camera", camera_at, camera_turn)), static=True)
+    assert tree.lookup("receptacle", "base_link") is None
+    tree.take(tf(("camera", "marker", at, turn), ("camera", "gripper", (0, 0, 0), (1, 0, 0, 0))))
+    tree.take(tf(("marker", "receptacle", (0.1, 0.0, 0.0), (1, 0, 0, 0))), static=True)
+    found = tree.lookup("receptacle", "base_link")
+    assert found is not None
+    inner, outer = (Rotation.from_quat(q, scalar_first=True) for q in (turn, camera_turn))
+    expected = outer.apply(inner.apply(np.add(point, (0.1, 0.0, 0.0))) + at) + camera_at
+    np.testing.assert_allclose(found[0].A @ np.array(point) + found[0].b, expected, atol=1e-9)
+
+
+def test_a_frame_is_new_when_its_tracker_speaks_and_not_when_the_arm_below_its_camera_moves():
+    tree, still = Transforms(), ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
+
+    def number() -> int:
+        found = tree.lookup("receptacle", "base_link")
+        assert found is not None
+        return found[1]
+
+    tree.take(tf(("base_link", "wrist", *still), ("wrist", "receptacle", *still)))
+    first = number()
+    tree.take(tf(("base_link", "wrist", (0.0, 0.0, 1.0), still[1])))
+    assert number() == first > 0
+    tree.take(tf(("wrist", "receptacle", *still)))
+    assert number() > first
+    tree.take(tf(("base_link", "receptacle", *still)), static=True)  # calibrated: it never changes
+    assert number() == 0
+    tree.take(tf(("receptacle", "base_link", *still)))
+    assert tree.lookup("receptacle", "world") is None  # a loop
+    with pytest.raises(ValueError, match="receptacle: a quaternion of length 1"):
+        tree.take(
+            tf(("base_link", "receptacle", still[0], (0.0, 0.0, 0.0, 0.0)), ("base_link", "other", *still))
+        )
+    assert tree.lookup("other", "base_link") is not None
 
 
 def test_an_option_that_is_wrong_is_named():

@@ -93,6 +93,28 @@ def site(
             operator.close()
 
 
+CHECK = """
+from farhand.deploy.places import find_robot
+from farhand.testing import check_arm
+from farhand_ros2.arm import RosArm
+
+check_arm(RosArm(find_robot("jaco"), {"silent_s": 0.5}), find_robot("jaco"))
+"""
+
+
+@pytest.mark.soak
+def test_the_arm_s_driver_is_sound_joint_by_joint(environment: dict[str, str], robot: Robot):
+    """First of all, while the plug is in the open."""
+    done = subprocess.run(
+        [str(ROS_PYTHON), "-P", "-c", CHECK],
+        check=False,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+
+
 def test_it_does_the_job_and_the_simulation_knows_that_the_plug_is_seated(
     robot: Robot, site: tuple[HeardProcess, Operator]
 ):
@@ -123,6 +145,7 @@ def test_it_halts_within_0_2_s_of_the_last_message_goes_on_once_reset_and_stands
 
 SILENT = """
 import sys, numpy as np
+from types import SimpleNamespace as Of
 from farhand.deploy.places import find_robot, find_task
 from farhand.testing import check_perception
 from farhand_ros2.arm import RosArm
@@ -135,6 +158,15 @@ for duration_s in (2.0, 5.0, 15.0, 45.0):  # a busy machine takes long to find w
     except AssertionError as findings:
         if "it saw nothing" not in str(findings) or duration_s == 45.0:
             raise
+by_tf = RosTracker(find_task("hot-stab"), {"tf_frames": ["receptacle"], "frame_id": "base_link"})
+assert by_tf.observe(0.0) is None
+still = {"translation": Of(x=0.0, y=0.0, z=0.5), "rotation": Of(w=1.0, x=0.0, y=0.0, z=0.0)}
+message = Of(transforms=[Of(header=Of(frame_id="base_link"), child_frame_id="receptacle", transform=Of(**still))])
+by_tf.take_tf(message)
+first = by_tf.observe(0.1)
+assert first[0].b[2] == 0.5 and by_tf.observe(0.2) is first  # measured once
+by_tf.take_tf(message)
+assert by_tf.observe(0.3) is not first
 arm = RosArm(find_robot("jaco"), {})
 arm.start()
 arm.command(np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.1]), 0.01)

@@ -98,10 +98,22 @@ def task_frame(message: Any, frame: Pose, frame_id: str = "") -> TaskFrame:
     """
     if frame_id and message.header.frame_id != frame_id:
         raise ValueError(f"a pose in the frame {frame_id!r}, got one in {message.header.frame_id!r}")
-    at, turn = message.pose.position, message.pose.orientation
+    return in_world(pose_frame(message.pose.position, message.pose.orientation), frame)
+
+
+def in_world(seen: TaskFrame, frame: Pose) -> TaskFrame:
+    """Return a task frame in the robot file's world, from where it is in a frame whose pose there is given."""
+    return TaskFrame(frame.axes @ seen.A, frame.axes @ seen.b + frame.position_m)
+
+
+def pose_frame(at: Any, turn: Any) -> TaskFrame:
+    """Return a position and a quaternion of ROS as a task frame.
+
+    Raises:
+        ValueError: When a number is impossible.
+    """
     origin_m = _finite(np.array([at.x, at.y, at.z]), "position")
-    axes = rotation(np.array([turn.w, turn.x, turn.y, turn.z]))
-    return TaskFrame(frame.axes @ axes, frame.axes @ origin_m + frame.position_m)
+    return TaskFrame(rotation(np.array([turn.w, turn.x, turn.y, turn.z])), origin_m)
 
 
 def _finite(numbers: Array, what: str) -> Array:

@@ -15,7 +15,7 @@ import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
 from .options import NodeOptions
@@ -97,9 +97,19 @@ class RosNode:
         """Return the present ROS time, as a header has it."""
         return self._node.get_clock().now().to_msg()
 
-    def subscribe(self, kind: type, topic: Topic[Any]) -> None:
-        """Listen to a topic; every message is taken in the node's thread."""
+    def subscribe(self, kind: type, topic: Topic[Any], kept: bool = False) -> None:
+        """Listen to a topic; every message is taken in the node's thread.
+
+        Args:
+            kind: Type of the messages.
+            topic: The topic.
+            kept: True for a topic whose publisher keeps its last messages for those who come later.
+        """
         qos = QoSProfile(depth=10, reliability=self._reliability)
+        if kept:
+            qos = QoSProfile(
+                depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+            )
         self._node.create_subscription(kind, topic.name, topic.take, qos)
 
     def publisher(self, kind: type, name: str) -> Any:

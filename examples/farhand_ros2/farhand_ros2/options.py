@@ -73,8 +73,11 @@ class TrackerOptions(NodeOptions, frozen=True, kw_only=True, forbid_unknown_fiel
 
     poses: tuple[str, ...] = ("/receptacle/pose",)
     """Topics of `geometry_msgs/PoseStamped`: one for each frame of the task, in the order of its `frame_names`."""
+    tf_frames: tuple[str, ...] = ()
+    """Frames of TF in place of `poses`, in the same order."""
     frame_id: str = ""
-    """Frame in which the poses must be told; any one when not given."""
+    """Frame in which the poses must be told; any one when not given. The frame in which TF's are looked up, `base_link` for
+    example."""
     frame: Pose = Pose()
     """Pose of that frame in the robot file's world, in which the arm's base stands at `base`."""
     noise_m: Positive = 0.001

@@ -83,6 +83,6 @@ def joined(*meshes: Mesh) -> Mesh:
 
 
 def segments(points: NDArray[np.float64], z_m: float) -> NDArray[np.float32]:
-    """Split a polyline (T, 2) into line segments (T - 1, 2, 3) at a height [m]."""
-    raised = np.column_stack([points, np.full(len(points), z_m)]).astype(np.float32)
+    """Split a polyline (T, >= 2), seen from above, into line segments (T - 1, 2, 3) at a height [m]."""
+    raised = np.column_stack([points[:, :2], np.full(len(points), z_m)]).astype(np.float32)
     return np.stack([raised[:-1], raised[1:]], axis=1)

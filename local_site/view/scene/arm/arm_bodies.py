@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from farhand.common.wire.scene_description import Mesh, SceneDescription
 from farhand.local_site.view.scene import palette
-from farhand.local_site.view.scene.arm.arm_camera import base_m
+from farhand.local_site.view.scene.arm.arm_camera import Half
 from farhand.local_site.view.scene.nodes import NO_SHADOW, moved
 
 Array = NDArray[np.float64]
@@ -33,7 +33,8 @@ class ArmBodies:
         self._description, self._sides = description, sides
         self._node = scene.add_frame(name, show_axes=False)
         at_rest = description.link_poses(description.home_rad)
-        self._base_m = [base_m(side == REMOTE) for side in sides]
+        half = Half.of(description)
+        self._base_m = [half.base_m(side == REMOTE) for side in sides]
         self._poses = np.stack([self._in_scene(number, at_rest) for number in range(len(sides))])
         """Drawn poses of the links. Shape (sides, links, 7)."""
         self._joints_rad: list[tuple[float, ...]] = [tuple(description.home_rad)] * len(sides)

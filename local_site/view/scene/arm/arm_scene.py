@@ -19,7 +19,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.words.controls import OWN_ARM, ROBOT_NAME, Layer
 from farhand.local_site.view.scene import palette
 from farhand.local_site.view.scene.arm.arm_bodies import LOCAL, REMOTE, ArmBodies
-from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, TEACHING_VIEW, VIEWS, arm_camera, base_m
+from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, TEACHING_VIEW, VIEWS, Half, arm_camera
 from farhand.local_site.view.scene.arm.hand_gizmo import Act, HandGizmo
 from farhand.local_site.view.scene.arm.jog import Jog
 from farhand.local_site.view.scene.arm.task_drawing import (
@@ -61,7 +61,9 @@ class RemoteArm:
     ):  # fmt: skip
         self.description, self._bodies = description, bodies
         """Description of the robot's drawing."""
-        self._node = scene.add_frame(parent, show_axes=False, position=base_m(remote=True))
+        self._node = scene.add_frame(
+            parent, show_axes=False, position=Half.of(description).base_m(remote=True)
+        )
         add_platform(scene, parent, description)
         self._receptacle, self._landmarks = (
             ReceptacleDrawing(scene, parent, description),
@@ -159,7 +161,9 @@ class ArmScene:
         scene.set_up_direction("+z")
         add_water(scene)
         self._scene, self._own = scene, own
-        scene.add_frame(_LOCAL, show_axes=False, position=base_m(remote=False))
+        self._halves = (Half.of(own), Half.of(own))
+        """The operator's half and the robot's, which counts as like it until its description is known."""
+        scene.add_frame(_LOCAL, show_axes=False, position=self._halves[0].base_m(remote=False))
         self._bodies = ArmBodies(scene, _ARMS, own, (LOCAL,))
         self._remote: RemoteArm | None = None
         self._robots_own: ArmBodies | None = None
@@ -202,11 +206,17 @@ class ArmScene:
         alike = robot.sha256 == self._own.sha256
         self._bodies = ArmBodies(self._scene, _ARMS, self._own, (LOCAL, REMOTE) if alike else (LOCAL,))
         self._robots_own = None if alike else ArmBodies(self._scene, _ROBOT, robot, (REMOTE,))
+        self._halves = self._halves[0], Half.of(robot)
         self._remote = RemoteArm(self._scene, _REMOTE, robot, self._robots_own or self._bodies, self.layers)
 
     def turns(self) -> bool:
         """Decide whether the rings are shown, and keys and gamepad turn the plug instead of moving it."""
         return self.layers.shown(_RINGS)
+
+    @property
+    def extent_m(self) -> tuple[float, ...]:
+        """Extent of both halves, which the views fit into a canvas [m]."""
+        return tuple(extent for half in self._halves for extent in (half.width_m, half.height_m))
 
     def let_go(self) -> None:
         """End the drag of a closed tab."""
@@ -215,7 +225,7 @@ class ArmScene:
 
     def fit(self, camera: viser.CameraHandle, name: str) -> None:
         """Fit a named view into a tab's canvas."""
-        view = arm_camera((camera.image_width, camera.image_height), name)
+        view = arm_camera((camera.image_width, camera.image_height), *self._halves, name)
         camera.fov = FOV_RAD
         camera.up_direction = (0.0, 0.0, 1.0)
         camera.position = tuple(view.position_m)

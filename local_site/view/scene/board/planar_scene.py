@@ -203,7 +203,8 @@ class PlanarScene:
         scene.configure_environment_map(hdri=None)
         scene.set_up_direction("+y")
         local, remote = Board(scene, task, remote=False), Board(scene, task, remote=True)
-        self._board_m = local.size_m
+        self._board_m = self.extent_m = local.size_m
+        """Size of a board, which the views fit into a canvas [m]."""
         add_mat(scene, local.size_m)
         frame = f"{local.name}/target"
         self._target = scene.add_frame(frame, show_axes=False)
