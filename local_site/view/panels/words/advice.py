@@ -135,17 +135,15 @@ def _executing_advice(state: ConsoleState) -> str:
         return "Press Preview: the robot executes only what was previewed. Or Couple to drive by hand."
     if not state.plan_id:
         return "Press Preview to see the plan, Execute to run it, or Couple to drive by hand."
+    if preview_miss(state):
+        return "Press Record to demonstrate again; Execute would run what is drawn."
     return f"{plan_words(state)}Press Execute to run the model, or Couple to drive by hand."
 
 
 def preview_miss_words(state: ConsoleState) -> str:
     """Return how the shown preview misses the task's goal; empty if it reaches the goal."""
     miss = preview_miss(state)
-    return (
-        f"This preview ends {miss}, not at the task's goal: do not execute it, record another demonstration. "
-        if miss
-        else ""
-    )
+    return f"This preview ends {miss}, not at the task's goal. " if miss else ""
 
 
 def plan_words(state: ConsoleState) -> str:
