@@ -138,7 +138,14 @@ if (!window.farhand) {
     }
   };
 
+  // Where the advice takes more than one line, what lies over the canvas makes room; the canvas keeps its size, and its view
+  const makeRoom = () => {
+    const line = document.querySelector(".fh-here-actions")?.closest("[data-with-border]");
+    if (line) document.documentElement.style.setProperty("--fh-grown", `${line.offsetHeight}px`);
+  };
+
   const look = () => {
+    makeRoom();
     listen();
     drawNarrow();
     announce();
