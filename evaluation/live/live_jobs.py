@@ -92,7 +92,7 @@ def _ended(jobs: Sequence[Case]) -> tuple[str, ...]:
     ended = [each["execution"] for each in jobs if "execution" in each]
     if not ended:
         return ("",) * 6
-    of = {name: np.array([each[name] or np.nan for each in ended], dtype=float) for name in _NUMBERS}
+    of = {name: np.array([each[name] for each in ended], dtype=float) for name in _NUMBERS}
     depth, lateral = 1e3 * of["depth_m"], 1e3 * of["lateral_m"]
     peak = of["peak_force_n"]
     return (
