@@ -53,10 +53,16 @@ def advice(state: ConsoleState) -> str:
     if state.link.health is LinkHealth.LOST and not state.recording:
         return _lost_advice(state)
     if state.mode is ControlMode.STOPPED:
-        return "Stopped. Press Reset when it is safe to go on."
+        return f"Stopped{_why_stopped(state)}. Press Reset when it is safe to go on."
     if state.recording:
         return _recording_advice(state, words)
     return _moving_advice(state, words) or _teaching_advice(state, words) or _executing_advice(state)
+
+
+def _why_stopped(state: ConsoleState) -> str:
+    """Return who or what has stopped the robot, where it has told that."""
+    told = (notice.text for notice in reversed(state.notices) if notice.what == "stopped")
+    return f": {why}" if (why := next(told, "")) else ""
 
 
 def miss_words(state: ConsoleState) -> str:

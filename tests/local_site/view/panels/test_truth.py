@@ -20,7 +20,7 @@ from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.buttons import END, ROBOT
 from farhand.local_site.view.panels.status_strip import _alarm, _cells
-from farhand.local_site.view.panels.words.advice import miss_words, refusal
+from farhand.local_site.view.panels.words.advice import advice, miss_words, refusal
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.cells import JACO
 from tests.local_site.robot_end import desk
@@ -85,6 +85,14 @@ def test_a10_a_refusal_is_told_where_the_next_step_is(
 ) -> None:
     words = refusal(seen(nothing_yet, notices=tuple(notices)))
     assert told in words and bool(words) is bool(told)
+
+
+def test_who_or_what_stopped_the_robot_is_told_where_the_next_step_is(nothing_yet: ConsoleState) -> None:
+    stopped = structs.replace(ROBOT_IN, mode=ControlMode.STOPPED)
+    state = replace(
+        nothing_yet, now_s=100.0, robot=stopped, link=OK, notices=(notice("stopped", "stop by ann", 90.0),)
+    )
+    assert advice(state) == "Stopped: stop by ann. Press Reset when it is safe to go on."
 
 
 def test_a5_a_miss_is_told_beside_the_way_on_and_end_is_not_advised(nothing_yet: ConsoleState) -> None:
