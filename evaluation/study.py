@@ -52,6 +52,7 @@ STUDIES = {
     "noise": "farhand.evaluation.paper.noise",
     "human": "farhand.evaluation.human.human",
     "handwriting": "farhand.evaluation.human.handwriting",
+    "hub": "farhand.evaluation.link.hub",
     "link-chaos": "farhand.evaluation.link.link_chaos",
     "link-delay": "farhand.evaluation.link.link_delay",
     "delivery": "farhand.evaluation.link.delivery",
