@@ -56,6 +56,7 @@ STUDIES = {
     "link-chaos": "farhand.evaluation.link.link_chaos",
     "link-delay": "farhand.evaluation.link.link_delay",
     "delivery": "farhand.evaluation.link.delivery",
+    "bad-peers": "farhand.evaluation.link.bad_peers",
     "link-recovery": "farhand.evaluation.link.link_recovery",
     "link-profiles": "farhand.evaluation.link.link_profiles",
     "link-profiles-real": "farhand.evaluation.link.real_profiles",

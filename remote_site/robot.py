@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -56,6 +57,9 @@ from farhand.remote_site.supervision.supervisor import Supervisor
 from farhand.remote_site.telemetry import Reporter
 
 _log = loop_logger(__name__)
+_refused_log = logging.getLogger(
+    f"{__name__}.refused"
+)  # not limited: `refusals.py` tells no reason too often
 
 Observe = Callable[[Telemetry, NDArray[np.float64] | None], None]
 
@@ -155,7 +159,7 @@ class Robot:
 
     def tell_refused(self, words: str) -> None:
         """Tell that the link dropped a listener, or refused somebody; from any thread."""
-        _log.warning(words)
+        _refused_log.warning(words)
         why = because(Code.LISTENER_DROPPED, text=words)
         tell = self.supervisor.machine.tell
         self._inbox.put_own(partial(tell, EventKind.DROPPED, why, succeeded=False, who="the link"))

@@ -174,11 +174,25 @@ def explain_silence(settings: EndpointSettings, connected: bool) -> str:
         connected: True if the transport is connected to the robot.
     """
     if not settings.certificates:
-        return ""
+        return "" if connected else _encrypted_there(settings.connect)
     if connected:
         name = SiteCertificate.load(settings.certificate_folder).name
         return f"the robot lets {name} in and tells it nothing: does its list of sites name {name}, and not as revoked?"
     return find_refusal(settings.connect, settings.certificate_folder) or _ACCEPTED
+
+
+def _encrypted_there(endpoint: str) -> str:
+    """Return that certificates are needed, if what answers at a plain endpoint speaks TLS; empty otherwise."""
+    address = endpoint_address(endpoint)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)  # nothing is sent, so it does not matter who answers
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    try:
+        with socket.create_connection(address, _PATIENCE_S) as plain, context.wrap_socket(plain):
+            pass
+    except OSError:  # it does not, or nobody answers
+        return ""
+    where = show_address(address)
+    return f"the robot at {where} requests a certificate: --connect quic/{where} --certificates FOLDER (farhand pki operator)"
 
 
 def find_refusal(endpoint: str, folder: Path) -> str:

@@ -59,7 +59,7 @@ def trial(case: Case) -> Case:
         ]
         for robot in robots:
             closing.callback(robot.kill)
-        operator = _Operator(endpoints[0])
+        operator = Stopping(EndpointSettings(connect=endpoints[0]))
         closing.callback(operator.close)
         closing.enter_context(neighbour(case["neighbour"], endpoints[0], Path(name)))
         took_s = operator.stop(STOPS, case["duration_s"])
@@ -69,11 +69,15 @@ def trial(case: Case) -> Case:
     return {**case, "took_s": took_s, "robot": late[0], "peer": late[1], "load": os.getloadavg()[0]}
 
 
-class _Operator:
-    """Sends STOPs and hears their acknowledgements."""
+class Stopping:
+    """Sender of STOPs that hears their acknowledgements.
 
-    def __init__(self, endpoint: str):
-        self._link = ZenohLink(EndpointSettings(connect=endpoint))
+    Args:
+        settings: Endpoint of the robot.
+    """
+
+    def __init__(self, settings: EndpointSettings):
+        self._link = ZenohLink(settings)
         self._heard: dict[str, float] = {}
         self._changed = threading.Condition()
         self._link.subscribe(keys.STOP_ACK, self._take)
