@@ -12,7 +12,8 @@ import viser
 from farhand.common.clock import elapsed_s
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.log import loop_logger
-from farhand.common.task import AnyTask, ArmTask
+from farhand.common.model.manifold import POSE
+from farhand.common.task import AnyTask, ArmTask, PointTask
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
@@ -22,7 +23,7 @@ from farhand.local_site.view.panels.actions import ActionLine
 from farhand.local_site.view.panels.buttons import Buttons, ButtonSpec
 from farhand.local_site.view.panels.camera_panel import CameraPanel
 from farhand.local_site.view.panels.charts import LinkHistory, TransitionGraph
-from farhand.local_site.view.panels.choices import Legend, PaceSlider, TaskChoice
+from farhand.local_site.view.panels.choices import Legend, PaceSlider, TaskChoice, add_height_slider
 from farhand.local_site.view.panels.drawer import Drawer
 from farhand.local_site.view.panels.guidance import AdvicePanel
 from farhand.local_site.view.panels.hand_panel import HandPanel
@@ -82,7 +83,7 @@ class Page:
         self._sessions = Sessions()
         self._server = PageServer(access, port, self._sessions, self._refused)
         self._worker = LinkWorker(control) if control is not None else None
-        self._build_head(self._server.gui)
+        self._build_head(self._server.gui, task)
         self._build_foot(self._server.gui)
         self._robots = RobotChoice(self._server.gui, robots)
         self._drawer = Drawer(
@@ -133,7 +134,7 @@ class Page:
             return ArmScene(self._server.scene, own, self._console.submit, self._act)
         return PlanarScene(self._server.scene, task, self._console.submit, self._happened.explain, self._act)
 
-    def _build_head(self, gui: viser.GuiApi) -> None:
+    def _build_head(self, gui: viser.GuiApi, task: AnyTask) -> None:
         """Build what never scrolls: STOP, the band, the steps, and the action line with the advice."""
         gui.main_panel.dock_left()
         gui.main_panel.set_width(_DRAWER_PX)
@@ -147,6 +148,8 @@ class Page:
             self._guidance = AdvicePanel(gui)
             self._line = ActionLine(gui, buttons.EVERY, self._on_press)
             self._pace = PaceSlider(gui, self._console.submit, self._act)
+            if isinstance(task, PointTask) and task.n_dims == POSE.n_dims:
+                add_height_slider(gui, task, self._act, lambda height_m: self._scene.lift(height_m))  # noqa: PLW0108 (made later)
         with gui.add_folder(Folder.WATCHING):
             gui.add_html('<i class="fh-here fh-here-take"></i>')
             self._open_button(Label.TAKE_OVER, lambda tab: self._tabs.take_over(tab))  # noqa: PLW0108 (made later)

@@ -1,4 +1,4 @@
-"""The example of a task with two frames: what is learned follows both, in the plane and in space, at both sites."""
+"""The examples of tasks with two frames: what is learned follows both, in the plane and in space, at both sites."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec import structs
 from numpy.typing import NDArray
 
 from farhand.common.configuration import load_toml
@@ -15,7 +14,6 @@ from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import PointTask, TaskSet
-from farhand.common.task_parts import Sample, Target
 from farhand.evaluation.harness.virtual_job import do_job
 from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
@@ -27,34 +25,8 @@ from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
 
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "examples" / "tasks" / "through-gate.toml"
-PLANE = load_toml(FILE, PointTask)
+PLANE, SPACE = (load_toml(file, PointTask) for file in (FILE, FILE.with_name("over-wall.toml")))
 DT_S = 0.02
-
-
-def raised(target: Target, z_m: float) -> Target:
-    spread, amplitude = target.spread_m or (), target.amplitude_m
-    return structs.replace(
-        target, origin_m=(*target.origin_m, z_m), spread_m=(*spread, 0.1),
-        amplitude_m=None if amplitude is None else (*amplitude, 0.02),
-    )  # fmt: skip
-
-
-def in_space() -> PointTask:
-    """The same task in space: the gate is high up."""
-
-    def risen(sample: Sample) -> Sample:
-        heights = (0.3, 0.45, 0.6, 0.5, 0.4)
-        points = zip(sample.waypoints_m, heights, strict=True)
-        return structs.replace(sample, waypoints_m=tuple((*point, z) for point, z in points))
-
-    return structs.replace(
-        PLANE, name="through-gate-in-space", n_dims=3, workspace_m=(1.0, 1.0, 1.0), start_m=(*PLANE.start_m, 0.3),
-        landmarks={"gate": raised(PLANE.landmarks["gate"], 0.6)}, target=raised(PLANE.target, 0.4),
-        samples=tuple(map(risen, PLANE.samples)) * 3,  # space needs more than the plane
-    )  # fmt: skip
-
-
-SPACE = in_space()
 
 
 def learned(task: PointTask, n_frames: int) -> TPHSMM:
@@ -97,7 +69,7 @@ def test_the_robot_passes_the_gate_and_reaches_the_dock_wherever_both_are(task: 
         gate, dock = frames = [TaskFrame.at(mean) for mean in task.means_m(place)]
         way = executed(task, both, frames)
         assert np.linalg.norm(way[-1] - dock.b) < 0.03
-        assert np.linalg.norm(way - gate.b, axis=1).min() < 0.08
+        assert np.linalg.norm(way - gate.b, axis=1).min() < 0.10
         missed_m.append(np.linalg.norm(executed(task, dock_alone, [dock]) - gate.b, axis=1).min())
     assert max(missed_m) > 0.12  # what knows the dock alone does not
 

@@ -10,6 +10,7 @@ import viser
 from farhand.common.clock import elapsed_s
 from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.task import PointTask
 from farhand.common.wire.messages import SLOWEST_PACE
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState, TaskStanding
@@ -53,6 +54,26 @@ _STEP_PERCENT = 5.0
 _AFTER_THE_BUTTONS = 1000.0
 _PACED = (ControlMode.HOLD, ControlMode.AUTONOMOUS, ControlMode.PAUSED)
 """Modes in which the robot moves on its own, or is about to."""
+
+
+def add_height_slider(gui: viser.GuiApi, task: PointTask, act: Act, lift: Callable[[float], None]) -> None:
+    """Add the slider of the hand's height, for a task in space that is taught over a board.
+
+    Args:
+        gui: GUI of the server.
+        task: Task, whose workspace and start limit and begin the height.
+        act: Has a tab's action done, from the server's thread.
+        lift: Moves the hand to a height [m].
+    """
+    slider = gui.add_slider(
+        Field.HEIGHT, 0.0, task.workspace_m[2], step=0.01, initial_value=task.start_m[2], order=_AFTER_THE_BUTTONS,
+        hint=Hint.HEIGHT,
+    )  # fmt: skip
+
+    @slider.on_update
+    async def _(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+        if event.client_id is not None:
+            act(event.client_id, partial(lift, float(event.target.value)))
 
 
 class PaceSlider:

@@ -89,12 +89,14 @@ class Field(StrEnum):
     LOOK_BACK = "Look back [s]"
     PREVIEW_AT = "Preview at [s]"
     HAND = "Hand"
+    HEIGHT = "Height of the hand [m]"
 
 
 class Hint(StrEnum):
     """Explanation that appears while the mouse rests on a control."""
 
     SPEED = "Of the robot's own motions: executions, Retract, Go to ready. Not of your own driving."
+    HEIGHT = "Over the board, which is the ground; also while the hand draws or drives."
     LOSS = "Share of the datagrams that are lost, in each direction"
     CHANGE_PORTS = "Continue from other ports, as after a satellite hand-over"
     SPAN = "Span of the timeline: 2 min, 15 min, the session"
@@ -125,8 +127,15 @@ class Layer(StrEnum):
     CAMERA = "Camera"
 
 
-OWN_ARM, OWN_BOARD, ROBOT_NAME = "YOUR ARM (simulation)", "YOUR BOARD", "ROBOT"
+OWN_ARM, OWN_BOARD, OWN_HAND, ROBOT_NAME = "YOUR ARM (simulation)", "YOUR BOARD", "YOUR HAND", "ROBOT"
 """Names beside the arms and boards in space."""
+
+
+def high(name: str, height_m: tuple[float, ...]) -> str:
+    """Return a name with a height over the ground; without one in the plane, where there is none [m]."""
+    return f"{name}, {height_m[0]:.2f} m high" if height_m else name
+
+
 NOTHING_FOLLOWS = "nothing follows your hand now: press Record to teach, or Couple to drive"
 BEFORE_THE_END = "before the end of the motion"
 """Where a preview ends that does not reach the end of the motion."""

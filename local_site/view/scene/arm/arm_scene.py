@@ -209,6 +209,9 @@ class ArmScene:
         self._halves = self._halves[0], Half.of(robot)
         self._remote = RemoteArm(self._scene, _REMOTE, robot, self._robots_own or self._bodies, self.layers)
 
+    def lift(self, height_m: float) -> None:
+        """Do nothing: an arm is lifted by its arrows [m]."""
+
     def turns(self) -> bool:
         """Decide whether the rings are shown, and keys and gamepad turn the plug instead of moving it."""
         return self.layers.shown(_RINGS)

@@ -1,23 +1,22 @@
-"""Scene of the planar task: both boards with everything on them, seen straight from above.
+"""Scene of a point's task: both boards with everything on them, seen straight from above.
 
-Drags on the boards: strokes that teach or drive, and the drag that moves the simulated target.
+Of a task in space a board is the ground: a slider gives the hand its height, and the names say the heights.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
 import viser
 
-from farhand.common.clock import elapsed_s
+from farhand.common.model.manifold import POSE
 from farhand.common.task import PointTask
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.view.panels.words.controls import NOTHING_FOLLOWS, OWN_BOARD, Layer
-from farhand.local_site.view.scene import palette, shapes
+from farhand.local_site.view.panels.words.controls import OWN_BOARD, OWN_HAND, Layer, high
+from farhand.local_site.view.scene import palette
+from farhand.local_site.view.scene.board.board_hand import Drawing, TargetDrag
 from farhand.local_site.view.scene.board.board_jog import BoardJog
 from farhand.local_site.view.scene.board.boards import FOV_RAD, VIEWS, Board, add_mat, view_of
 from farhand.local_site.view.scene.board.robot_drawing import ModelDrawing, RobotDrawing, add_target
@@ -26,141 +25,10 @@ from farhand.local_site.view.scene.ghost import RobotPicture
 from farhand.local_site.view.scene.landmarks import Landmarks, own_places
 from farhand.local_site.view.scene.nodes import (
     LINE_Z_M,
-    MARK_Z_M,
     MAT_Z_M,
     Layers,
-    add_flat,
-    add_lines,
     place,
-    show,
 )
-
-HAND_SPEED_M_S = 0.3
-"""Assumed speed of a drawn stroke: the browser's event times show its load, not the motion [m/s]."""
-_HAND_RADIUS_M = 0.012
-
-
-class StrokeClock:
-    """Clock of a stroke that runs with the length of its path, independent of the browser's pace."""
-
-    def __init__(self) -> None:
-        self._last: tuple[float, float] | None = None
-        self.time_s = 0.0
-
-    def at(self, position_m: tuple[float, float]) -> float:
-        """Return the time of the motion at the hand's new position [s]."""
-        if self._last is not None:
-            self.time_s += math.dist(self._last, position_m) / HAND_SPEED_M_S
-        self._last = position_m
-        return self.time_s
-
-
-class Drawing:
-    """Converter of drags on the local board into intents, and drawing of the strokes. Used by the page's thread.
-
-    Args:
-        scene: Scene of the server.
-        board: Local board.
-        submit: Hands an intent to the console.
-        explain: Tells the operator something.
-        layers: What the operator hides and shows.
-    """
-
-    def __init__(
-        self,
-        scene: viser.SceneApi,
-        board: Board,
-        submit: Callable[[intents.Intent], None],
-        explain: Callable[[str], None],
-        layers: Layers,
-    ):
-        self._shown_name = layers.node(Layer.DEMONSTRATIONS, f"{board.name}/shown")
-        self._scene, self._submit, self._explain = scene, submit, explain
-        self._clock = StrokeClock()
-        self._recording = self._coupled = False
-        self._hand_at: tuple[float, float] | None = None
-        self._shown: tuple[object, ...] = ()
-        self._lines: viser.LineSegmentsHandle | None = None
-        self._hand = add_flat(
-            scene, f"{board.name}/hand", shapes.disc(_HAND_RADIUS_M), palette.LOCAL, MARK_Z_M, visible=False
-        )
-
-    def drag(self, phase: str, position_m: tuple[float, float]) -> None:
-        """Handle the mouse: moved with its button down, or let go."""
-        if not (self._recording or self._coupled):
-            if phase == "start":
-                self._explain(NOTHING_FOLLOWS)
-            return
-        self._hand_at = position_m
-        self._submit(intents.Hand(position_m, self._clock.at(position_m), released=phase == "end"))
-
-    def let_go(self) -> None:
-        """End the drag of a closed tab."""
-        if self._coupled and self._hand_at is not None:
-            self._submit(intents.Hand(self._hand_at, self._clock.time_s, released=True))
-
-    def draw(self, state: ConsoleState) -> None:
-        """Show the strokes and the hand."""
-        if state.recording and not self._recording:
-            self._clock = StrokeClock()
-        self._recording, self._coupled = state.recording, state.coupled
-        shown = (state.task.name, *map(len, state.strokes))
-        if shown != self._shown:
-            self._shown = shown
-            self._draw_strokes(state)
-        if not (self._recording or self._coupled):
-            self._hand_at = None
-        if self._hand_at is not None:
-            place(self._hand, *self._hand_at, MARK_Z_M)
-        show(self._hand, self._hand_at is not None)
-
-    def _draw_strokes(self, state: ConsoleState) -> None:
-        """Draw all strokes as one set of lines: ended ones grey, the present one white."""
-        points, colours = [], []
-        for index, stroke in enumerate(state.strokes):
-            current = (
-                state.recording
-                and index == len(state.strokes) - 1
-                and len(state.strokes) > (state.n_demonstrations)
-            )
-            thinned = stroke if len(stroke) < 3 else np.vstack([stroke[:-1:2], stroke[-1:]])
-            lines = shapes.segments(thinned, LINE_Z_M)
-            points.append(lines)
-            colour = palette.many([palette.CURRENT_STROKE if current else palette.STROKE])
-            colours.append(np.broadcast_to(colour, lines.shape))
-        if self._lines is not None and not sum(map(len, points)):
-            self._lines.visible = False
-        elif points:
-            self._lines = add_lines(
-                self._scene,
-                f"{self._shown_name}/strokes",
-                np.concatenate(points),
-                np.concatenate(colours),
-                3.0,
-            )
-
-
-_PERIOD_S = 0.1
-
-
-class TargetDrag:
-    """Sender of the U's dragged position, at most ten times a second, and of its last one.
-
-    Args:
-        submit: Hands an intent to the console.
-    """
-
-    def __init__(self, submit: Callable[[intents.Intent], None]):
-        self._submit = submit
-        self._sent_s = float("-inf")
-
-    def drag(self, phase: str, position_m: tuple[float, float]) -> None:
-        """Send the dragged position of the U [m]."""
-        now_s = elapsed_s()
-        if phase == "end" or now_s - self._sent_s >= _PERIOD_S:
-            self._sent_s = now_s
-            self._submit(intents.DragTarget(position_m))
-
 
 _LIGHT = 3.14
 
@@ -202,6 +70,7 @@ class PlanarScene:
         scene.add_light_ambient("/light", intensity=_LIGHT)
         scene.configure_environment_map(hdri=None)
         scene.set_up_direction("+y")
+        in_space = task.n_dims == POSE.n_dims
         local, remote = Board(scene, task, remote=False), Board(scene, task, remote=True)
         self._board_m = self.extent_m = local.size_m
         """Size of a board, which the views fit into a canvas [m]."""
@@ -212,15 +81,18 @@ class PlanarScene:
         self.layers = Layers(scene, _LAYERS)
         self._model = ModelDrawing(scene, self.layers.node(Layer.MODEL, f"{frame}/learned"))
         self._trace = Trace(scene, self.layers.node(Layer.TRACE, f"{frame}/trace"), LINE_Z_M)
-        self._drawing = Drawing(scene, local, submit, explain, self.layers)
-        self._robot, self._landmarks = RobotDrawing(scene, remote, self.layers), Landmarks(scene, local.name)
+        self._drawing = Drawing(scene, local, task, submit, explain, self.layers)
+        self._robot, self._landmarks = (
+            RobotDrawing(scene, remote, self.layers, in_space),
+            Landmarks(scene, local.name, in_space),
+        )
         self.jog = BoardJog(self._drawing.drag, local.size_m)
         """Moves the hand by gamepad and keys."""
         width, height = local.size_m
-        scene.add_label(
+        self._name = scene.add_label(
             f"{local.name}/name", OWN_BOARD, position=(0.5 * width, height, MAT_Z_M), anchor="top-center"
         )
-        target = TargetDrag(submit)
+        self._dragged = target = TargetDrag(submit)
         local.listen(local.grip, lambda tab, *drag: act(tab, partial(self._drawing.drag, *drag)))
         remote.listen(self._robot.grip, lambda tab, *drag: act(tab, partial(target.drag, *drag)))
 
@@ -228,11 +100,20 @@ class PlanarScene:
         """Draw the newest state of the console, and the robot's half."""
         self._model.show(state.forming or (state.learned.model if state.learned else None))
         self._drawing.draw(state)
-        self._trace.show(picture.trace)
+        self._trace.show(None if picture.trace is None else picture.trace[:, :2])
+        if state.robot is not None:
+            self._dragged.height_m = state.robot.frame_origin_m[2:]
+        name = high(OWN_BOARD if not self._drawing.height_m else OWN_HAND, self._drawing.height_m)
+        if self._name.text != name:
+            self._name.text = name
         x, y = state.own_frames[-1].b[:2]
         place(self._target, float(x), float(y), 0.0)
         self._landmarks.draw(state.task.frame_names, own_places(state.own_frames))
         self._robot.draw(picture)
+
+    def lift(self, height_m: float) -> None:
+        """Move the hand to another height over the board of a task in space [m]."""
+        self._drawing.lift(height_m)
 
     def let_go(self) -> None:
         """End the drag of a closed tab."""

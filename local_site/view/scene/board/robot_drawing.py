@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.wire.messages import Telemetry
-from farhand.local_site.view.panels.words.controls import ROBOT_NAME, Layer
+from farhand.local_site.view.panels.words.controls import ROBOT_NAME, Layer, high
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.board.boards import Board
 from farhand.local_site.view.scene.curves import Trace
@@ -121,11 +121,12 @@ class RobotDrawing:
         scene: Scene of the server.
         board: Remote board.
         layers: What the operator hides and shows.
+        in_space: True for a task in space, of which the board is the ground.
     """
 
-    def __init__(self, scene: viser.SceneApi, board: Board, layers: Layers):
+    def __init__(self, scene: viser.SceneApi, board: Board, layers: Layers, in_space: bool = False):
         self._scene, name = scene, board.name
-        self._landmarks = Landmarks(scene, name)
+        self._landmarks = Landmarks(scene, name, in_space)
         self._frame = scene.add_frame(f"{name}/target", show_axes=False, visible=False)
         self._frame_name = f"{name}/target"
         self._target = add_target(scene, self._frame_name)
@@ -163,15 +164,17 @@ class RobotDrawing:
             return
         self._draw_report(robot, picture.old)
         self._landmarks.draw(state.task.frame_names, reported_places(robot))
-        self._trace.show(picture.trace)
-        name = picture.name(ROBOT_NAME)
+        self._trace.show(None if picture.trace is None else picture.trace[:, :2])
+        name = high(picture.name(ROBOT_NAME), robot.position_m[2:])
         if self._name.text != name:
             self._name.text = name
         has = state.robot_model
         self._model.show(has.model if has is not None else None, robot.component)
         points = None if state.phase.at_end else shown_points(state)
         self._draw_path(points, bool(picture.miss))
-        self._tube.show(points, has.model if has is not None else None, state.plan_id)
+        self._tube.show(
+            points if points is None else points[:, :2], has.model if has is not None else None, state.plan_id
+        )
         self._draw_ghost(picture)
 
     def _draw_report(self, robot: Telemetry, old: bool) -> None:
