@@ -129,7 +129,8 @@ class Teaching:
         """Keep the demonstration; ask first if it misses the goal."""
         if not anyway and (miss := self._task.miss()):
             self.asks_to_keep = True
-            self._tell("end", f"it ends {miss}: go on, discard it, or keep it anyway", good=False)
+            # A question, not a refusal: the page asks it as long as `miss` says so.
+            self._tell("end", f"it ends {miss}: go on, discard it, or keep it anyway")
             return
         self._note_place()
         learned = self._task.end()

@@ -21,6 +21,8 @@ from farhand.local_site.exchange.reports import listen
 from tests.browser.stack import Stack
 from tests.cells import JACO
 
+BESIDE = "--transport=tcp"
+"""Option of `farhand up` with which the robot is heard beside the link: on an encrypted one that would need a certificate."""
 _PATIENCE_S = 60.0
 _SPEED_ROWS = 4
 JUMP_M = 1e-3

@@ -19,7 +19,7 @@ from farhand.common.control_mode import ControlMode
 from farhand.common.model.task_frame import TaskFrame
 from tests.browser.arm_page import DEEP, ArmPage
 from tests.browser.operator_page import WAIT_MS
-from tests.browser.robot_record import RobotRecord, recorded, went_m
+from tests.browser.robot_record import BESIDE, RobotRecord, recorded, went_m
 from tests.browser.stack import Stack, farhand_up, swaying_task
 from tests.browser.tabs import tabs_of
 from tests.browser.test_layout import assert_accessible, assert_legible
@@ -44,7 +44,7 @@ MANOEUVRE = {"Retract": "RETRACTING", "Go to ready": "GOING TO READY"}
 def stack(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stack]:
     """Both sites over the `geo` profile with the tasks as they are shipped."""
     tasks = "hot-stab,hot-stab-removal"
-    with farhand_up(tmp_path_factory.mktemp("arm") / "data", link="geo", task=tasks) as stack:
+    with farhand_up(tmp_path_factory.mktemp("arm") / "data", "geo", tasks, BESIDE) as stack:
         yield stack
 
 
@@ -184,7 +184,7 @@ def test_the_other_task_takes_the_plug_out_again(tab: ArmPage) -> None:
 def test_a_stop_in_the_bore_holds_gently_while_the_receptacle_sways(
     new_arm_tab: NewArmTab, tmp_path: Path
 ) -> None:
-    with farhand_up(tmp_path / "data", link="geo", task=swaying_task(tmp_path)) as stack:
+    with farhand_up(tmp_path / "data", "geo", swaying_task(tmp_path), BESIDE) as stack:
         tab = new_arm_tab(stack)
         with recorded(stack) as robot:
             tab.execute_until_seated("Load samples")

@@ -15,7 +15,7 @@ from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.raw_client import RawClient, raw_connection
-from tests.browser.robot_record import RobotRecord, recorded
+from tests.browser.robot_record import BESIDE, RobotRecord, recorded
 from tests.browser.stack import Stack, farhand_up, swaying_task
 from tests.cells import JACO
 
@@ -101,7 +101,7 @@ class Operator:
 @pytest.fixture
 def stack(tmp_path: Path) -> Iterator[Stack]:
     """Both sites over the `geo` profile, the receptacle swaying by 20 mm."""
-    with farhand_up(tmp_path / "data", link="geo", task=swaying_task(tmp_path)) as stack:
+    with farhand_up(tmp_path / "data", "geo", swaying_task(tmp_path), BESIDE) as stack:
         yield stack
 
 

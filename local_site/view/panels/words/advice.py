@@ -29,8 +29,6 @@ def refusal(state: ConsoleState) -> str:
     for notice in reversed(state.notices):
         if state.now_s - notice.time_s > _REFUSAL_S:
             return ""
-        if notice.what == "end" and state.miss:
-            return ""  # told with the way on, see `miss_words`
         if notice.what in _ASKED and not notice.who:
             again = " Press it again." if notice.code in PRESS_AGAIN else ""
             return "" if notice.good else f"{str(notice.what).capitalize()}: {notice.text}.{again}"

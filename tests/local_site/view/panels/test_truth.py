@@ -97,7 +97,7 @@ def test_who_or_what_stopped_the_robot_is_told_where_the_next_step_is(nothing_ye
 
 def test_a5_a_miss_is_told_beside_the_way_on_and_end_is_not_advised(nothing_yet: ConsoleState) -> None:
     miss = "119 mm before the receptacle"
-    told = notice("end", "it ends there", 99.0)
+    told = notice("end", "it ends there", 99.0, good=True)
     state = replace(nothing_yet, now_s=100.0, recording=True, miss=miss, notices=(told,), own_arm=ARM)
     assert refusal(state) == ""
     assert miss_words(state) == f"Not learned: it ends {miss}. Undo it, Keep anyway, or go on: "
