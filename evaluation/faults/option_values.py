@@ -21,7 +21,7 @@ from farhand.deploy.cli import COMMANDS
 from farhand.deploy.outcome import status_of
 from farhand.evaluation.faults.bounds import WrongResult
 from farhand.evaluation.faults.mutants import Random, bytes_mutant
-from farhand.evaluation.faults.subjects import sound_files
+from farhand.evaluation.faults.subjects import sound_files, write_identities
 
 _TASK, _SEED = {"task": "planar"}, {"seed": "3"}
 _PLACES = {"data-dir": "data"}
@@ -31,13 +31,13 @@ LINES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "local": (
         (),
         {
-            **_TASK, **_SEED, **_PLACES, "config": "local.toml", "connect": "tcp/127.0.0.1:7447", "link-rate-bps": "1e6",
-            "link-control": "127.0.0.1:7449", "port": "0", "site-name": "ann", "connect-timeout-s": "5",
+            **_TASK, **_SEED, **_PLACES, "config": "local.toml", "connect": "quic/127.0.0.1:7447", "certificates": "shore-1",
+            "link-rate-bps": "1e6", "link-control": "127.0.0.1:7449", "port": "0", "site-name": "shore-1", "connect-timeout-s": "5",
         },
     ),
     "remote": (
         (),
-        {**_TASK, **_SEED, **_PLACES, "config": "remote.toml", "listen": "tcp/127.0.0.1:0", "link-rate-bps": "1e6"},
+        {**_TASK, **_SEED, **_PLACES, "config": "remote.toml", "listen": "quic/127.0.0.1:7447", "certificates": "rov1", "sites": "sites.json", "link-rate-bps": "1e6"},
     ),
     "link": (
         (),
@@ -132,6 +132,7 @@ def _surroundings(folder: Path) -> Iterator[None]:
     """Prepare a folder with valid files, and replace everything that runs for long."""
     here, deep = Path.cwd(), folder / "a" / "b"
     deep.mkdir(parents=True, exist_ok=True)
+    write_identities(deep)
     for name, content in sound_files().items():
         if not (deep / name).is_file():
             (deep / name).write_bytes(content)

@@ -6,7 +6,9 @@ finding.
 
 from __future__ import annotations
 
+import contextlib
 import json
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -20,11 +22,14 @@ import numpy as np
 from farhand.common.configuration import load_toml
 from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_profile import load_profiles
+from farhand.common.link.certificates import RIGHTS_FILE
 from farhand.common.link.endpoint import zenoh_configuration
 from farhand.common.model.model_file import decode, encode, load
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import PointTask
+from farhand.common.temporary_folder import temporary_folder
+from farhand.deploy.pki.registry import Registry
 from farhand.deploy.places import find_point_task, find_tasks
 from farhand.deploy.rollout import roll_out
 from farhand.evaluation.faults.bounds import WrongResult
@@ -184,7 +189,9 @@ def _take_task(file: Path) -> bool:
 
 
 def _configure(kind: Any, file: Path) -> bool:
-    zenoh_configuration(load_toml(file, kind).link)
+    write_identities(file.parent)
+    with contextlib.chdir(file.parent):
+        zenoh_configuration(load_toml(file, kind).link)
     return True
 
 
@@ -290,6 +297,29 @@ def _events() -> tuple[bytes, ...]:
         {"time": "2026-01-01T00:00:00.000+00:00", "what": "mode", "text": "HOLD", "measured": None}
     )
     return ((line + "\n").encode() * 3, b"")
+
+
+@cache
+def _identities() -> dict[str, bytes]:
+    """Make the certificates and the list of sites that the sites' files name."""
+    with tempfile.TemporaryDirectory(dir=temporary_folder()) as name:
+        registry = Registry.create(Path(name), "sound")
+        folders = (
+            registry.issue("rov1", "robot", ("127.0.0.1",), 365),
+            registry.issue("shore-1", "operator", (), 90),
+        )
+        made = {RIGHTS_FILE: (Path(name) / RIGHTS_FILE).read_bytes()}
+        for folder in folders:
+            made |= {f"{folder.name}/{file.name}": file.read_bytes() for file in folder.iterdir()}
+        return made
+
+
+def write_identities(folder: Path) -> None:
+    """Write certificates and the list of sites into a folder, unless they are there."""
+    for name, content in _identities().items():
+        if not (folder / name).exists():
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).write_bytes(content)
 
 
 def sound_files() -> dict[str, bytes]:

@@ -18,7 +18,7 @@ def test_on_a_board_the_hand_itself_makes_the_motion():
     assert points.tolist() == [[0.1, 0.2]] and times_s.tolist() == [3.0]
     np.testing.assert_array_equal(board.frames[0].b, FRAMES[0].b)
     assert board.view is None and len(board.samples()) == len(TASK.samples)
-    with pytest.raises(NotNow, match="no arm"):
+    with pytest.raises(NotNow, match="one place for its frames"):
         board.reset(None)
 
 

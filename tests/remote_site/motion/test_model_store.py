@@ -82,7 +82,7 @@ def test_an_older_model_stays_available_by_its_hash():
 
 
 def test_a_model_for_a_task_with_more_frames_is_taken_by_that_task():
-    two = structs.replace(TASK, frame_names=("a", "b"))
+    two = structs.replace(TASK, frame_names=("a", "b"), landmarks={"a": TASK.target})
     assert (
         ModelStore(TaskSet([two]))
         .answer(transfer(replace(learned(n_frames=2), frame_names=("a", "b"))), NOW)

@@ -140,7 +140,7 @@ def test_a_model_of_a_frame_with_another_name_is_refused_naming_both(names: tupl
 
 
 def test_frames_in_another_order_are_other_frames():
-    two = structs.replace(TASK, frame_names=("a", "b"))
+    two = structs.replace(TASK, frame_names=("a", "b"), landmarks={"a": TASK.target})
     turned = replace(learned(n_frames=2), frame_names=("b", "a"))
     content = encode(turned)
     sent = ModelTransfer(task=TASK.name, sha256=content_hash(content), content=content)

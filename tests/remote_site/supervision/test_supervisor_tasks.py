@@ -84,7 +84,7 @@ def test_the_first_task_counts_until_another_one_is_executed():
 def test_a_lost_link_is_answered_by_the_policy_of_the_task_that_is_executed(task: PointTask):
     bench = two_tasks()
     bench.task = task
-    sha256 = {TASK: transfer(), HOLDS: transfer(learned())}[task].sha256
+    sha256 = {TASK.name: transfer(), HOLDS.name: transfer(learned())}[task.name].sha256
     assert bench.command(Action.EXECUTE, model_sha256=sha256).accepted
     bench.run(4.0, present=False)
     assert bench.mode is (ControlMode.PAUSED if task is HOLDS else ControlMode.AUTONOMOUS)
