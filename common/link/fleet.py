@@ -20,7 +20,8 @@ from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Telemetry
 
 _LOOK_S = 1.0
-_UNCONNECTED_S = 60.0
+_ANY = "rov"
+"""Name of any robot, for the question to the hub itself."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class Fleet:
     def __init__(self, settings: EndpointSettings, robots: Sequence[str] = ()):
         self._robots = tuple(robots)
         self._found: tuple[str, ...] = ()
+        self._began_s = elapsed_s()
         self._heard: dict[str, tuple[bytes, float]] = {}
         self._decoded: dict[str, tuple[bytes, Telemetry | None]] = {}
         self._closed = threading.Event()
@@ -60,8 +62,9 @@ class Fleet:
         self._probe = None
         if scheme_of(settings.connect) == "quic":
             self._probe = PathProbe(
-                settings.connect, self._unconnected_s, self._is_connected, self._session.reopen
-            )
+                settings.connect, self._silent_s, self._is_connected,
+                lambda s: self._session.answers(f"{_ANY}/{keys.RIGHT.of(settings.speaks_as)}", s), self._session.reopen,
+            )  # fmt: skip
         self._thread = threading.Thread(target=self._run, name="fleet", daemon=True)
         self._thread.start()
 
@@ -113,8 +116,10 @@ class Fleet:
     def _is_connected(self) -> bool:
         return bool(self._session.locators())
 
-    def _unconnected_s(self) -> float:
-        return 0.0 if self._is_connected() else _UNCONNECTED_S
+    def _silent_s(self) -> float:
+        return elapsed_s() - max(
+            (heard_s for _, heard_s in list(self._heard.values())), default=self._began_s
+        )
 
 
 def _report(data: bytes) -> Telemetry | None:

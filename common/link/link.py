@@ -78,7 +78,13 @@ class ZenohLink:
                 key, answers = answers_for(self._site, self._quic.asker), self._quic.answered
                 if not settings.is_of_robot:
                     self._session.declare(lambda session: session.declare_subscriber(key, in_reader(answers)))
-                self._quic.watch_path(settings, self._is_connected, self.reopen)
+                asked = keys.RIGHT.of("hub" if settings.is_of_robot else self._site)
+                self._quic.watch_path(
+                    settings.connect,
+                    self._is_connected,
+                    lambda s: self._session.answers(asked, s),
+                    self.reopen,
+                )
 
     def send(self, channel: Channel, data: bytes) -> None:
         """See `Link.send`."""

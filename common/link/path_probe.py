@@ -1,8 +1,9 @@
-"""Probe of the path to a robot whose connection has ended, so that a new connection begins as soon as possible.
+"""Probe of the path to the other end, so that a new connection begins as soon as possible.
 
-After half a minute of silence QUIC gives up its connection, and a robot that reads new rights closes it. An attempt to
-connect that began meanwhile has doubled its pauses, and loses seconds after the path's return. A packet of an unknown
-version is a cheap probe: every QUIC server answers it with its versions (RFC 9000, section 6).
+After half a minute of silence QUIC gives up its connection. An attempt to connect that began during an outage has doubled
+its pauses, and loses seconds after the path's return. A packet of an unknown version is a cheap probe: every QUIC server
+answers it with its versions (RFC 9000, section 6). An open path on which a question stays without an answer belongs to a
+connection whose other end was restarted: QUIC itself would notice that after half a minute.
 """
 
 from __future__ import annotations
@@ -16,8 +17,12 @@ from collections.abc import Callable
 
 from farhand.common.address import endpoint_address
 
-_SILENT_S = 25.0
-"""Silence after which the path is probed; QUIC gives up after 30 s [s]."""
+_DOUBTED_S, _ASKED_EVERY_S = 1.5, 2.0
+"""Silence after which the other end is asked whether it is still there, and time between two such questions [s]."""
+_ANSWER_S, _ANSWER_ROUND_TRIPS = 0.5, 3.0
+"""Time limit of its answer on an open path: a constant [s] plus a number of round trips."""
+_UNCONNECTED_S = 3.0
+"""Time without a connection after which the path is probed for another attempt [s]."""
 _EVERY_S, _LOOK_S = 0.4, 0.1
 _ATTEMPT_S, _ATTEMPT_ROUND_TRIPS = 1.5, 7.0
 """Time limit of a new connection before the next attempt: a constant [s] plus a number of round trips."""
@@ -30,9 +35,10 @@ class PathProbe:
     """Prober of the path, in a thread of its own.
 
     Args:
-        endpoint: QUIC endpoint of the robot.
-        silent_s: Returns the robot's silence [s].
+        endpoint: QUIC endpoint of the other end.
+        silent_s: Returns the silence of the other end [s].
         is_connected: Returns True if the transport has a connection.
+        answers: Decides whether the other end answers on the present connection within a time [s].
         reconnect: Begins a new connection; may block for a moment.
     """
 
@@ -41,10 +47,12 @@ class PathProbe:
         endpoint: str,
         silent_s: Callable[[], float],
         is_connected: Callable[[], bool],
+        answers: Callable[[float], bool],
         reconnect: Callable[[], None],
     ):
         self._address = endpoint_address(endpoint)
-        self._silent_s, self._is_connected, self._reconnect = silent_s, is_connected, reconnect
+        self._silent_s, self._is_connected = silent_s, is_connected
+        self._answers, self._reconnect = answers, reconnect
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="path probe", daemon=True)
         self._thread.start()
@@ -55,25 +63,35 @@ class PathProbe:
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
-        was_connected = False
+        was_connected, connected_s = False, time.monotonic()
         while not self._closed.wait(_LOOK_S):
-            if self._silent_s() >= _SILENT_S or (was_connected and not self._is_connected()):
+            if self._is_connected():
+                was_connected, connected_s = True, time.monotonic()
+                if self._silent_s() >= _DOUBTED_S:
+                    self._doubt()
+                    self._closed.wait(_ASKED_EVERY_S)
+            elif was_connected or time.monotonic() - connected_s >= _UNCONNECTED_S:
                 self._restore()
-            was_connected = self._is_connected()
 
     @property
     def _is_well(self) -> bool:
-        return self._closed.is_set() or (self._is_connected() and self._silent_s() < _SILENT_S)
+        return self._closed.is_set() or self._is_connected()
+
+    def _doubt(self) -> None:
+        """Ask the other end, and reconnect if the path is open but the connection carries no answer."""
+        if self._answers(_ANSWER_S):
+            return
+        round_trip_s = probe(self._address, _EVERY_S, self._closed)
+        if round_trip_s is None or self._silent_s() < _DOUBTED_S:
+            return
+        if not self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s) and not self._closed.is_set():
+            self._reconnect()
 
     def _restore(self) -> None:
-        """Probe until the path is open, then reconnect until the robot is heard."""
+        """Probe until the path is open, then reconnect until there is a connection."""
         while not self._is_well:
             round_trip_s = probe(self._address, _EVERY_S, self._closed)
-            if round_trip_s is None or self._is_well:
-                continue
-            if self._is_connected():  # the connection may have survived: wait for it
-                self._wait(_ATTEMPT_S)
-            else:
+            if round_trip_s is not None and not self._is_well:
                 self._reconnect()
                 self._wait(_ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s)
 

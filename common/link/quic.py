@@ -15,7 +15,6 @@ from typing import Any
 import zenoh
 
 from farhand.common.link.copies import ID_BYTES, Copies, Question
-from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.outbox import SilenceGate
 from farhand.common.link.pace import SHARES, StreamPace
 from farhand.common.link.path_probe import PathProbe
@@ -53,22 +52,21 @@ class QuicDelivery:
         """Random name of this process, in the key of the answers to its questions."""
 
     def watch_path(
-        self, settings: EndpointSettings, is_connected: Callable[[], bool], reconnect: Callable[[], None]
+        self,
+        endpoint: str,
+        is_connected: Callable[[], bool],
+        answers: Callable[[float], bool],
+        reconnect: Callable[[], None],
     ) -> None:
         """Begin to probe the path, and reconnect as soon as it is back after a long outage.
 
         Args:
-            settings: Settings of the site that connects.
+            endpoint: Endpoint of the other end.
             is_connected: Returns True if the transport has a connection.
+            answers: Decides whether the other end answers on the present connection within a time [s].
             reconnect: Begins a new connection.
         """
-
-        def unconnected_s() -> float:
-            return 0.0 if is_connected() else self._gate.silent_s
-
-        # A robot hears nothing while no operator is there; that is no reason to connect to its hub again.
-        silent_s = unconnected_s if settings.is_of_robot else lambda: self._gate.silent_s
-        self._probe = PathProbe(settings.connect, silent_s, is_connected, reconnect)
+        self._probe = PathProbe(endpoint, lambda: self._gate.silent_s, is_connected, answers, reconnect)
 
     def heard(self) -> None:
         """Note the arrival of a message."""

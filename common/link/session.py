@@ -91,6 +91,18 @@ class Session:
         """Ask a question, see `zenoh.Session.get`."""
         self._session.get(*args, **options)
 
+    def answers(self, key: str, timeout_s: float) -> bool:
+        """Decide whether a question is answered in time: it is the only proof that the other end is still there."""
+        answered = threading.Event()
+
+        def hear(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                answered.set()
+
+        with contextlib.suppress(zenoh.ZError):  # it is being closed
+            self._session.get(key, in_reader(hear), timeout=timeout_s, express=True)
+        return answered.wait(timeout_s)
+
     def locators(self) -> list[str]:
         """Return the locators of the connected peers."""
         with contextlib.suppress(zenoh.ZError):  # it is being closed

@@ -5,7 +5,9 @@ from __future__ import annotations
 import socket
 import threading
 
-from farhand.common.link.path_probe import probe
+import pytest
+
+from farhand.common.link.path_probe import PathProbe, probe
 
 
 def test_a_robots_port_answers_the_probe(robot):
@@ -32,3 +34,32 @@ def test_a_port_where_nothing_or_something_else_answers_does_not():
             last.sendto(b"end", address)
         thread.join()
     assert probe(address, 0.1, threading.Event(), patience_s=0.5) is None
+
+
+@pytest.mark.parametrize(("answers", "connects_again"), [(False, True), (True, False)])
+def test_a_connection_that_carries_no_answer_on_an_open_path_is_made_anew(
+    robot, answers: bool, connects_again: bool
+):
+    _, port = robot
+    asked, again, silent_s = threading.Event(), threading.Event(), 60.0
+
+    def answer(_timeout_s: float) -> bool:
+        asked.set()
+        return answers
+
+    watch = PathProbe(f"quic/127.0.0.1:{port}", lambda: silent_s, lambda: True, answer, again.set)
+    try:
+        assert asked.wait(30.0)
+        assert again.wait(30.0 if connects_again else 3.0) is connects_again
+    finally:
+        watch.close()
+
+
+def test_a_connection_is_made_as_soon_as_the_path_is_there(robot):
+    _, port = robot
+    again = threading.Event()
+    watch = PathProbe(f"quic/127.0.0.1:{port}", lambda: 0.0, again.is_set, lambda _: False, again.set)
+    try:
+        assert again.wait(30.0)
+    finally:
+        watch.close()
