@@ -7,6 +7,7 @@ A study is a module of this package, named in `STUDIES`, with three functions an
     summarise(results)      -> (summary, Markdown)
     draw(results, out_dir)  -> names of the figures that it made there
 
+A study with real processes says `ONE_AT_A_TIME = True`: its cases would disturb each other.
 A study of the arm says `TAKES_ROBOT = True`; then each case names the `arm` and the `own_arm` that the command line names.
 
 Seeds that were used for tuning never report: `reporting_seeds` and `tuning_seeds` cannot overlap.
@@ -148,8 +149,9 @@ def run(
     out_dir = Path(out_dir)
     try_writing(out_dir)
     results = _run_all(
-        name, study.trial, [{**case, **arms} for case in chosen(study.cases(trials, seed), only)]
-    )
+        name, study.trial, [{**case, **arms} for case in chosen(study.cases(trials, seed), only)],
+        one_at_a_time=getattr(study, "ONE_AT_A_TIME", False),
+    )  # fmt: skip
     summary, markdown = study.summarise(results)
     out_dir.mkdir(parents=True, exist_ok=True)
     figures = getattr(study, "draw", lambda results, out_dir: [])(results, out_dir)
@@ -184,13 +186,15 @@ def by_value(results: list[Case], key: str, values: Iterable[str]) -> dict[str, 
     return {value: group for value, group in groups.items() if group}
 
 
-def _run_all(name: str, trial: Callable[[Case], Case], cases: list[Case]) -> list[Case]:
+def _run_all(
+    name: str, trial: Callable[[Case], Case], cases: list[Case], one_at_a_time: bool = False
+) -> list[Case]:  # fmt: skip
     """Run the cases in other processes, in any order, and return their results in the cases' order."""
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):  # for the children, before they import numpy
         os.environ.setdefault(variable, "1")
     results: dict[int, Case] = {}
     context = multiprocessing.get_context("spawn")
-    n_workers = min(os.cpu_count() or 1, len(cases))
+    n_workers = 1 if one_at_a_time else min(os.cpu_count() or 1, len(cases))
     with ProcessPoolExecutor(n_workers, context, end_with_parent, (os.getpid(),)) as pool:
         numbers = {pool.submit(trial, case): number for number, case in enumerate(cases)}
         try:

@@ -253,7 +253,16 @@ class _Opened:
             self._fleet = Fleet(structs.replace(config.link, site=self._name), tuple(pages))
             addresses = {name: access.address(port) for name, port in pages.items()}
             robots = RobotsAtHub(config.link.vehicle, addresses, self._fleet.states)
-        page = Page(self.console, self._library.task, control, access, self._page_port, self._own, robots)
+        page = Page(
+            self.console,
+            self._library.task,
+            control,
+            access,
+            self._page_port,
+            self._own,
+            robots,
+            self._link.warning,
+        )
         page.start()
         _log.info("the page is at %s", page.address)
         return page

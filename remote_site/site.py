@@ -230,6 +230,7 @@ class RemoteSite:
     ) -> Reason | None:  # fmt: skip
         control_hz = robot.embodiment.hardware.control_hz
         remember_every = max(1, round(PERIOD_S * control_hz))
+        look_every, warned = round(LINE_PERIOD_S * control_hz), ""
         rate, suspend = Rate(1.0 / control_hz, self._stop), SuspendWatch()
         tick = 0
         while rate.wait():
@@ -242,6 +243,10 @@ class RemoteSite:
             self._ticked_s, began_ns = time.monotonic(), time.thread_time_ns()
             robot.step(rate.late_s)
             times.add((time.thread_time_ns() - began_ns) * 1e-9, rate.late_s, rate.overruns)
+            if tick % look_every == 0 and (warning := link.warning()) != warned:
+                warned = warning
+                if warning:
+                    self.tell_refused(warning)
             if tick % remember_every == 0:
                 robot.supervisor.failsafe.run(partial(_remember, robot, memory))
             tick += 1

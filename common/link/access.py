@@ -21,6 +21,7 @@ from farhand.common.link.certificates import (
     Right,
     Role,
     SiteCertificate,
+    read_certificate,
     read_rights,
     shown,
 )
@@ -146,6 +147,7 @@ class AccessWatch:
             changed,
         )
         self._rights = read_rights(self._sites) if self._sites else None
+        self._certificate = SiteCertificate(folder, read_certificate(folder / CERTIFICATE_FILE))
         self._seen = self._state()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="access", daemon=True)
@@ -160,6 +162,10 @@ class AccessWatch:
         return lambda site: msgspec.json.encode(
             Right(role="operator") if rights is None else rights.get(site)
         )
+
+    def warning(self) -> str:
+        """Return a warning of the certificate's end, near or past; empty while that is far away."""
+        return self._certificate.fault() or self._certificate.warning()
 
     def close(self) -> None:
         """End the thread."""
@@ -190,6 +196,7 @@ class AccessWatch:
         if fault := certificate.fault():
             raise FarhandError(fault)
         self._rights = read_rights(self._sites) if self._sites else None
+        self._certificate = certificate
 
     def _state(self) -> list[tuple[int, int, int] | None]:
         files = [self._folder / name for name in (CA_FILE, CERTIFICATE_FILE, KEY_FILE)]

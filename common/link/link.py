@@ -54,7 +54,7 @@ class ZenohLink:
             check_site_certificate(settings.certificate_folder, _log.warning)
         self._site = settings.speaks_as
         self._knows_senders = bool(settings.is_of_robot and settings.certificates)
-        self._refusals = Refusals(dropped)
+        self._settings, self._refusals = settings, Refusals(dropped)
         self._quic: QuicDelivery | None = None
         self._session = self._streams = Session(settings)
         self._deaf = DeafListeners(self.connected_to, settings.listen, dropped) if settings.listen else None
@@ -196,6 +196,12 @@ class ZenohLink:
     def connected_to(self) -> list[str]:
         """Return the locators of the other ends that are connected."""
         return self._session.locators()
+
+    def warning(self) -> str:
+        """Return what is wrong with the link's security, in words; empty if nothing is."""
+        if self._settings.is_open:
+            return "NOT ENCRYPTED"
+        return self._access.warning() if self._access is not None else ""
 
     @property
     def report_gap_s(self) -> float:

@@ -29,6 +29,8 @@ from farhand.evaluation.metrics.tables import table
 
 Case = dict[str, Any]
 
+ONE_AT_A_TIME = True
+
 _TRIALS, _STOPS = 20, 10
 """Tries of each peer, and the operator's stops while a flood lasts."""
 _FLOODS = ("200 kB", "1 kHz")

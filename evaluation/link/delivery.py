@@ -1,8 +1,10 @@
-"""Delivery by kind on a link that loses datagrams: age of reports, answers to commands, confirmation of stops.
+"""Delivery by kind on a link that loses datagrams: reports, commands, stops; outages; whole jobs.
 
 Robot and link are processes, the console is the shipped one, 0.3 s one way. Over QUIC each datagram is lost with the
 given chance in each direction; over TLS the relay loses nothing, as TCP repairs that itself: its figures are what TCP
 does without loss. Arm and Disarm in turn are timed until answered, stops until the robot has said that it received them.
+In an outage all datagrams are lost; data is fresh when it is not older than usual by more than 0.1 s. A job is that of `farhand
+demo`, with the plug. `--only` takes a line of the tables, such as `--only "quic, 10 %"`.
 """
 
 from __future__ import annotations
@@ -16,18 +18,27 @@ from farhand.common.control_mode import Action, ControlMode
 from farhand.deploy.pki.throw_away import Transport
 from farhand.evaluation.harness.real_sites import Heard, RealSites
 from farhand.evaluation.link.link_delay import scheduling
+from farhand.evaluation.link.outages_and_loss import (
+    LOSSES,
+    OUTAGES_S,
+    WAY_S,
+    fresh_after_s,
+    fresh_limit_s,
+    job,
+)
 from farhand.evaluation.metrics.tables import table
+from farhand.evaluation.study import reporting_seeds
 from farhand.local_site.console import intents
 
 Case = dict[str, Any]
 
-WAY_S = 0.3
+ONE_AT_A_TIME = True
 LIMITS: dict[float, tuple[float, float, float, float]] = {
     10.0: (0.33, 0.65, 1.30, 1.0),
     20.0: (0.35, np.inf, np.inf, np.inf),
 }
 """By the loss [%]: age of reports p95, commands p50 and p95, stops p99 [s]."""
-_COMMANDS, _STOPS = 100, 200
+_COMMANDS, _STOPS, _OUTAGES, _JOBS = 100, 200, 20, 10
 _SETTLE_S, _RESET_S = 8.0, 4.0
 _WAYS = ("uplink", "downlink")
 _RUNS: tuple[tuple[Transport, float], ...] = (
@@ -40,14 +51,27 @@ _RUNS: tuple[tuple[Transport, float], ...] = (
 
 
 def cases(trials: int | None, seed: int) -> list[Case]:
-    """List one case: concurrent ones would disturb each other."""
-    return [{"commands": trials or _COMMANDS, "stops": trials or _STOPS, "seed": seed, "runs": _RUNS}]
+    """List each transport and loss, each outage, and each kind of job."""
+    measured = [
+        {"what": f"{transport}, {loss:g} %", "transport": transport, "loss": loss, "seed": seed,
+         "commands": trials or _COMMANDS, "stops": trials or _STOPS}
+        for transport, loss in _RUNS
+    ]  # fmt: skip
+    outages = [{"what": f"outage of {s:g} s", "outage_s": s, "n": trials or _OUTAGES} for s in OUTAGES_S]
+    seeds = reporting_seeds(seed, trials or _JOBS)
+    jobs = [{"what": f"job, {loss}", "loss_kind": loss, "seeds": list(seeds)} for loss in LOSSES]
+    return [*measured, *outages, *jobs]
 
 
 def trial(case: Case) -> Case:
-    """Measure each transport and loss in turn."""
-    runs = [measure(transport, loss, case) for transport, loss in case["runs"]]
-    return {**case, "measured": runs, "scheduling": scheduling()}
+    """Measure one of them."""
+    if "outage_s" in case:
+        found: Case = {"took_s": fresh_after_s(case["outage_s"], case["n"])}
+    elif "seeds" in case:
+        found = {"jobs": [job(case["loss_kind"], seed) for seed in case["seeds"]]}
+    else:
+        found = measure(case["transport"], case["loss"], case)
+    return {**case, **found, "scheduling": scheduling()}
 
 
 def measure(transport: Transport, loss: float, case: Case) -> Case:
@@ -108,26 +132,52 @@ def _missed(heard: list[Heard]) -> float:
 
 
 def summarise(results: list[Case]) -> tuple[Case, str]:
-    """Tabulate quantiles beside their limits."""
-    rows, lines, passed = [], [], True
-    for run in results[0]["measured"]:
-        age, commands, stops = (np.array(run[key]) for key in ("age_s", "commands_s", "stops_s"))
-        found = (
-            float(np.quantile(age, 0.95)), float(np.median(commands)), float(np.quantile(commands, 0.95)),
-            float(np.quantile(stops, 0.99)),
-        )  # fmt: skip
-        limits = LIMITS.get(run["loss"], (np.inf,) * 4)
-        holds = all(value <= limit for value, limit in zip(found, limits, strict=True))
-        passed &= holds
-        rows.append({"transport": run["transport"], "loss": run["loss"], "found_s": found, "holds": holds})
-        lines.append(
-            (f"{run['transport']}, {run['loss']:g} %", f"{np.median(age):.3f} / {found[0]:.3f}", f"{run['reports_hz']:.1f}",
-             f"{found[1]:.2f} / {found[2]:.2f}", f"{np.median(stops):.2f} / {found[3]:.2f}", "yes" if holds else "NO")
-        )  # fmt: skip
-    text = [
-        "# Delivery on a lossy link", "", (__doc__ or "").split("\n", 1)[1].strip(), "",
-        table(("datagrams lost each way", "report: age on arrival p50 / p95 s", "reports a second",
-               "command answered p50 / p95 s", "stop confirmed p50 / p99 s", "within the limits"), lines),
-        "", f"{results[0]['commands']} commands and {results[0]['stops']} stops each. Scheduled with {results[0]['scheduling']}.",
-    ]  # fmt: skip
-    return {"passed": passed, "runs": rows}, "\n".join(text)
+    """Tabulate what was measured beside its limits."""
+    groups = (
+        (("datagrams lost each way", "report: age on arrival p50 / p95 s", "reports a second", "missing",
+          "command answered p50 / p95 s", "stop confirmed p50 / p99 s", "there / back B/s", "within the limits"),
+         [_measured(each) for each in results if "age_s" in each]),
+        (("outage", "n", "fresh data after, median s", "worst s", "limit s", "within the limit"),
+         [_outage(each) for each in results if "took_s" in each]),
+        (("job", "done", "failures"), [_jobs(each) for each in results if "jobs" in each]),
+    )  # fmt: skip
+    text = ["# Delivery on a lossy link", "", (__doc__ or "").split("\n", 1)[1].strip()]
+    passed = True
+    for header, rows in groups:
+        passed &= all(holds for holds, _ in rows)
+        text += ["", table(header, [row for _, row in rows])] if rows else []
+    text += ["", f"Scheduled with {results[0]['scheduling']}."]
+    return {"passed": passed}, "\n".join(text)
+
+
+def _measured(run: Case) -> tuple[bool, tuple[object, ...]]:
+    age, commands, stops = (np.array(run[key]) for key in ("age_s", "commands_s", "stops_s"))
+    found = (
+        float(np.quantile(age, 0.95)), float(np.median(commands)), float(np.quantile(commands, 0.95)),
+        float(np.quantile(stops, 0.99)),
+    )  # fmt: skip
+    limits = LIMITS.get(run["loss"], (np.inf,) * 4)
+    holds = all(value <= limit for value, limit in zip(found, limits, strict=True))
+    return holds, (
+        run["what"], f"{np.median(age):.3f} / {found[0]:.3f}", f"{run['reports_hz']:.1f}", f"{100 * run['missed']:.0f} %",
+        f"{found[1]:.2f} / {found[2]:.2f}", f"{np.median(stops):.2f} / {found[3]:.2f}",
+        " / ".join(f"{run['bytes_s'][way]:.0f}" for way in _WAYS), _yes(holds),
+    )  # fmt: skip
+
+
+def _outage(run: Case) -> tuple[bool, tuple[object, ...]]:
+    took_s, limit_s = run["took_s"], fresh_limit_s(run["outage_s"])
+    holds = max(took_s) <= limit_s
+    return holds, (
+        run["what"], len(took_s), f"{np.median(took_s):.2f}", f"{max(took_s):.2f}", f"{limit_s:.2f}", _yes(holds),
+    )  # fmt: skip
+
+
+def _jobs(run: Case) -> tuple[bool, tuple[object, ...]]:
+    done = [each["success"] for each in run["jobs"]]
+    why = "; ".join(f"seed {each['seed']}: {each['why']}" for each in run["jobs"] if not each["success"])
+    return all(done), (run["what"], f"{sum(done)} of {len(done)}", why or "-")
+
+
+def _yes(holds: bool) -> str:
+    return "yes" if holds else "NO"

@@ -23,7 +23,7 @@ Case = dict[str, Any]
 DELAYS_S = (0.0, 0.3, 1.0)
 _REPEATS = 5
 _OUTAGE_S = 3.0
-_FRESH_S = 0.1
+FRESH_S = 0.1
 _STALL_SLACK_S = 0.25
 _RESTART_S, _WAYS = 1.5, 6
 
@@ -56,12 +56,12 @@ def _after_reset(sites: RealSites) -> float:
 
 def _after_outage(sites: RealSites, begin: Callable[[RelayControl], object]) -> float:
     """Return the time from the relay forwarding again to the first fresh report [s]."""
-    apart_s = _usual_apart_s(sites)
+    apart_s = usual_apart_s(sites)
     begin(sites.control)
     over_s = time.monotonic() + _OUTAGE_S
     heard = sites.wait_until_heard(
         "fresh data",
-        lambda heard: heard.arrived_s > over_s and heard.arrived_s - heard.sent_s <= apart_s + _FRESH_S,
+        lambda heard: heard.arrived_s > over_s and heard.arrived_s - heard.sent_s <= apart_s + FRESH_S,
     )
     return heard.arrived_s - over_s
 
@@ -88,7 +88,7 @@ RECOVERIES = {
 }
 
 
-def _usual_apart_s(sites: RealSites) -> float:
+def usual_apart_s(sites: RealSites) -> float:
     """Return the usual difference of arrival and stamp: the delay plus the clocks' offset [s]."""
     began_s = time.monotonic()
     sites.wait_until_heard("a second of reports", lambda heard: heard.arrived_s > began_s + 1.0)

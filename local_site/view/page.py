@@ -62,6 +62,7 @@ class Page:
         port: Port; 0 takes a free one.
         own: Description of the operator's arm, for the tasks of an arm.
         robots: Robots at the hub, with the page of each; None for a single robot.
+        warning: Returns what is wrong with the link's security, empty if nothing is; shown in red.
 
     Raises:
         LinkError: When the address or the port is not available.
@@ -76,8 +77,9 @@ class Page:
         port: int,
         own: SceneDescription | None = None,
         robots: RobotsAtHub | None = None,
+        warning: Callable[[], str] = lambda: "",
     ):
-        self._console = console
+        self._console, self._warning = console, warning
         self._events: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._shown: ConsoleState = console.picture
         self._sessions = Sessions()
@@ -138,7 +140,7 @@ class Page:
         """Build what never scrolls: STOP, the band, the steps, and the action line with the advice."""
         gui.main_panel.dock_left()
         gui.main_panel.set_width(_DRAWER_PX)
-        self._beat, self._strip = Html(gui), StatusStrip(gui)
+        self._beat, self._strip = Html(gui), StatusStrip(gui, self._warning)
         self._stop = Buttons(gui, (buttons.STOP,), self._on_press)
         self._server.incoming.open_to_everybody(*self._stop.handles)
         with gui.add_folder(Folder.TASK):

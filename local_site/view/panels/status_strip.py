@@ -6,6 +6,7 @@ The attributes `data-tp` are a contract: tests read the page by them.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import viser
 from msgspec import UNSET
@@ -54,9 +55,11 @@ class StatusStrip:
 
     Args:
         gui: GUI of the server.
+        warning: Returns what is wrong with the link's security, empty if nothing is.
     """
 
-    def __init__(self, gui: viser.GuiApi):
+    def __init__(self, gui: viser.GuiApi, warning: Callable[[], str] = lambda: ""):
+        self._warning = warning
         self._strip, self._alarm, self._cards, self._frame = Html(gui), Html(gui), Html(gui), Html(gui)
         self._age_s, self._age_shown_s = 0.0, float("-inf")
         self._depth_mm = 0.0
@@ -72,7 +75,7 @@ class StatusStrip:
         age, words = self._age(state, now_s), words_of(state.task)
         old = " fh-strip-old" if state.link.health is not LinkHealth.OK else ""
         self._strip.show(
-            f'<div class="fh-strip{old}">{_cells(state, age, self._depth(state.robot), now_s)}</div>'
+            f'<div class="fh-strip{old}">{_cells(state, age, self._depth(state.robot), now_s, self._warning())}</div>'
             + element("stop-does", stop_does_words(state), hidden="")
         )
         self._alarm.show(_alarm(state, picture.ghost, now_s))
@@ -103,7 +106,7 @@ class StatusStrip:
         return self._depth_mm
 
 
-def _cells(state: ConsoleState, age: str, depth_mm: float | None, now_s: float) -> str:
+def _cells(state: ConsoleState, age: str, depth_mm: float | None, now_s: float, warning: str) -> str:
     mode = state.mode
     link = LINK_WORDS[state.link.health]
     holder = HOLDERS.get(mode, NOBODY) if mode is not None else NOBODY
@@ -120,7 +123,8 @@ def _cells(state: ConsoleState, age: str, depth_mm: float | None, now_s: float) 
             _cell(CELLS["control"], element("holder", holder), element("lease", lease_words(state), "fh-note")),
             _cell(CELLS["age"], element("age", age)),
             _cell(CELLS["link"], element("link", link, f"fh-link fh-{link.lower()}"),
-                  element("silence", silence_words(state, now_s), "fh-note")),
+                  f'<span class="fh-note">{element("security", warning, "fh-insecure", title=warning) if warning else ""}'
+                  f'{element("silence", silence_words(state, now_s))}</span>'),
             _cell(_model_title(state), f"{element('components', n_components)}{counted(n_components, ' component')}",
                   f'<span class="fh-note">{element("demos", state.n_demonstrations)}{counted(state.n_demonstrations, " demo")}'
                   f"{element('model', model_words(state))}</span>"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import shutil
 import time
 from collections.abc import Callable
@@ -180,6 +181,30 @@ def test_a_plain_endpoint_of_other_machines_is_refused_unless_one_insists(field:
 @pytest.mark.parametrize("where", ["127.0.0.1:7447", "localhost:7447", "[::1]:7447", "127.8.9.1:1"])
 def test_a_plain_endpoint_of_this_machine_needs_no_insisting(where: str):
     assert not EndpointSettings(connect=f"tcp/{where}").is_open
+
+
+def test_a_link_warns_while_it_is_not_encrypted_and_when_its_certificate_ends_within_a_fortnight(
+    tmp_path: Path,
+):
+    registry = Registry.create(tmp_path / "pki", "fleet")
+    registry.issue("later", "operator", (), 30)
+    registry.issue("soon", "operator", (), 9)
+
+    def warning(**settings: Any) -> str:
+        link = ZenohLink(EndpointSettings(**settings))
+        try:
+            return link.warning()
+        finally:
+            link.close()
+
+    assert warning(connect="tcp/203.0.113.1:1", insecure=True) == "NOT ENCRYPTED"
+    assert warning(connect="tcp/127.0.0.1:1") == ""
+    ends = {
+        name: warning(connect="quic/127.0.0.1:1", certificates=str(registry.folder_of(name)))
+        for name in ("later", "soon")
+    }
+    assert ends["later"] == ""
+    assert re.fullmatch("the certificate of soon expires in [89] days: farhand pki renew soon", ends["soon"])
 
 
 def test_a_folder_without_certificates_is_named(tmp_path: Path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,8 +52,11 @@ def test_a6_a_stop_that_was_not_delivered_claims_nothing_about_now(nothing_yet: 
 
 def test_a4_a_preview_says_how_long_it_counts(nothing_yet: ConsoleState) -> None:
     picture = seen(nothing_yet, plan_id=3, plan_received_s=92.0)
-    assert "preview: 52 s left" in _cells(picture, "10 s", None, 100.0)
-    assert "preview" not in _cells(replace(picture, plan_id=0), "10 s", None, 100.0)
+    assert "preview: 52 s left" in _cells(picture, "10 s", None, 100.0, "")
+    assert "preview" not in _cells(replace(picture, plan_id=0), "10 s", None, 100.0, "")
+    assert "fh-insecure" not in _cells(picture, "10 s", None, 100.0, "")
+    insecure = _cells(picture, "10 s", None, 100.0, "NOT ENCRYPTED")  # in red, beside the state of the link
+    assert re.search('data-tp="security" class="fh-insecure"[^>]*>NOT ENCRYPTED<', insecure)
 
 
 def notice(
