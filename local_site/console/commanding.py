@@ -29,7 +29,7 @@ from farhand.local_site.exchange.requests import Requests
 
 _HEARTBEAT_S = 0.1
 _RENEW_S = 1.0
-_WATCHING_S, _NOBODY_S = 4.0, 0.25
+_WATCHING_S, _NOBODY_S = 12.0, 0.25
 """Time between two heartbeats of a site without control: while another one has it, and while nobody has [s]. Only the
 holder's are watched and echoed; the others keep reports coming on a lossy link. A mere watcher also renews that rarely,
 so that a narrow link carries hardly more for many watchers than for one."""

@@ -82,27 +82,27 @@ def test_heartbeats_go_out_ten_times_a_second_and_echo_what_was_shown(desk: Desk
     assert [beat.seq for beat in beats] == list(range(beats[0].seq, beats[0].seq + len(beats)))
 
 
-@pytest.mark.parametrize(("holder", "n_in_8_s"), [("", 32), ("bob", 2)])
+@pytest.mark.parametrize(("holder", "n_in_24_s"), [("", 96), ("bob", 2)])
 def test_a_site_without_control_sends_heartbeats_rarely_and_most_rarely_while_another_has_it(
-    desk: Desk, holder: str, n_in_8_s: int
+    desk: Desk, holder: str, n_in_24_s: int
 ):
     report = replace(desk.report(lease="else" if holder else ""), holder=holder)
-    for n in range(160):
+    for n in range(480):
         desk.commanding.tick(report, 100.0 + 0.05 * n)
-    assert len(desk.robot.heard(Heartbeat)) == pytest.approx(n_in_8_s, rel=0.25)
+    assert len(desk.robot.heard(Heartbeat)) == pytest.approx(n_in_24_s, rel=0.25)
 
 
-def test_a_mere_watcher_renews_every_four_seconds_and_at_once_when_it_wants_the_control(desk: Desk):
+def test_a_mere_watcher_renews_rarely_and_at_once_when_it_wants_the_control(desk: Desk):
     desk.robot.lease_refusal = because(Code.WATCHING)
     desk.commanding.wish(Wish.WATCH)
     report = replace(desk.report(lease="else"), holder="bob")
     desk.commanding.tick(report, 100.0)
     desk.settle()
     before = len(desk.robot.heard(LeaseRequest))
-    desk.commanding.tick(report, 103.9)
+    desk.commanding.tick(report, 111.9)
     assert len(desk.robot.heard(LeaseRequest)) == before
     desk.commanding.wish(Wish.ASK)
-    desk.commanding.tick(report, 103.95)
+    desk.commanding.tick(report, 111.95)
     assert desk.robot.wait_for(LeaseRequest, before + 1)[-1].wish is Wish.ASK
 
 
