@@ -13,7 +13,7 @@ from farhand.common.configuration import load_toml
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.task import PointTask, TaskSet
+from farhand.common.task import PointTask, TaskSet, load_task
 from farhand.evaluation.harness.virtual_job import do_job
 from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
@@ -81,3 +81,15 @@ def test_the_whole_job_is_done_at_both_sites(task: PointTask, tmp_path: Path):
     sites = VirtualSites(Library(TaskSet([task]), tmp_path), settings, RemoteConfig(seed=3))
     result = do_job(sites, settings, None, seed=3)
     assert result["success"] is True and result["n_demonstrations"] == len(task.samples)
+
+
+def test_an_arm_that_is_taught_relative_to_its_base_too_seats_its_plug(tmp_path: Path):
+    text = (ROOT / "deploy" / "tasks" / "hot-stab.toml").read_text("utf-8")
+    text = text.replace('frame_names = ["receptacle"]', 'frame_names = ["base", "receptacle"]')
+    file = tmp_path / "hot-stab.toml"
+    file.write_text(f"{text}\n[landmarks.base]\n")
+    task, way = load_task(file), DirectionSettings(delay_ms=300.0)
+    settings = LinkSettings(uplink=way, downlink=way)
+    sites = VirtualSites(Library(TaskSet([task]), tmp_path), settings, RemoteConfig(seed=1))
+    result = do_job(sites, settings, None, seed=1)
+    assert result["success"] is True and result["execution"]["depth_m"] > 0.075
