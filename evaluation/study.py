@@ -41,6 +41,7 @@ STUDIES = {
     "robustness": "farhand.evaluation.arm.robustness",
     "cross-arms": "farhand.evaluation.arm.cross_arms",
     "arm-soak": "farhand.evaluation.arm.arm_soak",
+    "in-and-out": "farhand.evaluation.arm.in_and_out",
     "hot-stab-point": "farhand.evaluation.paper.hot_stab_point",
     "promp": "farhand.evaluation.paper.promp",
     "few-shot": "farhand.evaluation.paper.few_shot",
