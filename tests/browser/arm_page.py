@@ -150,3 +150,20 @@ class ArmPage(OperatorPage):
             yield
         finally:
             mouse.up()
+
+
+def torso_m(arm: str) -> NDArray[np.float64]:
+    """The middle of what stands at an arm's base [m]."""
+    base = describe(Cell(robot=find_robot(arm))).links[0]
+    return np.concatenate([mesh.vertices_m for mesh in base.meshes]).mean(axis=0).astype(float)
+
+
+class BaxterPage(ArmPage):
+    """One tab of the page between Baxter's arms."""
+
+    arms = ("baxter-left", "baxter-right")
+    columns_m = (torso_m("baxter-left"), torso_m("baxter-right"))
+
+
+BAXTER = tuple(f"--{option}={arm}" for option, arm in zip(("own-arm", "robot"), BaxterPage.arms, strict=True))
+"""Options of `farhand up` for Baxter's left arm at the operator's site, and its right arm as the robot."""

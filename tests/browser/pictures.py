@@ -13,7 +13,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from tests.browser import arm_pictures
-from tests.browser.arm_page import ArmPage
+from tests.browser.arm_page import BAXTER, ArmPage, BaxterPage
 from tests.browser.operator_page import CHROMIUM, WAIT_MS, OperatorPage, launch
 from tests.browser.stack import farhand_up, slow_task
 from tests.browser.test_layout import TO_THE_TOP
@@ -27,7 +27,7 @@ Take = Callable[[str], None]
 
 
 def main() -> int:
-    """Take all of them, or those of the kinds of tasks that are named: arm, board.
+    """Take all of them, or those of the kinds of tasks that are named: arm, baxter, board.
 
     Returns:
         The exit status.
@@ -36,7 +36,7 @@ def main() -> int:
         sys.stderr.write("pictures: no Chromium on this machine (Debian: apt-get install chromium)\n")
         return 1
     FOLDER.mkdir(parents=True, exist_ok=True)
-    kinds = {"arm": take_arm, "board": take_board}
+    kinds = {"arm": take_arm, "baxter": take_baxter, "board": take_board}
     with sync_playwright() as playwright:
         browser = launch(playwright)
         for kind in sys.argv[1:] or kinds:
@@ -54,6 +54,21 @@ def take_arm(browser: Browser) -> None:
         tab = ArmPage(_page(browser, *LARGE))
         tab.open(stack.address, dpr=1.0)
         arm_pictures.play(tab, lambda name: take_both(tab, name))
+        tab.page.context.close()
+
+
+def take_baxter(browser: Browser) -> None:
+    """The paper's own set-up, seated."""
+    with (
+        tempfile.TemporaryDirectory() as scratch,
+        farhand_up(Path(scratch), "lan", "hot-stab", *BAXTER) as stack,
+    ):
+        tab = BaxterPage(_page(browser, *SMALL))
+        tab.open(stack.address, dpr=1.0)
+        tab.press("Load samples")
+        tab.says("demos", "5")
+        tab.execute_until_seated()
+        take(tab, "baxter", few_colours=False)
         tab.page.context.close()
 
 
