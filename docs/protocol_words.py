@@ -16,7 +16,7 @@ no answer; a *query* is repeated with the same content until it is answered.
 
 ## Keys
 All below the vehicle's name, which is the session's namespace (`rov1/op/SITE/cmd`). SITE is the name of the operator's
-site; with `--sites` it is bound to the name in its certificate. *Urgency* is the order in which the
+site; with `--sites`, or at a hub, it is bound to the name in its certificate. *Urgency* is the order in which the
 transport serves what waits: STOP, COMMAND, STREAM, TELEMETRY, EVENT, BULK, PICTURE. *Full queue*: a message `waits` for room, or only the
 newest is sent. *Share* is the part of a link of known rate (`link.rate_bps`) that a stream may use; messages beyond
 it are skipped. Commands, stops and their acknowledgements are never held back. On a narrow link models travel in parts,
@@ -29,7 +29,12 @@ carries its id and its asker in the attachment and runs once; each copy is answe
 `op/SITE/answer/ASKER` with the question's id.
 
 A query of `op/SITE/right` is answered to everybody who has a certificate: what the robot's list of sites says of that name (JSON with `role` and,
-for a revoked site, `revoked`), or null.
+for a revoked site, `revoked`; `robots` if it may reach these alone), or null. It is also the question by which a site over QUIC finds out whether the
+other end of a silent connection is still there.
+
+*Through a hub* the keys are the same. The hub is a Zenoh router without a namespace: it sees them whole, binds them to the names in the certificates, and answers
+`ROBOT/op/SITE/right` itself. A robot there declares the liveliness token `alive` below its name. Robots have the region name `robots`,
+operators' sites `operators`; the hub carries messages between the two regions, and none within one.
 """
 
 TAIL = """
