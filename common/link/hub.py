@@ -40,6 +40,10 @@ _MOST_SESSIONS = 4 * MOST_SESSIONS
 """Largest number of connections: over QUIC each site has two."""
 
 
+_MOST_HZ = {keys.INPUT: 250.0, keys.HEARTBEAT: 250.0}
+"""Largest rate of a site's replaceable messages, to all robots together [Hz]: a flood of them ends here, before a narrow link."""
+
+
 @dataclass(frozen=True)
 class Presence:
     """Sites at a hub.
@@ -110,6 +114,16 @@ def _configuration(settings: EndpointSettings) -> dict[str, Any]:
     }
     configuration["transport"]["unicast"]["max_sessions"] = _MOST_SESSIONS
     drop_deaf_listeners(configuration)
+    configuration["downsampling"] = [
+        {
+            "id": "streams",
+            "flows": ["ingress"],
+            "messages": ["put"],
+            "rules": [
+                {"key_expr": _ANY_ROBOT + channel.of("*"), "freq": hz} for channel, hz in _MOST_HZ.items()
+            ],
+        }
+    ]
     if not settings.sites:
         return configuration
     return configuration | {"access_control": _access(read_rights(Path(settings.sites).expanduser()))}

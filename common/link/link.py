@@ -54,7 +54,8 @@ class ZenohLink:
             check_site_certificate(settings.certificate_folder, _log.warning)
         self._site = settings.speaks_as
         self._knows_senders = bool(settings.is_of_robot and settings.certificates)
-        self._settings, self._refusals = settings, Refusals(dropped)
+        shared = settings.is_of_robot and bool(settings.connect)  # a hub's connection carries every site
+        self._settings, self._refusals = settings, Refusals(dropped, slows=not shared)
         self._quic: QuicDelivery | None = None
         self._session = self._streams = Session(settings)
         self._deaf = DeafListeners(self.connected_to, settings.listen, dropped) if settings.listen else None

@@ -54,10 +54,14 @@ class Refusals:
     Args:
         tell: Takes a refusal in words; never blocks.
         now_s: Returns the present time [s].
+        slows: True to read a connection more slowly after an unwanted message; not that of a hub, which carries
+            the stops of other sites, too.
     """
 
-    def __init__(self, tell: Callable[[str], None], now_s: Callable[[], float] = elapsed_s):
-        self._tell, self._now_s = tell, now_s
+    def __init__(
+        self, tell: Callable[[str], None], now_s: Callable[[], float] = elapsed_s, slows: bool = True
+    ):
+        self._tell, self._now_s, self._slows = tell, now_s, slows
         self._lock = threading.Lock()
         self._told: dict[str, tuple[float, int]] = {}  # when, and how many times since
         self._unwanted: dict[str, tuple[float, int]] = {}
@@ -100,7 +104,8 @@ class Refusals:
                 wanted = False
             if wanted is False:
                 self.unwanted(who)
-                time.sleep(max(_PAUSE_S, _PAUSES * (time.thread_time() - began_s)))
+                if self._slows:
+                    time.sleep(max(_PAUSE_S, _PAUSES * (time.thread_time() - began_s)))
 
         return hear
 
@@ -114,7 +119,8 @@ class Refusals:
                 since_s, n = self._now_s(), 0
             self._unwanted[site] = (since_s, n + 1)
         if n + 1 >= _FLOOD:
-            self.add(f"{site} sends too fast, or what is not understood: it is read more slowly")
+            then = "it is read more slowly" if self._slows else "revoke it at the hub if it goes on"
+            self.add(f"{site} sends too fast, or what is not understood: {then}")
 
     def transport_said(self, line: str) -> bool:
         """Tell the refusal in a line of the transport's log, in our words; return False if the line has none."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import shutil
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -214,6 +215,33 @@ def test_a_site_does_what_the_list_of_the_hub_allows_it(encrypted: Sites):
     send_until(
         lambda: 7 in stops.items, lambda: watcher.send(keys.STOP, (7).to_bytes(4, "big"))
     )  # an observer may stop
+
+
+def test_a_flood_of_one_operator_ends_at_the_hub_and_does_not_slow_down_another_one(fleet: Sites):
+    robot = fleet.robots["rov1"]
+    answer_by_name(fleet)
+    hand, stops, arrived = Heard(robot, keys.INPUT), Heard(robot, keys.STOP), threading.Event()
+
+    def take(data: bytes) -> bool:
+        if data == b"other":
+            arrived.set()
+        return data == b"other"
+
+    robot.subscribe(keys.TARGET, take)
+    flooder, other = (fleet.operator("rov1", name) for name in OPERATORS)
+    for link in (flooder, other):
+        assert until_answered(link, keys.COMMAND, b"") == b"rov1"
+    began_s, n = time.monotonic(), 3000
+    for _ in range(n):
+        flooder._put(keys.INPUT, b"0000", False, None)
+        flooder._put(keys.TARGET, b"unwanted", True, None)
+    other_s = time.monotonic()
+    other.send(keys.TARGET, b"other")
+    send_until(lambda: 7 in stops.items, lambda: other.send(keys.STOP, (7).to_bytes(4, "big")))
+    assert arrived.wait(PATIENCE_S)
+    # A pause of 2 ms for each unwanted message, as on a connection of its own, would make this six seconds.
+    assert time.monotonic() - other_s < 5.0
+    assert len(hand.items) <= 250.0 * (time.monotonic() - began_s) + 10 < n
 
 
 def test_who_is_revoked_at_the_hub_is_out_while_the_others_go_on(encrypted: Sites):
