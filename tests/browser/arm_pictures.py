@@ -5,20 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-import numpy as np
 from playwright.sync_api import expect
 
-from farhand.common.model.task_frame import TaskFrame
-from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import WAIT_MS
-from tests.cells import JACO
 
 SLOWLY_PERCENT = 20.0
 """So that the robot is still on its way when the picture is taken, however slow the browser draws."""
 
-_BEFORE_M = 0.02
-"""How far before the mouth the plug is in the picture of teaching [m]."""
 _SEATED = "() => document.querySelector('[data-tp=phase]')?.textContent === 'SEATED'"
 
 
@@ -53,15 +47,11 @@ def play(tab: ArmPage, shoot: Callable[[str], None]) -> None:
 
 
 def teach(tab: ArmPage) -> None:
-    """Begin a demonstration by the arrows, up to the mouth of the receptacle."""
-    arm = HeldArm("insert", JACO, tab.seed).view()
+    """Begin a demonstration as the page advises, up to the mouth of the receptacle."""
     tab.press("Record")
     tab.says("recording", "RECORDING")
-    tab.press("Align")
-    expect(tab.local).to_contain_text(re.compile(r"\b[01]° askew"), timeout=WAIT_MS)
-    tip, frame = np.concatenate([arm.tip[:3], arm.receptacle[3:]]), TaskFrame.at(arm.receptacle)
-    for axis, words in ((1, r"green [+-]\d\b"), (0, r"red [+-]\d\b"), (2, r"\b[12]\d mm away")):
-        way_m = -float(frame.to_local(tip)[axis]) - (_BEFORE_M if axis == 2 else 0.0)
-        with tab.hold_arrow(tip, axis, way_m):
-            expect(tab.local).to_contain_text(re.compile(words), timeout=WAIT_MS)
-        tip[:3] += way_m * frame.A[:3, axis]
+    tab.advises("Press Centre")
+    tab.press("Centre")
+    tab.advises("On the axis: hold the key I")
+    with tab.key_held("i"):
+        tab.says("gauge-depth", re.compile(r"^[1-5]?\d mm to go"))

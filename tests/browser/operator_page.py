@@ -192,6 +192,15 @@ class OperatorPage:
             self.press("Send model")
         self.says("model", re.compile("robot has it"))
 
+    @contextmanager
+    def key_held(self, key: str) -> Iterator[None]:
+        """Hold a key down until the end of the block."""
+        self.page.keyboard.down(key)
+        try:
+            yield
+        finally:
+            self.page.keyboard.up(key)
+
     # The boards ---------------------------------------------------------------------------------
 
     @property

@@ -58,7 +58,8 @@ def _at_rest(state: ConsoleState) -> tuple[ButtonSpec, ...]:
     """Return the actions while nothing moves the robot: the next step of the job first."""
     holds = state.mode is ControlMode.HOLD
     if state.learned is None:
-        return buttons.RECORD, buttons.LOAD_SAMPLES, buttons.RECOVER, buttons.COUPLE
+        first = (buttons.RECOVER,) if state.can_recover else ()
+        return *first, buttons.RECORD, buttons.LOAD_SAMPLES, buttons.COUPLE
     if state.standing.differs:
         return buttons.SEND_MODEL, buttons.RECORD, buttons.UNDO, buttons.COUPLE
     if not holds:

@@ -122,7 +122,7 @@ def _teaching_advice(state: ConsoleState, words: Words) -> str:
     if not state.standing.robot_does:
         return f"This robot does not do {state.task.name}: choose another task under Library."
     if learned is None and state.can_recover:
-        return "A demonstration was under way when this site ended: press Recover to learn it."
+        return "A demonstration was broken off: press Recover to learn it, or Record another one."
     if learned is None:
         return f"Teach: press Record and {words.recording}, or press Load samples."
     if state.sending_model:
