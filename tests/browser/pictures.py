@@ -21,6 +21,7 @@ from tests.browser.test_layout import TO_THE_TOP
 FOLDER = Path(__file__).parents[2] / "docs" / "pictures"
 SMALL, LARGE = (1280, 720), (1920, 1080)
 _COLOURS = 128
+_FRAMES = 12
 STROKE = [(0.14 + 0.58 * k / 24, 0.30 + 0.75 * (k / 24) - 0.80 * (k / 24) ** 2) for k in range(25)]
 
 Take = Callable[[str], None]
@@ -78,10 +79,10 @@ def take_both(tab: OperatorPage, name: str) -> None:
     if name == "arm-link-cut":  # the outage is over before the second picture
         return
     tab.page.set_viewport_size({"width": SMALL[0], "height": SMALL[1]})
-    tab.await_scene()
+    tab.frames(_FRAMES)  # until the camera is fitted into it, whatever the view is
     take(tab, f"{name}-{SMALL[1]}", few_colours=False)
     tab.page.set_viewport_size({"width": LARGE[0], "height": LARGE[1]})
-    tab.await_scene()
+    tab.frames(_FRAMES)
 
 
 def take_board(browser: Browser) -> None:

@@ -26,6 +26,8 @@ from farhand.local_site.view.panels.words.controls import BEFORE_THE_END, scene_
 
 Array = NDArray[np.float64]
 
+_MOST_POINTS = 200
+"""So many points of a path a message carries."""
 _UNMOVED_M = 2e-3
 
 
@@ -127,11 +129,18 @@ class RobotPicture:
         return scene_name(name, age_s + self.now_s - self.state.now_s, past=False)
 
 
+def is_cut(path: PlannedPath) -> bool:
+    """Decide whether a path is the beginning of a longer motion than a message carries."""
+    return not path.reaches_end and len(points_of(path)) >= _MOST_POINTS
+
+
 def preview_miss(state: ConsoleState) -> str:
     """Return how the shown preview misses the task's goal, in words; empty if it reaches the goal, or without one."""
     path = shown_path(state)
     if path is None or state.mode is not ControlMode.HOLD:
         return ""
+    if is_cut(path):
+        return ""  # nobody knows yet where it ends
     if not path.reaches_end:
         return BEFORE_THE_END
     return goal_miss(state.task, points_of(path)[-1])

@@ -10,7 +10,7 @@ from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.words import PRESS_AGAIN
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.words.tasks import Words, words_of
-from farhand.local_site.view.scene.ghost import preview_miss
+from farhand.local_site.view.scene.ghost import is_cut, preview_miss
 from farhand.local_site.workcell.hand_motion import can_centre
 
 _REFUSAL_S = 12.0
@@ -168,7 +168,10 @@ def plan_words(state: ConsoleState) -> str:
         return (
             f"This path {where} {path.away:.0f} times further away than your demonstrations: watch it first. "
         )
-    start = points_of(path)[0]
+    points = points_of(path)
+    if is_cut(path):
+        return f"The preview shows the first {(len(points) - 1) * path.step_s:.0f} s of a longer motion. "
+    start = points[0]
     number = chosen_way(model.ways, start, model.max_distance_m)
     if number < 0:
         return "No demonstrated way is sure of this start: the robot joins the nearest component. "

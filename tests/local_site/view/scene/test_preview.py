@@ -90,6 +90,8 @@ def test_a_preview_that_ends_off_the_tasks_goal_says_so_and_execute_is_not_first
     assert offered(off)[0] is buttons.RECORD and buttons.EXECUTE in offered(off)
     cut = replace(previewed, path=path(np.linspace(START, END, 21), reaches_end=False))
     assert "before the end of the motion" in preview_miss_words(cut)
+    long = replace(previewed, path=path(np.linspace(START, (0.5, 0.5), 200), reaches_end=False))
+    assert preview_miss(long) == "" and offered(long)[0] is buttons.EXECUTE  # it is only its beginning
     beside = np.tile([0.143, 0.0, 0.044, 1.0, 0.0, 0.0, 0.0], (5, 1))
     assert "143 mm beside the bore" in preview_miss(replace(off, task=HOT_STAB, path=path(beside)))
 
