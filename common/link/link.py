@@ -83,7 +83,7 @@ class ZenohLink:
                 self._quic.watch_path(
                     settings.connect,
                     self._is_connected,
-                    lambda s: self._session.answers(asked, s),
+                    lambda s: all(each.answers(asked, s) for each in (self._session, self._streams)),
                     self.reopen,
                 )
 

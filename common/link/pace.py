@@ -34,6 +34,8 @@ _QUEUED_S, _QUEUE_EASED = 0.12, 0.25
 _WINDOW, _ENOUGH, _NEWEST = 200, 20, 4
 """Number of messages for the loss, least number for an estimate, and number for the present delay."""
 _KNOWN_S, _ROUND_TRIPS = 5.0, 300
+_OUTAGE_S = 1.0
+"""Silence that is an outage, and no loss of single messages [s]."""
 _TICK_S = 0.02
 _MARK = struct.Struct(">HHIHIHBB")
 """Mark: sender, number and time of the message [ms]; the answered peer, the time in its newest mark, the time since that
@@ -62,13 +64,13 @@ class _Peer:
     arrived: deque[bool] = field(default_factory=lambda: deque(maxlen=_WINDOW))
     ways_ms: deque[int] = field(default_factory=lambda: deque(maxlen=_WINDOW))
 
-    def count(self, channel: str, number: int) -> bool:
-        """Count a message, and a gap before it; return False for an overtaken message."""
+    def count(self, channel: str, number: int, after_silence: bool) -> bool:
+        """Count a message, and a gap before it unless that was an outage; return False for an overtaken message."""
         ahead = (number - self.numbers.get(channel, number - 1)) & 0xFFFF
         if not 0 < ahead < 0x8000:
             return False
         self.numbers[channel] = number
-        self.arrived.extend((False, True) if ahead > 1 else (True,))
+        self.arrived.extend((False, True) if ahead > 1 and not after_silence else (True,))
         return True
 
     @property
@@ -133,7 +135,7 @@ class StreamPace:
             if peer is None or now_s - peer.heard_s > _KNOWN_S:
                 self._peers = {k: p for k, p in self._peers.items() if now_s - p.heard_s <= _KNOWN_S}
                 peer = self._peers[sender] = _Peer(now_s, sent_ms)
-            if not peer.count(channel, number):
+            if not peer.count(channel, number, now_s - peer.heard_s > _OUTAGE_S):
                 return
             peer.heard_s, peer.sent_ms, self._newest = now_s, sent_ms, sender
             peer.ways_ms.append((_ms(now_s) - sent_ms) & 0xFFFFFFFF)

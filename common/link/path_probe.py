@@ -19,8 +19,10 @@ from farhand.common.address import endpoint_address
 
 _DOUBTED_S, _ASKED_EVERY_S = 1.5, 2.0
 """Silence after which the other end is asked whether it is still there, and time between two such questions [s]."""
-_ANSWER_S, _ANSWER_ROUND_TRIPS = 0.5, 3.0
+_ANSWER_S, _ANSWER_ROUND_TRIPS = 0.5, 2.0
 """Time limit of its answer on an open path: a constant [s] plus a number of round trips."""
+_SURVIVED_S = 1.0
+"""Wait for the next message once the path is open after an outage: three a second are sent meanwhile [s]."""
 _UNCONNECTED_S = 3.0
 """Time without a connection after which the path is probed for another attempt [s]."""
 _EVERY_S, _LOOK_S = 0.4, 0.1
@@ -69,7 +71,6 @@ class PathProbe:
                 was_connected, connected_s = True, time.monotonic()
                 if self._silent_s() >= _DOUBTED_S:
                     self._doubt()
-                    self._closed.wait(_ASKED_EVERY_S)
             elif was_connected or time.monotonic() - connected_s >= _UNCONNECTED_S:
                 self._restore()
 
@@ -78,14 +79,37 @@ class PathProbe:
         return self._closed.is_set() or self._is_connected()
 
     def _doubt(self) -> None:
-        """Ask the other end, and reconnect if the path is open but the connection carries no answer."""
+        """Ask the other end, and reconnect if the path is open but a connection carries no answer.
+
+        A connection that had outages before has a small window, which is soon full in the next one: it then sends its
+        next packet only after a pause that has doubled each time. A new connection is quicker.
+        """
         if self._answers(_ANSWER_S):
+            self._closed.wait(_ASKED_EVERY_S)
             return
-        round_trip_s = probe(self._address, _EVERY_S, self._closed)
-        if round_trip_s is None or self._silent_s() < _DOUBTED_S:
+        was_cut = False
+        while self._is_silent:
+            if (round_trip_s := probe(self._address, _EVERY_S, self._closed)) is None:
+                was_cut = True  # nothing is asked meanwhile: it would fill the window
+                continue
+            survived = self._is_heard_within(_SURVIVED_S) if was_cut else self._answers(
+                _ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s
+            )  # fmt: skip
+            if not survived and not self._closed.is_set():
+                self._reconnect()
+                self._wait(_ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s)
             return
-        if not self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s) and not self._closed.is_set():
-            self._reconnect()
+
+    @property
+    def _is_silent(self) -> bool:
+        return self._silent_s() >= _DOUBTED_S and not self._closed.is_set()
+
+    def _is_heard_within(self, patience_s: float) -> bool:
+        """Wait for a message over every connection; return False if none came."""
+        give_up_s = time.monotonic() + patience_s
+        while self._is_silent and time.monotonic() < give_up_s:
+            self._closed.wait(_LOOK_S)
+        return not self._is_silent
 
     def _restore(self) -> None:
         """Probe until the path is open, then reconnect until there is a connection."""

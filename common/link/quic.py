@@ -47,6 +47,7 @@ class QuicDelivery:
         self._probe: PathProbe | None = None
         self._paced_bytes_s = self._next_report_s = 0.0
         self._gap_s, self._gap_since_s = 0.0, -math.inf
+        self._streamed_s: float | None = None
         self._sent: dict[Channel, deque[bytes]] = {}
         self.asker = secrets.token_hex(ASKER_BYTES)
         """Random name of this process, in the key of the answers to its questions."""
@@ -66,7 +67,12 @@ class QuicDelivery:
             answers: Decides whether the other end answers on the present connection within a time [s].
             reconnect: Begins a new connection.
         """
-        self._probe = PathProbe(endpoint, lambda: self._gate.silent_s, is_connected, answers, reconnect)
+        self._probe = PathProbe(endpoint, self._silent_s, is_connected, answers, reconnect)
+
+    def _silent_s(self) -> float:
+        """Return the silence of the more silent connection [s]: either of the two may be stuck alone."""
+        streams_s = time.monotonic() - self._streamed_s if self._streamed_s is not None else 0.0
+        return max(self._gate.silent_s, streams_s)
 
     def heard(self) -> None:
         """Note the arrival of a message."""
@@ -115,6 +121,7 @@ class QuicDelivery:
         """Process the mark of a sample, and set the rate of the streams by it."""
         if not channel.is_streamed or sample.attachment is None:
             return
+        self._streamed_s = time.monotonic()
         self._pace.heard(channel.key, sample.attachment.to_bytes())
         rate = self._pace.rate_bytes_s
         if abs(rate - self._paced_bytes_s) > _CHANGE * max(rate, self._paced_bytes_s):

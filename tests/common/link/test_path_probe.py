@@ -63,3 +63,25 @@ def test_a_connection_is_made_as_soon_as_the_path_is_there(robot):
         assert again.wait(30.0)
     finally:
         watch.close()
+
+
+@pytest.mark.parametrize("survives", [True, False])
+def test_after_an_outage_a_connection_that_brings_nothing_is_made_anew_and_one_that_survived_is_kept(
+    monkeypatch: pytest.MonkeyPatch, survives: bool
+):
+    silent, over, again = [60.0], threading.Event(), threading.Event()
+    paths = iter((None, None))  # the path is cut for two attempts, then open
+
+    def probed(*_: object) -> float | None:
+        if (found := next(paths, 0.01)) is not None:
+            silent[0] = 0.0 if survives else silent[0]
+            over.set()
+        return found
+
+    monkeypatch.setattr("farhand.common.link.path_probe.probe", probed)
+    watch = PathProbe("quic/127.0.0.1:1", lambda: silent[0], lambda: True, lambda _: False, again.set)
+    try:
+        assert over.wait(30.0)
+        assert again.wait(3.0 if survives else 30.0) is not survives
+    finally:
+        watch.close()
