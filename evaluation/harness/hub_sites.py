@@ -87,6 +87,27 @@ class HubSites:
             )  # fmt: skip
             self._stack.callback(robot.kill)
 
+    def open_direct(self) -> HubOperator:
+        """Start a robot that listens without a hub, and return its operator: the peer of those at the hub."""
+        name, port = "direct", free_port("tcp" if self._transport == "tcp" else "quic")
+        if self._registry is not None:
+            self._registry.issue(name, "robot", (HOST,), _DAYS)
+        robot = ReadyProcess(
+            "remote", f"--listen={self._endpoint(port)}", f"--vehicle={name}", f"--task={TASK}", *self._identity(name),
+            f"--data-dir={self.folder}",
+        )  # fmt: skip
+        self._stack.callback(robot.kill)
+        site = self.operators[0]
+        link = ZenohLink(
+            EndpointSettings(
+                connect=self._endpoint(port), vehicle=name, site=site, certificates=self._certificates(site)
+            )
+        )
+        self._stack.callback(link.close)
+        operator = HubOperator(link, site, name)
+        self._stack.callback(operator.close)
+        return operator
+
     def robot_events(self, robot: str) -> Path:
         """Return the event log of a robot, one JSON object per line."""
         return self.folder / "robot" / robot / "events.jsonl"

@@ -3,7 +3,7 @@
 The hub is `farhand hub` in a process of its own, over QUIC with certificates or over TCP, all on this machine.
 
 - commands: eight robots' processes (points) and four operators with the lease or a request for it at each; commands are timed
-  until the robot has answered, and the hub's processor time is read
+  until the robot has answered, in turn with those to a robot that listens without a hub, and the hub's processor time is read
 - routing: the ends of eight robots and four operators exchange 10,000 messages of every kind that name robot and site; each
   end counts those that were for another one
 - watchers: one robot behind a relay; the bytes that it carries in both directions with the site in control alone, and with four
@@ -72,24 +72,32 @@ def _commands(transport: Transport, n: int) -> Case:
     """Time commands of all operators to all robots, and read the hub's processor time meanwhile."""
     with HubSites(ROBOTS, OPERATORS, transport) as sites:
         sites.start_robots()
-        ends = sites.open_operators()
-        for end in ends:
+        ends, direct = sites.open_operators(), sites.open_direct()
+        for end in (*ends, direct):
             end.until("a report", lambda _: True)
         time.sleep(_SETTLE_S)
         cpu_s, began_s = sites.hub_cpu_s(), time.monotonic()
-        took_s, unanswered = list[float](), 0
+        took_s, direct_s, unanswered = list[float](), list[float](), 0
         for k in range(n):
             end = ends[k * 5 % len(ends)]
-            each_s, reply = end.command(Action.ARM if k // len(ends) % 2 == 0 else Action.DISARM)
+            action = Action.ARM if k // len(ends) % 2 == 0 else Action.DISARM
+            each_s, reply = end.command(action)
             took_s.append(each_s)
             unanswered += not end.is_answer(reply)
+            direct_s.append(direct.command(action)[0])
             time.sleep(_PAUSE_S)
         core = (sites.hub_cpu_s() - cpu_s) / (time.monotonic() - began_s)
         boots = [
             {end.newest.stamp.boot for end in ends if end.robot == robot and end.newest} for robot in ROBOTS
         ]
     distinct = all(len(each) == 1 for each in boots) and len(set().union(*boots)) == len(ROBOTS)
-    return {"took_s": took_s, "unanswered": unanswered, "core": core, "each_hears_its_own": distinct}
+    return {
+        "took_s": took_s,
+        "directly_s": direct_s,
+        "unanswered": unanswered,
+        "core": core,
+        "each_hears_its_own": distinct,
+    }
 
 
 def _routing(transport: Transport, n: int) -> Case:
@@ -189,7 +197,8 @@ _RUNS: dict[str, Callable[[Transport, int], Case]] = {
 def summarise(results: list[Case]) -> tuple[Case, str]:
     """Hold each run against its limits."""
     rows = [
-        (result["run"], result["transport"], *_judged(result), f"{result['load']:.1f}") for result in results
+        (r["run"], r["transport"], *_judged(r)[:2], "yes" if _judged(r)[2] else "no", f"{r['load']:.1f}")
+        for r in results
     ]
     header = ("run", "over", "measured", "limit", "kept", "load")
     summary = {f"{result['run']}, {result['transport']}": _judged(result)[0] for result in results}
@@ -204,7 +213,8 @@ def _judged(result: Case) -> tuple[str, str, bool]:
         case "commands":
             p50, p95 = np.quantile(result["took_s"], (0.5, 0.95))
             measured = (
-                f"{len(result['took_s'])} commands, p50 {1e3 * p50:.1f} ms, p95 {1e3 * p95:.1f} ms, "
+                f"{len(result['took_s'])} commands, p50 {1e3 * p50:.1f} ms, p95 {1e3 * p95:.1f} ms "
+                f"(without a hub p50 {1e3 * np.median(result['directly_s']):.1f} ms), "
                 f"{result['unanswered']} unanswered, hub {100 * result['core']:.1f} % of a core"
             )
             kept = p50 <= COMMANDS_S and result["core"] <= HUB_CORE and not result["unanswered"]
