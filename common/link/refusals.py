@@ -36,6 +36,7 @@ _PAUSE_S = 0.002
 """Shortest pause in reading a connection after an unwanted message [s]."""
 _PAUSES = 9
 """Pause as a multiple of the time spent on the message: a flood gets at most a tenth of one processor."""
+_OF_TRANSPORT = re.compile(r"(\x1b\[[0-9;]*m)*\d{4}-\d\d-\d\dT[\d:.]+Z")
 _REASONS = (
     (r"certificate expired", "a site was refused: its certificate has expired"),
     (r"not valid yet", "a site was refused: its certificate is not valid yet; are both clocks right?"),
@@ -157,8 +158,8 @@ def serve_rights(access: AccessWatch, robot: str, refusals: Refusals) -> Declare
 def transport_refusals(tell: Callable[[str], None]) -> Iterator[None]:
     """Read the transport's log for the time of the block, and tell the refusals in it.
 
-    Call it before the transport is used, in a process that prints nothing else. With `RUST_LOG` set, the
-    transport's lines also go to standard error.
+    Call it before the transport is used. What else is printed, as by a driver of the user's own, goes where it would
+    have gone. With `RUST_LOG` set, the transport's lines also go to standard error.
 
     Args:
         tell: Takes a refusal in words; never blocks.
@@ -172,7 +173,10 @@ def transport_refusals(tell: Callable[[str], None]) -> Iterator[None]:
     def read() -> None:
         with os.fdopen(reading, encoding="utf-8", errors="replace") as lines:
             for line in lines:
-                if not refusals.transport_said(line) and shown:
+                if not _OF_TRANSPORT.match(line):
+                    with contextlib.suppress(OSError):
+                        os.write(before, line.encode())
+                elif not refusals.transport_said(line) and shown:
                     sys.stderr.write(line)
 
     reader = threading.Thread(target=read, name="transport log", daemon=True)
@@ -181,6 +185,6 @@ def transport_refusals(tell: Callable[[str], None]) -> Iterator[None]:
     try:
         yield
     finally:
-        os.dup2(before, 1)  # the last writer's end is closed: the reader ends
-        os.close(before)
-        reader.join(timeout=5.0)
+        sys.stdout.flush()
+        os.dup2(before, 1)  # the last writer's end is closed: the reader ends, unless a child process has one
+        reader.join(timeout=1.0)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 
 from farhand.common.link.refusals import Refusals
@@ -75,3 +78,18 @@ def test_a_flood_is_told_by_its_site_and_single_messages_are_not():
         told.refusals.unwanted("shore-2")
         told.now_s += 0.001
     assert told.words == ["shore-2 sends too fast, or what is not understood: it is read more slowly"]
+
+
+def test_what_a_driver_prints_is_printed_and_the_transport_s_own_lines_are_not():
+    script = (
+        "import os, sys; from farhand.common.link.refusals import transport_refusals\n"
+        "with transport_refusals(lambda words: sys.stderr.write(words)):\n"
+        "    print('a driver says this', flush=True)\n"
+        "    os.write(1, b'2026-11-30T13:46:52.4Z  WARN x: peer sent no certificates.\\n')\n"
+        "print('and this', flush=True)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60.0
+    )
+    assert done.stdout.splitlines() == ["a driver says this", "and this"]
+    assert done.stderr == "a site was refused: it shows no certificate"
