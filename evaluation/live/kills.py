@@ -1,6 +1,6 @@
 """Kills (SIGKILL) of either site at a random moment of an execution or of driving, with real processes.
 
-The scripted operator of `farhand demo` does the job in a process of its own, over the real relay with 0.3 s one
+The scripted operator of `farhand demo` does the job in a process of its own, over the real relay and TCP with 0.3 s one
 way, and another site watches. At a random moment of the execution, or of the driving, the robot's site or the
 operator's is killed. The rules that must hold then:
 
@@ -74,7 +74,9 @@ def trial(case: Case) -> Case:
     task = find_task(case["task"])
     warm_up(task.space, len(task.frame_names))  # not at the measured moment
     try:
-        with RealSites(_DELAY_S, with_console=False, task=case["task"], seed=case["seed"]) as sites:
+        with RealSites(
+            _DELAY_S, with_console=False, task=case["task"], seed=case["seed"], transport="tcp"
+        ) as sites:
             broken = _kill(sites, case)
     except FarhandError as error:
         broken = [str(error)]
