@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.page_cost import processor_s, say, until
 from farhand.common.clock import elapsed_s
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.words import sentence
 from farhand.evaluation.harness.real_sites import RealSites
 from farhand.local_site.console.intents import CommandRobot, WatchCamera

@@ -14,8 +14,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.impairment.impairment import LinkSettings
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.model.manifold import POSE
 from farhand.common.task import TaskSet
 from farhand.deploy.places import find_task, sample_files

@@ -18,11 +18,11 @@ from msgspec import structs
 
 from farhand.common.arm.cell import Cell
 from farhand.common.clock import BootClock, Rate, SuspendWatch
-from farhand.common.control_mode import ControlMode
 from farhand.common.event_log import EventLog
 from farhand.common.link.endpoint import EVERY_SITE
 from farhand.common.link.link import ZenohLink
 from farhand.common.log import loop_logger
+from farhand.common.mode_table import ControlMode
 from farhand.common.process_status import DataFolder, RobotFacts
 from farhand.common.task import TaskSet
 from farhand.common.whole_file import Claim

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from farhand.common.clock import BootClock
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.task import PointTask, TaskSet
 from farhand.common.wire.messages import Wish
 from farhand.evaluation.harness.steered_world import SteppedTime

@@ -102,7 +102,7 @@ HELD = {
     "Each press is a new stop":
         "tests/local_site/exchange/test_stop_sender.py::test_each_press_is_a_new_stop_and_the_operator_has_waited_since_the_first",
     "a robot that was reset meanwhile":
-        "tests/remote_site/supervision/test_stops.py::test_a_stop_that_is_known_stops_a_robot_that_has_left_stopped",
+        "tests/remote_site/supervision/test_stop_acknowledgement.py::test_a_stop_that_is_known_stops_a_robot_that_has_left_stopped",
     "it is on the wire while the console":
         "tests/evaluation/live/test_stop_lane.py::test_stop_overtakes_a_console_that_learns_writes_and_waits_for_the_arm",
     "against the robot's later report":

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from farhand.common.errors import InvalidModel
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.tphsmm import TPHSMM
+from farhand.common.model.way import Way
 from farhand.common.model.way_parts import bytes_of, way_from
-from farhand.common.model.ways import Way
 
 Array = NDArray[np.float64]
 

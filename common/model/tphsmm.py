@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidModel
 from farhand.common.model.manifold import POSE, Manifold
-from farhand.common.model.ways import MAX_WAYS, Way
+from farhand.common.model.way import MAX_WAYS, Way
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.model.manifold import Manifold
-from farhand.common.model.ways import N_COARSE, N_PHASES, Way
+from farhand.common.model.way import N_COARSE, N_PHASES, Way
 
 Array = NDArray[np.float64]
 Take = Callable[..., NDArray]

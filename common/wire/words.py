@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from farhand.common.control_mode import Action, modes_allowing
+from farhand.common.mode_table import Action, modes_allowing
 from farhand.common.wire.reasons import N_MORE, Code, Reason
 
 WORDS: dict[Code, str] = {

@@ -14,9 +14,9 @@ from farhand.common.arm.kinematics import compose, difference, inverse
 from farhand.common.arm.simulation.simulation import TICK_S
 from farhand.common.arm.simulation.starts_and_goals import Goal, Placement, Seated
 from farhand.common.clock import VirtualTime
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_link import VirtualLink
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import ArmTask, TaskSet
 from farhand.deploy.places import find_cell, find_task

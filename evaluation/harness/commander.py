@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from farhand.common.clock import VirtualTime
-from farhand.common.control_mode import Action
 from farhand.common.errors import FarhandError
 from farhand.common.link.interface import Link
+from farhand.common.mode_table import Action
 from farhand.common.model.model_file import content_hash
 from farhand.common.model.model_file import encode as encode_model
 from farhand.common.model.tphsmm import TPHSMM

@@ -6,9 +6,9 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.errors import ProcessFailed
 from farhand.common.link.link import ZenohLink
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import (

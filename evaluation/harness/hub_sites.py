@@ -12,10 +12,10 @@ from datetime import datetime
 from pathlib import Path
 
 from farhand.common.address import free_port
-from farhand.common.control_mode import ControlMode
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.endpoint import EVERY_SITE, EndpointSettings
 from farhand.common.link.link import ZenohLink
+from farhand.common.mode_table import ControlMode
 from farhand.deploy.pki.registry import Registry
 from farhand.deploy.pki.throw_away import Transport
 from farhand.evaluation.harness.farhand_process import HOST, ReadyProcess

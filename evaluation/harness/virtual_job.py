@@ -7,8 +7,8 @@ from typing import Any
 
 import msgspec
 
-from farhand.common.control_mode import Phase
 from farhand.common.impairment.impairment import LinkSettings
+from farhand.common.mode_table import Phase
 from farhand.common.wire.messages import ExecutionReport
 from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.local_site.console.console_state import ConsoleState

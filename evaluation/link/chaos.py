@@ -10,10 +10,10 @@ from typing import Literal
 
 import msgspec
 
-from farhand.common.control_mode import Action, ControlMode, allowed_actions
 from farhand.common.impairment.impairment import DirectionSettings, Distribution, LinkSettings
 from farhand.common.impairment.link_profile import Timeline, TimelineStep
 from farhand.common.impairment.virtual_direction import Packet
+from farhand.common.mode_table import Action, ControlMode, allowed_actions
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Command, Wish

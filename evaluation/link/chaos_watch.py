@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 
-from farhand.common.control_mode import ControlMode
 from farhand.common.impairment.virtual_direction import Kind, Packet
+from farhand.common.mode_table import ControlMode
 from farhand.common.task import Task
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode

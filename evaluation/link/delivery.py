@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.deploy.pki.throw_away import Transport
 from farhand.evaluation.harness.real_sites import Heard, RealSites
 from farhand.evaluation.link.link_delay import scheduling

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from farhand.common.clock import BootClock
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.impairment.delay_line import DelayLine
 from farhand.common.impairment.impairment import DirectionSettings
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.task import PointTask, Target, TaskSet
 from farhand.common.wire.messages import Command, Heartbeat, LeaseRequest, OperatorInput, Stamp
 from farhand.remote_site.config import RemoteConfig

@@ -25,9 +25,9 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.control_mode import Action
 from farhand.common.errors import ProcessFailed
 from farhand.common.link.endpoint import EVERY_SITE
+from farhand.common.mode_table import Action
 from farhand.common.task import TaskSet
 from farhand.common.wire.messages import Wish
 from farhand.deploy.pki.throw_away import Transport

@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from farhand.common.configuration import load_toml
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.impairment.impairment import LinkSettings
 from farhand.common.impairment.virtual_direction import Packet
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.task import PointTask, TaskSet
 from farhand.common.wire.messages import Wish
 from farhand.evaluation.harness.virtual_sites import Hooks, VirtualSites

@@ -19,11 +19,11 @@ import numpy as np
 
 from farhand.common.address import free_port
 from farhand.common.clock import Rate
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.errors import ProcessFailed
 from farhand.common.impairment.link_control import RelayControl
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.evaluation.harness.farhand_process import HOST, ReadyProcess
 from farhand.evaluation.harness.real_sites import PATIENCE_S, RealSites

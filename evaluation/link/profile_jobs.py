@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.errors import FarhandError
 from farhand.common.impairment.link_profile import LinkProfile, Timeline, find_profile, load_profiles
 from farhand.common.impairment.virtual_direction import Packet
 from farhand.common.link.budget import OVERHEAD_BYTES
 from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.model.model_file import content_hash, encode
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys

@@ -22,10 +22,10 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.errors import FarhandError
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.impairment.virtual_direction import Packet
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.task import PointTask, Target, TaskSet
 from farhand.common.wire import keys
 from farhand.evaluation.harness.virtual_job import VirtualPlace

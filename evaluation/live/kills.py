@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.errors import FarhandError
+from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import PlannedPath, Telemetry, Wish
 from farhand.common.wire.motion_encoding import duration_s
 from farhand.deploy.places import find_task

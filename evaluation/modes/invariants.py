@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.task import Task
 from farhand.common.wire.messages import OperatorInput, Stop
 from farhand.evaluation.modes.period import INPUT_SILENCE_S, AtMostOnce, DeadMan, Invariant, Period

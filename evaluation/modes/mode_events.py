@@ -12,7 +12,7 @@ from functools import partial
 import msgspec
 import numpy as np
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import Wish
 from farhand.evaluation.modes.mode_surroundings import DT_S, good_model
 from farhand.evaluation.modes.mode_world import ModeWorld, SimulatedOperator

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.evaluation.modes.mode_events import Step, is_moving
 from farhand.evaluation.modes.mode_world import ModeWorld
 

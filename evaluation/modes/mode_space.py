@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.evaluation.modes.mode_events import Step, steps
 from farhand.evaluation.modes.mode_rules import Before, broken_rule
 from farhand.evaluation.modes.mode_world import ModeWorld

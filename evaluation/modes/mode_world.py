@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 
 from farhand.common.clock import BootClock
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.task import TaskSet
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import (

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from farhand.common.control_mode import TABLE, Action, Cause, ControlMode, Guard, Phase
+from farhand.common.mode_table import TABLE, Action, Cause, ControlMode, Guard, Phase
 from farhand.common.wire.messages import CommandReply
 from farhand.evaluation.modes.mode_space import Exploration, explore
 from farhand.remote_site.motion.motion import Motion

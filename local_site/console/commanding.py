@@ -6,9 +6,9 @@ import secrets
 from collections.abc import Callable
 from functools import partial
 
-from farhand.common.control_mode import Action
 from farhand.common.link.interface import Link
-from farhand.common.link.link_monitor import LinkMonitor
+from farhand.common.link.report_age import LinkMonitor
+from farhand.common.mode_table import Action
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import (

@@ -13,12 +13,12 @@ from dataclasses import replace
 from functools import partial
 
 from farhand.common.clock import SuspendWatch, elapsed_s
-from farhand.common.control_mode import Action
 from farhand.common.event_log import EventLog
 from farhand.common.event_loop import EventLoop
 from farhand.common.link.budget import limit_flows
 from farhand.common.link.interface import Link
-from farhand.common.link.link_monitor import LinkMonitor
+from farhand.common.link.report_age import LinkMonitor
+from farhand.common.mode_table import Action
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (
     CameraPicture,

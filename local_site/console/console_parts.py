@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from farhand.common.link.link_monitor import LinkMonitor
+from farhand.common.link.report_age import LinkMonitor
 from farhand.local_site.console.catalogue import RobotCatalogue
 from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.console.console_state import ConsoleState, TaskStanding

@@ -8,8 +8,8 @@ import numpy as np
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from farhand.common.control_mode import Action, ControlMode, Phase
-from farhand.common.link.link_monitor import LinkView
+from farhand.common.link.report_age import LinkView
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import AnyTask, ArmTask, PointTask

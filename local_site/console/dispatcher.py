@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from farhand.common.control_mode import Action
 from farhand.common.errors import FarhandError
+from farhand.common.mode_table import Action
 from farhand.common.wire.reasons import Code
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_parts import ConsoleParts
-from farhand.local_site.console.permission import refusal_of
+from farhand.local_site.console.intent_permission import refusal_of
 from farhand.local_site.console.teleoperation import Teleoperation
 from farhand.local_site.exchange.notices import Notice
-from farhand.local_site.teaching.permission import NotNow
+from farhand.local_site.teaching.teaching_permission import NotNow
 
 
 class Dispatcher:

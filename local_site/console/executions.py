@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 
-from farhand.common.control_mode import Action
+from farhand.common.mode_table import Action
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Event, EventKind, ExecutionReport, ReportRequest
 from farhand.common.wire.reasons import Code, Reason, because

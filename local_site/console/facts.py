@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from farhand.common.control_mode import ControlMode
 from farhand.common.errors import FarhandError
 from farhand.common.impairment.link_control import RelayControl
+from farhand.common.mode_table import ControlMode
 from farhand.common.process_status import LinkFacts, OperatorFacts
 from farhand.common.wire.messages import EventKind, Wish
 from farhand.common.wire.words import sentence

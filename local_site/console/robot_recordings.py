@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from farhand.common.control_mode import Action
 from farhand.common.errors import FarhandError
+from farhand.common.mode_table import Action
 from farhand.common.wire.messages import Event, EventKind, RecordingOffer
 from farhand.common.wire.motion_encoding import RecordedMotion
 from farhand.local_site.console import intents
@@ -15,7 +15,7 @@ from farhand.local_site.exchange.fetching import BlobFetcher
 from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.teaching.permission import NotNow
+from farhand.local_site.teaching.teaching_permission import NotNow
 
 _SOURCE = "driven; recorded by the robot as "
 """Beginning of the source of a demonstration that the robot recorded; the hash follows."""

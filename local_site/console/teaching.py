@@ -15,8 +15,8 @@ from farhand.local_site.exchange.notices import Tell
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.goal import goal_miss
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
+from farhand.local_site.teaching.teaching_permission import NotNow
 from farhand.local_site.workcell.hand_motion import align, centre
 from farhand.local_site.workcell.workcell import Workcell
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from farhand.common.link.link_monitor import LinkHealth, LinkMonitor
+from farhand.common.link.report_age import LinkHealth, LinkMonitor
 from farhand.common.wire import keys
 from farhand.common.wire.messages import CameraPicture, CameraReply, CameraRequest, Telemetry
 from farhand.common.wire.reasons import Code, Reason

@@ -1,7 +1,7 @@
 """Reception of the robot's reports: its newest state and path, and every event once.
 
 Events lost in an outage are requested again by their numbers. Each message is handled in the console's thread. Its
-age is measured in `farhand.common.link.link_monitor`.
+age is measured in `farhand.common.link.report_age`.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
-from farhand.common.control_mode import ControlMode
 from farhand.common.errors import InvalidMessage
 from farhand.common.event_loop import Job
 from farhand.common.link.interface import Link
-from farhand.common.link.link_monitor import LinkMonitor
+from farhand.common.link.report_age import LinkMonitor
 from farhand.common.log import loop_logger
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.keys import Channel

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from farhand.common.clock import elapsed_s
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.interface import Link
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import Stamp, Stop, StopAck, Telemetry

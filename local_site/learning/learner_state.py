@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.common.model.ways import START_SPREAD, START_WEIGHT
+from farhand.common.model.way import START_SPREAD, START_WEIGHT
 from farhand.local_site.learning.clusters import Clusters
 from farhand.local_site.learning.dwell_statistics import (
     Dwell,
@@ -21,8 +21,8 @@ from farhand.local_site.learning.dwell_statistics import (
 )
 from farhand.local_site.learning.learner_settings import LearnerSettings
 from farhand.local_site.learning.motion import Motion
+from farhand.local_site.learning.way_regression import apart, less_by_chance, model_of, per_part, symmetric
 from farhand.local_site.learning.way_statistics import WayStatistics
-from farhand.local_site.learning.ways import apart, less_by_chance, model_of, per_part, symmetric
 
 Array = NDArray[np.float64]
 

@@ -25,8 +25,8 @@ from farhand.local_site.learning.motion import Motion
 from farhand.local_site.learning.observation import Frames, Observer
 from farhand.local_site.learning.sketch import whole_motion
 from farhand.local_site.learning.stream import learn_points
+from farhand.local_site.learning.way_regression import joined
 from farhand.local_site.learning.way_statistics import WayStatistics
-from farhand.local_site.learning.ways import joined
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from farhand.common.model.kernel import plain_kernel
 from farhand.common.model.manifold import Manifold, copy_to, exp_at, log_at
-from farhand.common.model.ways import N_PHASES
+from farhand.common.model.way import N_PHASES
 from farhand.local_site.learning.way_statistics import WholeMotion
 
 Array = NDArray[np.float64]

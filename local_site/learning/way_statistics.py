@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from farhand.common.model.manifold import Manifold
-from farhand.common.model.ways import N_COARSE, N_PHASES
+from farhand.common.model.way import N_COARSE, N_PHASES
 
 Array = NDArray[np.float64]
 

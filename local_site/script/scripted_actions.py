@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 from farhand.common.clock import elapsed_s
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.errors import FarhandError
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import ExecutionReport
 from farhand.common.wire.reasons import Code, Reason
 from farhand.common.wire.words import sentence

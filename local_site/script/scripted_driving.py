@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.model.manifold import POSE
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask, ArmTask

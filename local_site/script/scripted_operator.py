@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.task import AnyTask
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.task import AnyTask, ArmTask, PointTask
 from farhand.common.wire.messages import ExecutionReport
 from farhand.common.wire.motion_encoding import duration_s
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.console.permission import refusal_of
+from farhand.local_site.console.intent_permission import refusal_of
 from farhand.local_site.script.scripted_actions import (
     ATTEMPTS,
     PATIENCE_S,

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from farhand.common.task import AnyTask, TaskSet
 from farhand.common.wire.reasons import Code, because
 from farhand.local_site.teaching.lesson import LearnedModel
-from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
+from farhand.local_site.teaching.teaching_permission import NotNow
 
 Array = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from farhand.common.task import AnyTask
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.goal import goal_miss, seen_from_goal
 from farhand.local_site.teaching.lesson import LearnedModel, Lesson
-from farhand.local_site.teaching.permission import Act, NotNow, teaching_refusal
 from farhand.local_site.teaching.recording import Recording
 from farhand.local_site.teaching.revisions import Revision
+from farhand.local_site.teaching.teaching_permission import Act, NotNow, teaching_refusal
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import numpy as np
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from farhand.common.control_mode import ControlMode, Phase
-from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.link.report_age import LinkHealth
+from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import PlannedPath, Telemetry
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.lesson import LearnedModel

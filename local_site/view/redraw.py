@@ -10,7 +10,7 @@ from enum import IntEnum
 
 from msgspec import UNSET
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene.nodes import SEEN_UNCHANGED, UNCHANGED

@@ -15,8 +15,8 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask, PointTask
 from farhand.common.wire.reasons import Code, because
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.samples import sample_strokes, still_frames
+from farhand.local_site.teaching.teaching_permission import NotNow
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.hand_motion import HandMotion
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.remote_site.insertion.contact_correction import ContactCorrection
+from farhand.remote_site.insertion.contact_estimate import ContactCorrection
 from farhand.remote_site.insertion.detectors import JamDetector, MissedMouthDetector, Stuck
 
 Array = NDArray[np.float64]

@@ -11,17 +11,17 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.control_mode import Action, Phase
+from farhand.common.mode_table import Action, Phase
 from farhand.common.task import AnyTask, ArmTask
 from farhand.common.wire.reasons import Code, Reason, because
-from farhand.remote_site.insertion.receptacle_estimator import (
+from farhand.remote_site.insertion.recovery import Recovery
+from farhand.remote_site.insertion.sight_and_touch import (
     BACK_M_S,
     InsertionArm,
     ReceptacleEstimator,
     TrackedPerception,
     pose_of,
 )
-from farhand.remote_site.insertion.recovery import Recovery
 from farhand.remote_site.interface.embodiment import Belief, Check, Guidance
 from farhand.remote_site.interface.goals import (
     BACK_OFF_M,

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.arm.robot_file import MAX_JOINTS, MIN_JOINTS
-from farhand.common.control_mode import Action, Phase
+from farhand.common.mode_table import Action, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ArmState

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.control_mode import Phase
 from farhand.common.errors import InvalidInput
+from farhand.common.mode_table import Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import Command, ExecutionReport, Stamp
 from farhand.common.wire.reasons import Code, Reason, because

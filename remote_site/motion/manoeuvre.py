@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from farhand.common.control_mode import Phase
+from farhand.common.mode_table import Phase
 from farhand.common.wire.messages import Command
 from farhand.common.wire.reasons import Reason
 from farhand.remote_site.interface.embodiment import Embodiment

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from farhand.common.event_loop import Mailbox, Worker
 from farhand.common.log import loop_logger
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.model.ways import distance_from_taught
+from farhand.common.model.way import distance_from_taught
 from farhand.common.wire.messages import PlannedPath, Stamp
 from farhand.common.wire.motion_encoding import packed
 from farhand.common.wire.reasons import Code, Reason, because

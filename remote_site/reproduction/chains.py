@@ -1,6 +1,6 @@
 """Choice of the way that an execution takes, and its form as a further chain of components.
 
-Demonstrated motions are regressed on their starts (see `farhand.common.model.ways`). If the regression is
+Demonstrated motions are regressed on their starts (see `farhand.common.model.way`). If the regression is
 certain enough at the actual start, its course becomes a chain of short components behind the K learned ones,
 which leads to the terminal component of its demonstrations. Otherwise only the paper's components are known,
 and the motion begins at the nearest of them.
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM
-from farhand.common.model.ways import N_PHASES, Way, between_coarse, chosen_way
+from farhand.common.model.way import N_PHASES, Way, between_coarse, chosen_way
 
 Integers = NDArray[np.int64]
 

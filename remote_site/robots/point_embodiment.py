@@ -14,7 +14,7 @@ from msgspec import UNSET, UnsetType, structs
 from numpy.typing import NDArray
 
 from farhand.common.clock import BootClock
-from farhand.common.control_mode import Action, Phase
+from farhand.common.mode_table import Action, Phase
 from farhand.common.task import AnyTask, PointTask
 from farhand.common.wire.messages import ArmState
 from farhand.common.wire.reasons import Reason

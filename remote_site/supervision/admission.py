@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from farhand.common.control_mode import Action, ControlMode, Phase
-from farhand.common.permission import Situation, refusal
+from farhand.common.command_permission import Situation, refusal
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.task import TaskSet
 from farhand.common.wire.messages import Command, CommandReply, ModelReply, ModelTransfer, Stamp
 from farhand.common.wire.reasons import Code, Reason, because

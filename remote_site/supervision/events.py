@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.keys import Channel

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
-from farhand.common.control_mode import ControlMode, Guard
 from farhand.common.errors import words_of
 from farhand.common.log import loop_logger
+from farhand.common.mode_table import ControlMode, Guard
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.motion import Motion

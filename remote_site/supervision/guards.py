@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from farhand.common.control_mode import ControlMode, Guard, Phase
+from farhand.common.mode_table import ControlMode, Guard, Phase
 from farhand.common.task import Limits, Task
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Guidance

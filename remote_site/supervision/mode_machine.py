@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from farhand.common.control_mode import TABLE, Action, Cause, ControlMode, Guard, Phase, mode_after
+from farhand.common.mode_table import TABLE, Action, Cause, ControlMode, Guard, Phase, mode_after
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Command, EventKind, Stamp, Stop
 from farhand.common.wire.reasons import Code, Reason, because
@@ -22,7 +22,7 @@ from farhand.remote_site.motion.plans import Plans, Previews
 from farhand.remote_site.supervision.events import Announce, Events
 from farhand.remote_site.supervision.guards import Trip
 from farhand.remote_site.supervision.recordings import Recordings
-from farhand.remote_site.supervision.stops import Stops
+from farhand.remote_site.supervision.stop_acknowledgement import Stops
 
 # Kind of the event that tells of each guard's action.
 _KINDS = {

@@ -1,4 +1,4 @@
-"""Watchdog of the operator: what a silent hand or heartbeat means, and how old a message may be."""
+"""Watchdog of the operator: its lease, the age of its messages, and its silence while it drives the robot."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Callable
 from enum import Enum
 
-from farhand.common.control_mode import Action, Cause, ControlMode, Guard
+from farhand.common.mode_table import Action, Cause, ControlMode, Guard
 from farhand.common.task import TaskSet
 from farhand.common.version import installed_version
 from farhand.common.wire.messages import (

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from functools import partial
 
 from farhand.common.clock import BootClock
-from farhand.common.control_mode import ControlMode, Guard, Phase
 from farhand.common.errors import InvalidInput
+from farhand.common.mode_table import ControlMode, Guard, Phase
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from farhand.common.control_mode import ControlMode
 from farhand.common.impairment.link_control import RelayControl
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire.messages import Stop
 from farhand.local_site.view.page import Page
 from farhand.local_site.view.page_access import PageAccess

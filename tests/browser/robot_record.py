@@ -12,9 +12,9 @@ import numpy as np
 from msgspec import UNSET
 
 from farhand.common.arm.setpoint import MotionLimits
-from farhand.common.control_mode import ControlMode
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.exchange.reports import listen

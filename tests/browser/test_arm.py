@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, expect
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.common.model.task_frame import TaskFrame
 from tests.browser.arm_page import DEEP, ArmPage
 from tests.browser.operator_page import WAIT_MS

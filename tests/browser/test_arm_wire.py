@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.raw_client import RawClient, raw_connection

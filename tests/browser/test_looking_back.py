@@ -7,7 +7,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Page, expect
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire.messages import Stop
 from tests.browser.desk_page import page_of
 from tests.browser.operator_page import WAIT_MS, OperatorPage

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import Command, Stop
 from tests.browser.desk_page import await_new_stop, page_of
 from tests.browser.operator_page import WAIT_MS, OperatorPage

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from farhand.common.address import free_port
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.messages import EventsReply, EventsRequest
 from farhand.evaluation.harness.farhand_process import HeardProcess

@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from farhand.common.configuration import load_toml
-from farhand.common.control_mode import ControlMode, Phase, mode_after
 from farhand.common.link.interface import Request
+from farhand.common.mode_table import ControlMode, Phase, mode_after
 from farhand.common.task import AnyTask, ArmTask, PointTask, TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode

@@ -14,7 +14,7 @@ from msgspec import structs
 from farhand.common.arm.cell import Cell
 from farhand.common.arm.simulation.simulation import Simulation
 from farhand.common.configuration import load_toml
-from farhand.common.control_mode import Action, Phase
+from farhand.common.mode_table import Action, Phase
 from farhand.common.model.model_file import content_hash, encode
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import ArmTask

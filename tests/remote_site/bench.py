@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import structs
 
 from farhand.common.clock import BootClock
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.task import AnyTask, PointTask, TaskSet
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import (

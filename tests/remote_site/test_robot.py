@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from farhand.common.control_mode import Action
 from farhand.common.impairment.link_profile import find_profile, load_profiles
 from farhand.common.link.budget import part_bytes
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.interface import Signed
+from farhand.common.mode_table import Action
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import EventKind, LeaseReply, LeaseRequest, Stop

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from farhand.common.address import free_port
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import CommandReply, EventsReply, EventsRequest, MoveTarget, Telemetry

@@ -6,7 +6,7 @@ from msgspec import UNSET, structs
 from scipy.spatial.transform import Rotation
 
 from farhand.common.arm.kinematics import Kinematics
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import FRAME_BYTES, MAX_TELEMETRY_BYTES, MOST_FRAMES, ArmState, Telemetry

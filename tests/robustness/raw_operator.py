@@ -6,8 +6,8 @@ import threading
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from farhand.common.control_mode import Action, ControlMode
 from farhand.common.link.link import EndpointSettings, ZenohLink
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.keys import Channel

@@ -11,8 +11,8 @@ import msgpack
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.link.link import EndpointSettings, ZenohLink
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.model_file import content_hash
 from farhand.common.model.model_file import encode as encode_model
 from farhand.common.wire import keys

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.model.model_file import content_hash
 from farhand.common.model.model_file import encode as encode_model
 from farhand.common.wire import keys

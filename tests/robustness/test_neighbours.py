@@ -15,10 +15,10 @@ import pytest
 import zenoh
 
 from farhand.common.address import endpoint_address, free_port
-from farhand.common.control_mode import ControlMode
 from farhand.common.link import session
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
 from farhand.common.link.link import ZenohLink
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import MAX_BYTES, encode
 from farhand.common.wire.messages import (

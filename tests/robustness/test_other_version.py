@@ -8,7 +8,7 @@ import msgpack
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import (
@@ -21,7 +21,7 @@ from farhand.common.wire.messages import (
 from farhand.common.wire.reasons import Code
 from farhand.evaluation.harness.farhand_process import HeardProcess
 from farhand.local_site.console.facts import operator_facts
-from farhand.local_site.console.permission import command_refusal
+from farhand.local_site.console.intent_permission import command_refusal
 from farhand.local_site.view.panels.words.advice import advice
 from farhand.local_site.view.panels.words.status import lease_words
 from tests.local_site.robot_end import desk

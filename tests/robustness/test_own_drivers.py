@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from farhand.common.address import free_port
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.messages import EventsReply, EventsRequest
 from tests.farhand_process import refusal, running

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.event_log import EventLog
-from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.link.report_age import LinkHealth
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.manifold import Manifold
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode

@@ -9,7 +9,7 @@ import msgpack
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.model.manifold import POSE
 from farhand.common.model.model_file import content_hash
 from farhand.common.model.model_file import encode as encode_model

@@ -10,7 +10,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.link.report_age import LinkHealth
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import CameraPicture
 from farhand.common.wire.words import sentence

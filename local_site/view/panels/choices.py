@@ -8,8 +8,8 @@ from functools import partial
 import viser
 
 from farhand.common.clock import elapsed_s
-from farhand.common.control_mode import Action, ControlMode
-from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.link.report_age import LinkHealth
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.task import PointTask
 from farhand.common.wire.messages import SLOWEST_PACE
 from farhand.local_site.console import intents

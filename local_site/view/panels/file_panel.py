@@ -9,7 +9,7 @@ import viser
 
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.console.permission import refusal_of
+from farhand.local_site.console.intent_permission import refusal_of
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.view.panels.choices import Act, Submit
 from farhand.local_site.view.panels.words.controls import NO_DEMONSTRATION, Field, Label

@@ -12,7 +12,7 @@ import viser
 from farhand.common.clock import elapsed_s
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.console.permission import refusal_of
+from farhand.local_site.console.intent_permission import refusal_of
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.view.panels.choices import Act, Submit
 from farhand.local_site.view.panels.html import Html, clock, text

@@ -9,7 +9,7 @@ import viser
 from numpy.typing import NDArray
 
 from farhand.common.clock import elapsed_s
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.choices import Act
 from farhand.local_site.view.panels.words.controls import Field, Folder, Hint, Label

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import viser
 from msgspec import UNSET
 
-from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.link.report_age import LinkHealth
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.reports import PLAN_GOOD_S

@@ -14,8 +14,8 @@ from msgspec import UNSET
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from farhand.common.control_mode import ControlMode
-from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.link.report_age import LinkHealth
+from farhand.common.mode_table import ControlMode
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath, Telemetry

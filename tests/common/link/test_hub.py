@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 
 from farhand.common.address import free_port, listening_fault
-from farhand.common.control_mode import ControlMode
 from farhand.common.link.access import explain_right
 from farhand.common.link.endpoint import EVERY_SITE, EndpointSettings
 from farhand.common.link.fleet import Fleet
 from farhand.common.link.hub import Hub
 from farhand.common.link.link import ZenohLink
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import Stamp, Telemetry

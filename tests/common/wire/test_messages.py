@@ -3,7 +3,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import MAX_TELEMETRY_BYTES, SCHEMA, ArmState, Stamp, Telemetry
 from tests.messages import all_kinds

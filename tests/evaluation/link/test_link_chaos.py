@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.evaluation.link import link_chaos
 from farhand.evaluation.link.chaos import random_schedule
 from farhand.evaluation.study import run

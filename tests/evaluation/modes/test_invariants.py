@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from farhand.common.configuration import load_toml
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.task import PointTask
 from farhand.common.wire.messages import Command, OperatorInput, Stamp, Stop
 from farhand.evaluation.modes.invariants import all_invariants, violations

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Command, ModelTransfer
 from farhand.deploy.places import find_task, sample_files

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from msgspec.structs import replace
 
-from farhand.common.control_mode import Action, ControlMode
-from farhand.common.link.link_monitor import LinkMonitor
+from farhand.common.link.report_age import LinkMonitor
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import (
     Command,
     Event,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (
     Command,

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.messages import Event, EventKind, ExecutionReport, ReportRequest, Stamp

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.local_site.console import intents
 from tests.meeting import Meeting, Site
 from tests.remote_site.bench import DT_S

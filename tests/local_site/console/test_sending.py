@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Action
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
+from farhand.common.mode_table import Action
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action
 from farhand.common.errors import InvalidDemonstration
+from farhand.common.mode_table import Action
 from farhand.common.wire.messages import ModelTransfer
 from farhand.local_site.console import intents
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.task_library import TaskLibrary
+from farhand.local_site.teaching.teaching_permission import NotNow
 from tests.local_site.console.test_console import teach
 from tests.local_site.robot_end import FRAMES, TASK, Desk, desk, stroke
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import MoveTarget, OperatorInput, Stamp, Telemetry

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire.messages import ModelTransfer, OperatorInput
 from farhand.local_site.console import intents
 from farhand.local_site.teaching.goal import goal_miss

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from farhand.common.control_mode import ControlMode
 from farhand.common.link.interface import Request
-from farhand.common.link.link_monitor import LinkMonitor
+from farhand.common.link.report_age import LinkMonitor
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import CameraPicture, CameraReply, CameraRequest, Stamp, Telemetry

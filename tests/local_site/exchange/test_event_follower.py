@@ -2,8 +2,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from farhand.common.control_mode import ControlMode
 from farhand.common.link.interface import Request
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Event, EventsReply, EventsRequest, Stamp

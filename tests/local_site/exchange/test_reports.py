@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from farhand.common.control_mode import ControlMode, Phase
-from farhand.common.link.link_monitor import LinkMonitor
+from farhand.common.link.report_age import LinkMonitor
+from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import PlannedPath, Stamp, Telemetry
 from farhand.local_site.exchange.reports import Reports
 

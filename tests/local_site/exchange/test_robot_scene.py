@@ -12,8 +12,8 @@ import pytest
 from farhand.common.arm.cell import Cell, Plug
 from farhand.common.arm.simulation.description import describe
 from farhand.common.clock import BootClock
-from farhand.common.control_mode import ControlMode
 from farhand.common.link.interface import Answered
+from farhand.common.mode_table import ControlMode
 from farhand.common.task import TaskSet
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode

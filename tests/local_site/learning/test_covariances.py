@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 
 from farhand.common.model.manifold import POSE, Manifold
-from farhand.local_site.learning.ways import less_by_chance
+from farhand.local_site.learning.way_regression import less_by_chance
 from tests.strategies import random_covariances, seeds, spaces
 
 

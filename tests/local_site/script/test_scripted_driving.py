@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.deploy.places import find_task, find_tasks
 from farhand.evaluation.harness.virtual_job import VirtualPlace
 from farhand.evaluation.harness.virtual_sites import VirtualSites

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import Command
 from farhand.common.wire.reasons import in_words
 from farhand.local_site.script.scripted_actions import JobFailed, RealTime, ScriptedActions

@@ -11,10 +11,10 @@ import pytest
 
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.model.model_file import content_hash, load
-from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.revisions import KEPT
 from farhand.local_site.teaching.samples import sample_strokes
 from farhand.local_site.teaching.task_library import TaskLibrary
+from farhand.local_site.teaching.teaching_permission import NotNow
 from tests.local_site.robot_end import FRAMES, TASK, stroke
 
 INDEX = "library.json"

@@ -10,8 +10,8 @@ from msgspec import structs
 
 from farhand.common.task import TaskSet
 from farhand.local_site.teaching.library import Library
-from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.samples import sample_strokes
+from farhand.local_site.teaching.teaching_permission import NotNow
 from tests.local_site.robot_end import FRAMES, TASK, stroke
 
 OTHER = structs.replace(TASK, name="other")

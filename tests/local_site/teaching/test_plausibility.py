@@ -14,7 +14,6 @@ from farhand.common.errors import InvalidDemonstration
 from farhand.local_site.learning.learner_settings import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import default_settings, learn_files
-from farhand.local_site.teaching.permission import NotNow
 from farhand.local_site.teaching.plausibility import (
     ARM_PERIOD_S,
     MOVED_PART,
@@ -25,6 +24,7 @@ from farhand.local_site.teaching.plausibility import (
     prepared,
 )
 from farhand.local_site.teaching.task_library import TaskLibrary
+from farhand.local_site.teaching.teaching_permission import NotNow
 from tests.local_site.robot_end import FRAMES, TASK
 
 SETTINGS = LearnerSettings(0.1)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import ControlMode, Phase
-from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.link.report_age import LinkHealth
+from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import ArmState, Stamp, Telemetry
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view import history

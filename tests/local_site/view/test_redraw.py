@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import ArmState, Stamp, Telemetry
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.notices import Notice

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.local_site.teaching.permission import NotNow
+from farhand.local_site.teaching.teaching_permission import NotNow
 from farhand.local_site.workcell.arm_drivers import SteppedArm
 from farhand.local_site.workcell.workcell import BoardWorkcell, make_workcell
 from tests.cells import JACO

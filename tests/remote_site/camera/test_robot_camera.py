@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from farhand.common.clock import BootClock
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import CameraPicture, CameraReply, CameraRequest, Stamp, Telemetry

@@ -10,7 +10,7 @@ import pytest
 from farhand.common.arm.simulation.disturbances import DisturbanceSettings, Sway
 from farhand.common.arm.simulation.receptacle import FACING_QUAT
 from farhand.common.arm.simulation.starts_and_goals import Placement, Withdrawn
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.evaluation.arm import hot_stab_removal
 from farhand.evaluation.arm.arm_trial import STIFF, Conditions, Trial
 from farhand.evaluation.arm.hot_stab import taught

@@ -7,7 +7,7 @@ import pytest
 from msgspec import UNSET, UnsetType
 
 from farhand.common.arm.compliance import SeenReceptacle
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.manifold import POSE
 from farhand.common.model.model_file import content_hash, encode
 from farhand.common.model.task_frame import TaskFrame

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Phase
+from farhand.common.mode_table import Phase
 from farhand.common.task import PointTask
 from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.manoeuvre import Manoeuvre, Manoeuvres

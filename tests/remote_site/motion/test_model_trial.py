@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import structs
 
-from farhand.common.control_mode import Action
 from farhand.common.errors import InvalidModel
+from farhand.common.mode_table import Action
 from farhand.common.model.model_file import content_hash, encode
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import MAX_COMPONENTS, TPHSMM

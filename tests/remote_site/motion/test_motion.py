@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, Phase
 from farhand.common.errors import InvalidInput
+from farhand.common.mode_table import Action, Phase
 from farhand.common.wire.messages import Command, OperatorInput, Stamp
 from farhand.common.wire.words import sentence
 from farhand.remote_site.interface.embodiment import Guidance

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action
+from farhand.common.mode_table import Action
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import Stamp
 from farhand.common.wire.words import sentence

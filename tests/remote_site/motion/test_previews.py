@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from farhand.common.control_mode import Action
+from farhand.common.mode_table import Action
 from farhand.common.wire.messages import Command
 from farhand.common.wire.words import sentence
 from farhand.remote_site.motion.planner import PlanRequest, plan

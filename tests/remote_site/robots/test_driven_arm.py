@@ -11,8 +11,8 @@ import pytest
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import Simulation
 from farhand.common.clock import BootClock
-from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.errors import DriverFailed
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.script.scripted_result import succeeded
 from farhand.remote_site.config import DriverChoice, RemoteConfig

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 from farhand.common.arm.cell import Cell, Receptacle
 from farhand.common.arm.kinematics import compose, difference, inverse
 from farhand.common.arm.simulation.starts_and_goals import Box
-from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.errors import InvalidConfiguration
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import StopAck
 from farhand.remote_site.config import RemoteConfig

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode, Phase, allowed_actions
+from farhand.common.mode_table import Action, ControlMode, Phase, allowed_actions
 from tests.messages import said
 from tests.remote_site.bench import Bench, in_mode
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.robots.point_embodiment import point_embodiment

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire.messages import CommandReply, Stamp
 from farhand.remote_site.supervision.admission import CommandLog
 

@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Event, StopAck

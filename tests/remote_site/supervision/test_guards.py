@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Guard
+from farhand.common.mode_table import Guard
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import Limits, PointTask
 from farhand.common.wire.words import sentence

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farhand.common.control_mode import Action
+from farhand.common.mode_table import Action
 from farhand.common.wire.messages import (
     BlobRequest,
     CatalogueRequest,

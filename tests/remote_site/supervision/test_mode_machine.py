@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode, Guard, Phase, mode_after
+from farhand.common.mode_table import Action, ControlMode, Guard, Phase, mode_after
 from farhand.common.wire.messages import Event, Stop
 from farhand.common.wire.reasons import Code, because
 from farhand.remote_site.supervision.guards import Trip

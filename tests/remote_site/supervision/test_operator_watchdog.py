@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from farhand.common.clock import BootClock
-from farhand.common.control_mode import Action
+from farhand.common.mode_table import Action
 from farhand.common.task import TaskSet
 from farhand.common.wire.messages import Command, Heartbeat, LeaseReply, LeaseRequest, Stamp
 from farhand.common.wire.reasons import Reason

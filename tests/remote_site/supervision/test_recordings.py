@@ -7,7 +7,7 @@ import hashlib
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import BlobRequest, CatalogueReply, Event, EventKind
 from farhand.common.wire.motion_encoding import MAX_DURATION_S, RecordedMotion
 from farhand.remote_site.supervision.motion_recorder import Recorded

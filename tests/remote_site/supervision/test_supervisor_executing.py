@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.wire.messages import Event, PlannedPath
 from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.reasons import Code, because

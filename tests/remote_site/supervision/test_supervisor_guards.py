@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.wire.messages import Event
 from tests.messages import said
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.wire.messages import Heartbeat, Wish
 from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import Event
 from farhand.remote_site.interface.plant import EffectorState, PointPlant
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode, Phase
 from farhand.common.errors import InvalidMessage
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Command, PlannedPath
 from farhand.remote_site.motion.planner import plan

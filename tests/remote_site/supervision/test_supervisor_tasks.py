@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Action, ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.task import PointTask
 from farhand.common.wire.messages import BlobRequest
 from farhand.common.wire.motion_encoding import RecordedMotion

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode, Guard, Phase
+from farhand.common.mode_table import Action, ControlMode, Guard, Phase
 from farhand.remote_site.interface.embodiment import Guidance
 from farhand.remote_site.supervision.guards import Guards
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant

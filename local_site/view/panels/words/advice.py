@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from farhand.common.control_mode import Action, ControlMode, Phase
-from farhand.common.link.link_monitor import LinkHealth
-from farhand.common.model.ways import OUTSIDE, chosen_way
+from farhand.common.link.report_age import LinkHealth
+from farhand.common.mode_table import Action, ControlMode, Phase
+from farhand.common.model.way import OUTSIDE, chosen_way
 from farhand.common.task import ArmTask
 from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.words import PRESS_AGAIN

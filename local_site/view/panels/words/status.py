@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from farhand.common.control_mode import ControlMode, Phase
 from farhand.common.link.fleet import RobotAtHub
-from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.link.report_age import LinkHealth
+from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import Telemetry
 from farhand.common.wire.words import sentence
 from farhand.local_site.console.console_state import ConsoleState

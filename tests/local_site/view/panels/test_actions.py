@@ -7,7 +7,7 @@ from typing import Any
 
 from msgspec import structs
 
-from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.mode_table import ControlMode, Phase
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.actions import offered, step, steps_html
 from farhand.local_site.view.panels.words.advice import advice

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from farhand.common.control_mode import ControlMode
-from farhand.common.link.link_monitor import LinkHealth, LinkView
+from farhand.common.link.report_age import LinkHealth, LinkView
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire.messages import CameraPicture, Stamp, Telemetry
 from farhand.common.wire.reasons import Code, because
 from farhand.local_site.console.console_state import ConsoleState

@@ -9,7 +9,7 @@ import pytest
 
 from farhand.common.model.model_file import content_hash, encode
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.model.ways import distance_from_taught
+from farhand.common.model.way import distance_from_taught
 from farhand.common.wire.messages import PlannedPath, Stamp
 from farhand.common.wire.motion_encoding import packed
 from farhand.local_site.console.console_state import ConsoleState

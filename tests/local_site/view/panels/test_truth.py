@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Action, ControlMode
-from farhand.common.link.link_monitor import LinkHealth, LinkView
+from farhand.common.link.report_age import LinkHealth, LinkView
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import Stamp, Telemetry
 from farhand.common.wire.reasons import Code
 from farhand.common.wire.words import sentence
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.console.permission import command_refusal
+from farhand.local_site.console.intent_permission import command_refusal
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.buttons import END, ROBOT

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import ControlMode
-from farhand.common.link.link_monitor import LinkHealth
+from farhand.common.link.report_age import LinkHealth
+from farhand.common.mode_table import ControlMode
 from farhand.local_site import view
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.words.status import stop_does_words

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene.board.board_jog import BoardJog
 from farhand.local_site.view.scene.hand_line import SILENT_S

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import ControlMode, Phase
+from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath, Stamp, Telemetry
 from farhand.common.wire.motion_encoding import packed

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire.messages import ArmState, PlannedPath, Stamp, Telemetry
 from farhand.common.wire.motion_encoding import packed
 from farhand.local_site.console.console_state import ConsoleState

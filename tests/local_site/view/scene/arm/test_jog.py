@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from farhand.common.control_mode import ControlMode
+from farhand.common.mode_table import ControlMode
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene.arm.jog import Jog

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from farhand.common.control_mode import Action, ControlMode, Phase, mode_after
+from farhand.common.mode_table import Action, ControlMode, Phase, mode_after
 from farhand.common.wire.messages import Stamp, Telemetry
 from farhand.common.wire.words import sentence
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState, Pending
-from farhand.local_site.console.permission import command_refusal, refusal_of
+from farhand.local_site.console.intent_permission import command_refusal, refusal_of
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.workcell.hand_motion import Nudge
 from tests.local_site.console.test_console import teach

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.model.manifold import Manifold
-from farhand.common.model.ways import (
+from farhand.common.model.way import (
     GAIN_STD,
     N_COARSE,
     START_SPREAD,

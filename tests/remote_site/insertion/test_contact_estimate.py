@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from scipy.spatial.transform import Rotation
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.remote_site.insertion.contact_correction import ContactCorrection
+from farhand.remote_site.insertion.contact_estimate import ContactCorrection
 from tests.strategies import random_frame, seeds
 
 NOTHING = np.zeros(3)

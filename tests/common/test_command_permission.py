@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode, Phase, allowed_actions
-from farhand.common.permission import Situation, refusal
+from farhand.common.command_permission import Situation, refusal
+from farhand.common.mode_table import Action, ControlMode, Phase, allowed_actions
 from farhand.common.wire.reasons import Code, because
 
 READY = Situation(

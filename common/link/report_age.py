@@ -1,4 +1,4 @@
-"""State of the link as one site sees it: round trip, age of the data, missing reports."""
+"""Age of what the robot reported, with the round trip and the missing reports: the link as one site sees it."""
 
 from __future__ import annotations
 

@@ -1,20 +1,20 @@
 """The one rule for what the operator may ask now: of the robot, of this site, and about the control.
 
 The page's buttons, the console and the script ask the same function, so that a button never offers what the
-console would refuse. What the robot allows is `farhand.common.permission`, what a task's demonstrations allow is
-`farhand.local_site.teaching.permission`; this file adds what the console alone knows.
+console would refuse. What the robot allows is `farhand.common.command_permission`, what a task's demonstrations allow is
+`farhand.local_site.teaching.teaching_permission`; this file adds what the console alone knows.
 """
 
 from __future__ import annotations
 
-from farhand.common.control_mode import Action, ControlMode
-from farhand.common.permission import Situation, refusal
+from farhand.common.command_permission import Situation, refusal
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.task import ArmTask
 from farhand.common.wire.messages import Telemetry, Wish
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.teaching.permission import Act, teaching_refusal
+from farhand.local_site.teaching.teaching_permission import Act, teaching_refusal
 from farhand.local_site.workcell.hand_motion import can_centre
 
 _ACTS: dict[type[intents.Intent], Act] = {

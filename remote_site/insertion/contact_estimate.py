@@ -1,4 +1,4 @@
-"""Correction of the receptacle's estimated frame from contact forces and torques.
+"""Receptacle's pose from contact: forces and torques on the plug correct the frame that sight estimates.
 
 Touch reveals the constant error of a tracker, which sight cannot. The force that pushes the plug aside and the torque
 that tilts it show on which side of the estimate the bore is. Their integral moves the estimated frame to

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from farhand.common.control_mode import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import Event, Stamp, StopAck
-from farhand.remote_site.supervision.stops import Stops
+from farhand.remote_site.supervision.stop_acknowledgement import Stops
 from tests.remote_site.bench import BEGINNINGS, Bench, in_mode
 
 NOW = Stamp("boot", 5)

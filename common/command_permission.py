@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from farhand.common.control_mode import Action, ControlMode, Phase, mode_after
+from farhand.common.mode_table import Action, ControlMode, Phase, mode_after
 from farhand.common.wire.reasons import Code, Reason, because
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
-from farhand.common.model.ways import (
+from farhand.common.model.way import (
     N_COARSE,
     N_PHASES,
     OUTSIDE,
@@ -19,8 +19,8 @@ from farhand.common.model.ways import (
     distance_from_taught,
 )
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
+from farhand.local_site.learning.way_regression import joined, model_of
 from farhand.local_site.learning.way_statistics import COARSE, WayStatistics, WholeMotion
-from farhand.local_site.learning.ways import joined, model_of
 from tests.strategies import pose_stroke, seeds, stroke
 
 SPACE, LAMBDA_M = Manifold(3), 0.1

@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from farhand.common.control_mode import ControlMode
-from farhand.common.link.link_monitor import LinkHealth, LinkMonitor
+from farhand.common.link.report_age import LinkHealth, LinkMonitor
+from farhand.common.mode_table import ControlMode
 from farhand.common.wire.messages import Stamp, Telemetry
 
 

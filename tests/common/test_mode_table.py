@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from farhand.common.control_mode import (
+from farhand.common.mode_table import (
     TABLE,
     Action,
     ControlMode,
