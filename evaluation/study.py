@@ -67,7 +67,7 @@ STUDIES = {
     "kills": "farhand.evaluation.live.kills",
     "surroundings": "farhand.evaluation.live.surroundings",
     "tick": "farhand.evaluation.live.tick",
-    "mutations": "farhand.evaluation.faults.mutations",
+    "mutations": "farhand.evaluation.faults.mutation_study",
     "neighbours": "farhand.evaluation.live.neighbours",
     "stop-lane": "farhand.evaluation.live.stop_lane",
     "modes": "farhand.evaluation.modes.modes",

@@ -49,7 +49,7 @@ from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.model_trial import ModelTrial, Outcome, TryModel, try_at_once
-from farhand.remote_site.motion.planner import PlanRequest
+from farhand.remote_site.motion.preview_worker import PlanRequest
 from farhand.remote_site.robots.embodiments import embodiment_of
 from farhand.remote_site.robots.plant_memory import PlantState
 from farhand.remote_site.supervision.inbox import Inbox

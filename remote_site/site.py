@@ -35,7 +35,7 @@ from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.driver import call_all, halts_of
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.model_trial import ModelTrials
-from farhand.remote_site.motion.planner import Planner, PlanRequest
+from farhand.remote_site.motion.preview_worker import Planner, PlanRequest
 from farhand.remote_site.reproduction.warm_up import warm_up
 from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.embodiments import embodiment_of

@@ -18,7 +18,7 @@ from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.teaching.library import Library
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.motion.planner import PlanRequest, plan
+from farhand.remote_site.motion.preview_worker import PlanRequest, plan
 from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.plant_memory import PlantState
 from tests.loopback import OperatorsEnd, RobotsEnd

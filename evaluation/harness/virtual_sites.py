@@ -18,7 +18,7 @@ from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.workcell import SampleFiles, make_workcell, no_files
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
-from farhand.remote_site.motion.planner import PlanRequest, answer
+from farhand.remote_site.motion.preview_worker import PlanRequest, answer
 from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.plant_memory import PlantState
 

@@ -39,7 +39,7 @@ from farhand.evaluation.modes.mode_surroundings import (
     target_frame,
 )
 from farhand.remote_site.motion.model_trial import ModelTrial
-from farhand.remote_site.motion.planner import PlanRequest
+from farhand.remote_site.motion.preview_worker import PlanRequest
 from farhand.remote_site.robots.point_embodiment import point_embodiment
 from farhand.remote_site.supervision.supervisor import Supervisor
 

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 from farhand.common.errors import InvalidDemonstration
 from farhand.common.whole_file import fault_of, read_whole
 from farhand.local_site.recordings.columns import Table, assign
+from farhand.local_site.recordings.csv_table import read_text
 from farhand.local_site.recordings.options import ImportOptions
-from farhand.local_site.recordings.text_table import read_text
 from farhand.local_site.teaching.plain_arrays import arrays_of, plain_array, plain_arrays
 
 Array = NDArray[np.float64]

@@ -20,7 +20,7 @@ from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.sensing import Sensing, apart
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.model_trial import StoredModel
-from farhand.remote_site.motion.planner import PlanRequest
+from farhand.remote_site.motion.preview_worker import PlanRequest
 
 Array = NDArray[np.float64]
 

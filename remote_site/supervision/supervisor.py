@@ -33,8 +33,8 @@ from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.motion.model_store import ModelStore
 from farhand.remote_site.motion.motion import Motion, Outcome
-from farhand.remote_site.motion.planner import PlanRequest
 from farhand.remote_site.motion.plans import Plans
+from farhand.remote_site.motion.preview_worker import PlanRequest
 from farhand.remote_site.supervision.admission import Admission, CommandLog, ModelReception
 from farhand.remote_site.supervision.events import Announce, Events, Write
 from farhand.remote_site.supervision.failsafe import BlackBox, Failsafe

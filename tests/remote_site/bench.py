@@ -32,7 +32,7 @@ from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.interface.plant import PointPlant
 from farhand.remote_site.motion.model_trial import ModelTrial
-from farhand.remote_site.motion.planner import PlanRequest, answer
+from farhand.remote_site.motion.preview_worker import PlanRequest, answer
 from farhand.remote_site.perception.simulated_sight import OscillatingTarget, SimulatedPerception
 from farhand.remote_site.robots.point_embodiment import point_embodiment
 from farhand.remote_site.supervision.supervisor import Supervisor

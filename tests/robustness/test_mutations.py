@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.evaluation.faults import mutations
+from farhand.evaluation.faults import mutation_study as mutations
 from farhand.evaluation.faults.bounds import MOST_MB, AttemptOutcome, WrongResult, bounded, guarded, peak_mb
 
 

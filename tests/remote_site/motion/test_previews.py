@@ -3,8 +3,8 @@ from __future__ import annotations
 from farhand.common.mode_table import Action
 from farhand.common.wire.messages import Command
 from farhand.common.wire.words import sentence
-from farhand.remote_site.motion.planner import PlanRequest, plan
 from farhand.remote_site.motion.plans import Previews
+from farhand.remote_site.motion.preview_worker import PlanRequest, plan
 from tests.remote_site.bench import Bench
 
 

@@ -9,7 +9,7 @@ from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.wire.messages import Event, PlannedPath
 from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.reasons import Code, because
-from farhand.remote_site.motion.planner import plan
+from farhand.remote_site.motion.preview_worker import plan
 from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench
 from tests.remote_site.planar import TASK, with_preview

@@ -9,7 +9,7 @@ from farhand.common.errors import InvalidMessage
 from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Command, PlannedPath
-from farhand.remote_site.motion.planner import plan
+from farhand.remote_site.motion.preview_worker import plan
 from farhand.remote_site.telemetry import Reporter
 from tests.messages import said
 from tests.remote_site.bench import DT_S, Bench, FeelingPlant, in_mode

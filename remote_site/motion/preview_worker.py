@@ -1,4 +1,4 @@
-"""Rollouts of the whole remaining task, computed in a worker: the control loop never waits for one."""
+"""Previews: rollouts of the whole remaining task, computed in a worker; the control loop never waits for one."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from farhand.common.wire.reasons import Reason
 from farhand.common.wire.words import sentence
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.model_trial import StoredModel
-from farhand.remote_site.motion.planner import MAX_POINTS, STEP_S, Planner, PlanRequest, plan
+from farhand.remote_site.motion.preview_worker import MAX_POINTS, STEP_S, Planner, PlanRequest, plan
 from farhand.remote_site.reproduction.executor import ExecutorSettings
 from tests.remote_site.bench import Bench
 from tests.remote_site.planar import TASK
