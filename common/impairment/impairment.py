@@ -59,7 +59,8 @@ class DirectionSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     delay_ms: float = 0.0
     """Mean one-way delay [ms]."""
     jitter_ms: float = 0.0
-    """Scatter of the delay [ms]: half width (uniform) or standard deviation (the others)."""
+    """Scatter of the delay [ms]: half width (uniform) or standard deviation (the others). Unlike netem's it leaves the packets
+    of a path in order, as the queues do from which it comes; `reorder` overtakes."""
     correlation: float = 0.0
     """Rank correlation of a delay with the previous one [%]."""
     distribution: Distribution = "uniform"

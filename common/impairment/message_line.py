@@ -40,11 +40,14 @@ class MessageLine:
     Args:
         settings: Parameters of the line.
         stream: Name of the line; each has its own random sequences.
+        is_path: True if the messages are packets on one path: they queue up, so jitter keeps their order, and only
+            `reorder` changes it. False for messages that travel independently.
     """
 
-    def __init__(self, settings: DirectionSettings, stream: str = ""):
+    def __init__(self, settings: DirectionSettings, stream: str = "", is_path: bool = False):
         self._settings = settings
-        self._stream = stream
+        self._stream, self._is_path = stream, is_path
+        self._latest_s = -math.inf  # latest arrival of a packet that was not reordered
         self._sent_s = -math.inf  # time when the last bit leaves the sender
         self._under_way: list[tuple[float, int]] = []  # heap of (due, bytes)
         self._under_way_bytes = 0
@@ -64,15 +67,15 @@ class MessageLine:
             n_bytes: Size of the message.
 
         Returns:
-            The arrivals: none of a lost message, two of a duplicated one. With jitter or reorder a later message may
-            arrive earlier.
+            The arrivals: none of a lost message, two of a duplicated one. With reorder, and with jitter except on a path,
+            a later message may arrive earlier.
         """
         settings = self._settings
         sending_s = 8 * n_bytes / settings.rate_bps if settings.rate_bps else 0.0
         self._sent_s = max(now_s, self._sent_s) + sending_s
         if self._loss.is_lost():
             return []
-        arrivals = [Arrival(self._sent_s + self._draw_delay_s(), self._draw_corruption())]
+        arrivals = [Arrival(self._draw_due_s(), self._draw_corruption())]
         if settings.duplicate and self._duplicate.random() < settings.duplicate / 100:
             arrivals.append(Arrival(self._sent_s + self._jitter.draw_s(settings), self._draw_corruption()))
         self._forget_arrived(now_s)
@@ -92,14 +95,14 @@ class MessageLine:
 
     def clear(self) -> None:
         """Lose everything in transit, so that it no longer delays later messages."""
-        self._sent_s = -math.inf
+        self._sent_s = self._latest_s = -math.inf
         self._under_way.clear()
         self._under_way_bytes = 0
 
     def change(self, settings: DirectionSettings) -> None:
         """Replace the parameters for later messages; messages in transit keep their times."""
         reseed = settings.seed != self._settings.seed
-        self._settings = settings
+        self._settings, self._latest_s = settings, -math.inf  # another path may be shorter
         if reseed:
             self._seed_all()
         else:
@@ -123,11 +126,14 @@ class MessageLine:
         corrupt = self._settings.corrupt
         return self._corrupt.random() if corrupt and self._corrupt.random() < corrupt / 100 else None
 
-    def _draw_delay_s(self) -> float:
+    def _draw_due_s(self) -> float:
         settings = self._settings
         if settings.reorder:
             self._since_reordered += 1
             if self._since_reordered >= settings.gap and self._reorder.random() < settings.reorder / 100:
                 self._since_reordered = 0
-                return 0.0
-        return self._jitter.draw_s(settings)
+                return self._sent_s
+        due_s = self._sent_s + self._jitter.draw_s(settings)
+        if self._is_path:
+            due_s = self._latest_s = max(due_s, self._latest_s)
+        return due_s

@@ -28,7 +28,7 @@ class DatagramWay:
     """
 
     def __init__(self, settings: DirectionSettings, stream: str, meter: Meter):
-        self._line, self._time, self._meter = MessageLine(settings, stream), LineTime(), meter
+        self._line, self._time, self._meter = MessageLine(settings, stream, is_path=True), LineTime(), meter
         self._loop = asyncio.get_running_loop()
         self._due: list[tuple[float, int, Arrival, bytes, Deliver]] = []  # heap by the line's own time
         self._order = count()

@@ -128,3 +128,21 @@ def test_a_change_keeps_what_is_under_way(first, second, before, after):
     line.change(second)
     assert line.settings == second
     send(line, after)
+
+
+def test_on_a_path_jitter_keeps_the_order_and_its_bounds_and_only_reorder_overtakes():
+    line = MessageLine(DirectionSettings(delay_ms=300, jitter_ms=20), is_path=True)
+    due_s = [line.push(t / 1000, 100)[0].due_s for t in range(1000)]
+    delays_s = [due - t / 1000 for t, due in enumerate(due_s)]
+    assert due_s == sorted(due_s)
+    assert min(delays_s) >= 0.28 and max(delays_s) <= 0.32 and max(delays_s) - min(delays_s) > 0.01
+    line = MessageLine(DirectionSettings(delay_ms=300, jitter_ms=20, reorder=25), is_path=True)
+    due_s = [line.push(t / 1000, 100)[0].due_s for t in range(1000)]
+    assert 150 < sum(later < earlier for earlier, later in pairwise(due_s)) < 350
+
+
+def test_after_a_change_to_a_shorter_delay_that_is_in_force_at_once():
+    line = MessageLine(DirectionSettings(delay_ms=5000), is_path=True)
+    line.push(0.0, 100)
+    line.change(DirectionSettings(delay_ms=300))
+    assert line.push(1.0, 100)[0].due_s == pytest.approx(1.3)

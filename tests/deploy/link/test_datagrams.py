@@ -51,7 +51,7 @@ def test_each_direction_has_its_own_delay_and_jitter(run, udp):
             await bench.local.until_heard(BURST)
             assert min(bench.local.times_s) - sent_s >= 0.2
             assert max(bench.local.times_s) - sent_s >= 0.35  # of 50 between 0.2 and 0.4 s
-            assert bench.local.heard != sorted(bench.local.heard)  # the late ones are overtaken
+            assert bench.local.heard == sorted(bench.local.heard)  # packets of one path queue up
 
     run(scenario)
 
