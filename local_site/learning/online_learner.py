@@ -100,7 +100,7 @@ class OnlineLearner:
         Raises:
             InvalidDemonstration: When the datapoint is malformed or late; nothing is changed.
         """
-        return int(self.observe_many(point, frames, [time_s])[0])
+        return self._learn(*self._observer.seen(point, frames, (time_s,), self._after())).item(0)
 
     def observe_many(self, points: ArrayLike, frames: Frames, times_s: ArrayLike) -> NDArray[np.int64]:
         """Learn from consecutive datapoints, exactly as one by one, and return their components.
@@ -131,10 +131,10 @@ class OnlineLearner:
         """Return the time that the next datapoint must exceed [s]."""
         if self._motion is None:
             raise InvalidDemonstration("demonstration", "", "start the demonstration first")
-        motion, held = self._motion, int(self._motion.jumps.counts[1])
+        motion, held = self._motion, self._motion.jumps.counts.item(1)
         if held > 0:
-            return float(motion.jumps.times[held - 1])
-        return float(motion.clock[0]) if motion.component[0] >= 0 else -np.inf
+            return motion.jumps.times.item(held - 1)
+        return motion.clock.item(0) if motion.component.item(0) >= 0 else -np.inf
 
     def _learn(self, local: Array, times: Array) -> NDArray[np.int64]:
         assert self._motion is not None
