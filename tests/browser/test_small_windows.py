@@ -114,6 +114,20 @@ def test_a_narrow_window_says_what_the_robot_does_and_pauses_and_aborts(
         tab.context.close()
 
 
+def test_at_every_load_the_scene_has_the_whole_width_and_no_panel_lies_beside_it(
+    browser: Browser, moving: tuple[Desk, str]
+) -> None:
+    """A panel whose width depended on the load once lay over the mode."""
+    _, address = moving
+    for _ in range(5):
+        tab = OperatorPage(browser.new_context(viewport={"width": 1280, "height": 720}).new_page())
+        tab.goto(address)
+        tab.settle()
+        box = tab.canvas.bounding_box()
+        assert box is not None and (box["x"], box["width"]) == (0, 1280)
+        tab.page.context.close()
+
+
 @pytest.mark.parametrize("size", [(390, 844), (1280, 720)])
 def test_a_dead_local_site_covers_no_stop_and_says_what_to_do_instead(
     browser: Browser, tmp_path: Path, size: tuple[int, int]
