@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -118,17 +119,21 @@ def test_work_is_done_whatever_becomes_of_the_words_about_it(model: Path, tmp_pa
 
 
 def test_lines_that_wait_too_long_are_dropped_and_counted():
-    reader, fd = os.pipe()
+    read_fd, fd = os.pipe()
     fcntl.fcntl(fd, fcntl.F_SETPIPE_SZ, PIPE_BYTES)
     log, line = Log(fd, was_closed=False), b"x" * 1023 + b"\n"
     for _ in range(1000):
         assert log.write(line) == len(line)
-    said = b""
-    while said.count(b"x\n") + n_dropped(said) < 1000:
-        said += os.read(reader, 1 << 16)
-        log.write(b"again\n")  # it tells when it has room, more than once if its thread was late
-    os.close(reader)
+    with os.fdopen(read_fd, "rb") as reader, ThreadPoolExecutor(1) as reading:
+        all_said = reading.submit(reader.read)
+        log.drain(PATIENCE_S)
+        log.write(b"again\n")  # there is room again: what was dropped is told before it, at the latest
+        log.drain(PATIENCE_S)
+        os.close(fd)
+        said = all_said.result(PATIENCE_S)
+    assert said.count(b"x\n") + n_dropped(said) == 1000
     assert said.count(b"x\n") == pytest.approx(256 + 4, abs=4), "so many fit into the queue and the pipe"
+    assert said.endswith(b"again\n")
 
 
 def n_dropped(said: bytes) -> int:
