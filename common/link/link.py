@@ -8,7 +8,6 @@ slowly, without effect on the others.
 
 from __future__ import annotations
 
-import os
 import queue
 import threading
 from collections.abc import Callable
@@ -32,9 +31,6 @@ from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel, Urgency, answers_for
 
 _log = loop_logger(__name__)
-
-# One reader for each connection, so that a slow or paused one holds up no other; read when the first session opens.
-os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {MOST_SESSIONS + 1}))")
 
 
 class ZenohLink:

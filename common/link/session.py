@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import threading
 import time
 from collections import OrderedDict
@@ -179,8 +180,13 @@ def _opened(settings: EndpointSettings, configure: Configure) -> zenoh.Session:
     Raises:
         LinkError: When the endpoint cannot be listened on or is not understood.
     """
+    configuration = configure(settings)
+    # A reader for each connection: one that is slow, paused or waits for room at another connection holds up no other.
+    # With fewer, all of them can wait for a connection that is being closed, for ever (eclipse-zenoh/zenoh, issue 1876).
+    readers = configuration["transport"]["unicast"]["max_sessions"] + 1
+    os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {readers}))")  # read once in a process
     try:
-        return zenoh.open(zenoh.Config.from_json5(json.dumps(configure(settings))))
+        return zenoh.open(zenoh.Config.from_json5(json.dumps(configuration)))
     except zenoh.ZError as error:
         where = settings.endpoint
         first_line = str(error).split(" at /")[0].splitlines()[0][:200]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import shutil
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -17,6 +19,7 @@ from farhand.common.link.access import explain_right
 from farhand.common.link.endpoint import EVERY_SITE, EndpointSettings
 from farhand.common.link.fleet import Fleet
 from farhand.common.link.hub import Hub
+from farhand.common.link.hub import _configuration as hub_configuration
 from farhand.common.link.link import ZenohLink
 from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
@@ -292,6 +295,31 @@ def test_nobody_speaks_under_a_name_that_its_certificate_does_not_have(
         )
         assert 99 not in (*hand.items, *reports.items)
         assert 1 not in heard.items  # of its own it hears what it sends
+
+
+_COUNT_READERS = """
+import sys
+from pathlib import Path
+from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.link.fleet import Fleet, follow_until
+from farhand.common.link.hub import Hub
+
+hub = Hub(EndpointSettings(listen=sys.argv[1]))
+fleet = Fleet(EndpointSettings(connect=sys.argv[1]))
+assert follow_until(fleet, lambda: fleet.is_connected, 60.0)
+names = [task.joinpath("comm").read_text() for task in Path("/proc/self/task").iterdir()]
+print(sum(name.startswith("rx-") for name in names))
+fleet.close()
+hub.close()
+"""
+
+
+def test_a_hubs_process_has_a_reader_for_each_connection_that_it_takes():
+    # With fewer all of them can wait for connections that are being closed: the transport then stands still.
+    command = [sys.executable, "-c", _COUNT_READERS, f"tcp/{HOST}:{free_port()}"]
+    shown = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    assert shown.returncode == 0, shown.stderr
+    assert int(shown.stdout) > hub_configuration(EndpointSettings())["transport"]["unicast"]["max_sessions"]
 
 
 def wait_until(holds: Callable[[], bool]) -> None:
