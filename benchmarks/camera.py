@@ -22,7 +22,7 @@ import numpy as np
 from benchmarks.page_cost import processor_s, say, until
 from farhand.common.clock import elapsed_s
 from farhand.common.mode_table import Action, ControlMode
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.evaluation.harness.real_sites import RealSites
 from farhand.local_site.console.intents import CommandRobot, WatchCamera
 from tests.browser.raw_client import RawClient, raw_connection

@@ -10,7 +10,7 @@ from farhand.common.errors import InvalidDemonstration
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.remote_site.reproduction import rollout
+from farhand.remote_site.reproduction import point_rollout
 from farhand.remote_site.reproduction.executor import ExecutorSettings
 
 
@@ -48,7 +48,7 @@ def reproduce(
         return fixed or demonstration.frames_at(sample_at(time_s))
 
     start = demonstration.points[0, : model.manifold.n_coordinates]
-    result = rollout.roll_out(model, start, frames_at, settings)
+    result = point_rollout.roll_out(model, start, frames_at, settings)
     samples = [sample_at(t) for t in result.time_s]
     moving_b, moving_A = demonstration.frame_origin_m.ndim == 3, demonstration.frame_rotation.ndim == 4
     motion = replace(

@@ -16,8 +16,8 @@ from farhand.common.wire import keys, messages
 from farhand.common.wire.codec import MAX_BYTES
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import ArmState, Message, PictureView, RecordingOffer, Stamp
+from farhand.common.wire.reason_words import WORDS
 from farhand.common.wire.reasons import Reason, Value
-from farhand.common.wire.words import WORDS
 
 PAGE = Path(__file__).parent / "protocol.md"
 _UNITS = {"_m": "m", "_s": "s", "_ms": "ms", "_ns": "ns", "_rad": "rad"}

@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from farhand.remote_site.interface.sensing import TrueTarget as TrueTarget
     from farhand.remote_site.reproduction.executor import Executor as Executor
     from farhand.remote_site.reproduction.executor_settings import ExecutorSettings as ExecutorSettings
-    from farhand.remote_site.reproduction.rollout import Rollout as Rollout
-    from farhand.remote_site.reproduction.rollout import roll_out as roll_out
+    from farhand.remote_site.reproduction.point_rollout import Rollout as Rollout
+    from farhand.remote_site.reproduction.point_rollout import roll_out as roll_out
 
 # Where each public name is defined: "module" or "module:name there". docs/api.md follows this order.
 _PUBLIC = {
@@ -58,8 +58,8 @@ _PUBLIC = {
     "load_model": "farhand.common.model.model_file:load",
     "ExecutorSettings": "farhand.remote_site.reproduction.executor_settings",
     "Executor": "farhand.remote_site.reproduction.executor",
-    "Rollout": "farhand.remote_site.reproduction.rollout",
-    "roll_out": "farhand.remote_site.reproduction.rollout",
+    "Rollout": "farhand.remote_site.reproduction.point_rollout",
+    "roll_out": "farhand.remote_site.reproduction.point_rollout",
     "EffectorState": "farhand.remote_site.interface.plant",
     "Plant": "farhand.remote_site.interface.plant",
     "Perception": "farhand.remote_site.interface.sensing",

@@ -13,8 +13,8 @@ from msgspec import structs
 from farhand.common.address import parse_address
 from farhand.common.arm.cell import Cell
 from farhand.common.errors import LinkError
-from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_control import RelayControl
+from farhand.common.json_lines import JsonLinesFile
 from farhand.common.link.connection_faults import explain_silence
 from farhand.common.link.fleet import Fleet
 from farhand.common.link.link import ZenohLink
@@ -135,7 +135,7 @@ class LocalSite:
     def _opened(self, page_port: int = 0, stepped: bool = False) -> _Opened:
         self.warm_up()
         first = self._tasks.first
-        log = EventLog(self._event_log)
+        log = JsonLinesFile(self._event_log)
         place = make_workcell(first, self._cell, self._sample_files, self._config.seed, stepped)
         own = self._own_scene() if page_port else None
         opened = _Opened(
@@ -164,7 +164,7 @@ class _Opened:
         name: str,
         library: Library,
         place: Workcell,
-        log: EventLog,
+        log: JsonLinesFile,
         stop: threading.Event,
         page_port: int,
         own: SceneDescription | None,

@@ -18,7 +18,7 @@ from msgspec import structs
 
 from farhand.common.arm.cell import Cell
 from farhand.common.clock import BootClock, Rate, SuspendWatch
-from farhand.common.event_log import EventLog
+from farhand.common.json_lines import JsonLinesFile
 from farhand.common.link.endpoint import EVERY_SITE
 from farhand.common.link.link import ZenohLink
 from farhand.common.log import loop_logger
@@ -27,8 +27,8 @@ from farhand.common.process_status import DataFolder, RobotFacts
 from farhand.common.task import TaskSet
 from farhand.common.whole_file import Claim
 from farhand.common.wire.messages import EventKind, PlannedPath
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Code, Reason, because
-from farhand.common.wire.words import sentence
 from farhand.remote_site.camera.camera_process import camera_of
 from farhand.remote_site.camera.robot_camera import RobotCamera
 from farhand.remote_site.config import RemoteConfig
@@ -113,7 +113,7 @@ class RemoteSite:
         self._stop = threading.Event()
         self._robot: Robot | None = None
         self._ticked_s = 0.0
-        self._files: tuple[PlantMemory | EventLog, ...] = ()
+        self._files: tuple[PlantMemory | JsonLinesFile, ...] = ()
 
     def stop(self) -> None:
         """Ask the loop to end; safe in a signal handler."""
@@ -167,7 +167,7 @@ class RemoteSite:
         self.warm_up()
         claim = Claim(self._data_dir, "the state of its robot")
         memory = PlantMemory(self._data_dir / "state.json")
-        event_log = EventLog(self._data_dir / "events.jsonl")
+        event_log = JsonLinesFile(self._data_dir / "events.jsonl")
         self._files = memory, event_log
         try:
             why = self._boot(memory, event_log, ready, None)
@@ -179,7 +179,7 @@ class RemoteSite:
             claim.release()
 
     def _boot(
-        self, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None], why: Reason | None
+        self, memory: PlantMemory, event_log: JsonLinesFile, ready: Callable[[], None], why: Reason | None
     ) -> Reason | None:
         """Run one life of the robot, until it is stopped or must restart; return the reason of a restart."""
         clock, task = BootClock(), self._tasks.first
@@ -192,7 +192,7 @@ class RemoteSite:
             return self._serve(boot, memory, event_log, ready)
 
     def _serve(
-        self, boot: _Boot, memory: PlantMemory, event_log: EventLog, ready: Callable[[], None]
+        self, boot: _Boot, memory: PlantMemory, event_log: JsonLinesFile, ready: Callable[[], None]
     ) -> Reason | None:
         """Open the link and run the loop of one life."""
         link = ZenohLink(structs.replace(self._config.link, site=EVERY_SITE), self.tell_refused)

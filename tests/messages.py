@@ -12,8 +12,8 @@ from msgspec import inspect
 
 from farhand.common import names
 from farhand.common.wire.messages import SCHEMA, Message
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Reason
-from farhand.common.wire.words import sentence
 
 
 def all_kinds() -> list[type[Message]]:

@@ -18,7 +18,7 @@ OWNERS: dict[str, tuple[str, dict[str, str]]] = {
         r"|\bopen\([^)]*[\"'][wax+]",
         {
             "common/whole_file.py": OWN,
-            "common/event_log.py": "appends to the events; a line that was cut short is begun anew",
+            "common/json_lines.py": "appends to the events; a line that was cut short is begun anew",
             "local_site/teaching/recording.py": "appends to the samples under way; the last line may be cut short",
             "local_site/teaching/demonstration.py": "into memory, which is then written whole",
             "local_site/recordings/reader_process.py": "to the process that asked",
@@ -65,7 +65,7 @@ OWNERS: dict[str, tuple[str, dict[str, str]]] = {
     "reads the wall clock": (
         r"\btime\.time(_ns)?\(|\bdatetime\.now\(",
         {
-            "common/event_log.py": "the time of an event, for the reader",
+            "common/json_lines.py": "the time of an event, for the reader",
             "common/model/kernel.py": "held against the times of files",
             "common/link/certificates.py": "a certificate is valid by the calendar",
             "deploy/pki/commands.py": "a certificate is valid by the calendar",

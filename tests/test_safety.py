@@ -21,7 +21,7 @@ COMPLETE = {
     "remote_site/supervision/guards.py": set(),
     "remote_site/motion/coupling.py": set(),
     "remote_site/supervision/freshness.py": set(),
-    "remote_site/supervision/operator_watchdog.py": set(),
+    "remote_site/supervision/operator_session.py": set(),
     "remote_site/motion/manoeuvre.py": {"_REACHED_M", "_STANDING_M_S", "_PATIENCE_S"},
     "remote_site/motion/plans.py": {"_KEPT", "_REPLAN_S", "_REPLAN_FRAME_M"},
     "remote_site/motion/model_trial.py": {
@@ -102,7 +102,7 @@ HELD = {
     "Each press is a new stop":
         "tests/local_site/exchange/test_stop_sender.py::test_each_press_is_a_new_stop_and_the_operator_has_waited_since_the_first",
     "a robot that was reset meanwhile":
-        "tests/remote_site/supervision/test_stop_acknowledgement.py::test_a_stop_that_is_known_stops_a_robot_that_has_left_stopped",
+        "tests/remote_site/supervision/test_stop.py::test_a_stop_that_is_known_stops_a_robot_that_has_left_stopped",
     "it is on the wire while the console":
         "tests/evaluation/live/test_stop_lane.py::test_stop_overtakes_a_console_that_learns_writes_and_waits_for_the_arm",
     "against the robot's later report":
@@ -119,7 +119,7 @@ HELD = {
         "tests/local_site/console/test_hand_over.py::test_a_site_that_hears_nothing_has_lost_the_control_to_the_other_one_within_four_seconds",
     "at its start where its place is not known":
         "tests/remote_site/robots/test_plant_memory.py::test_a_place_that_could_not_be_kept_is_set_aside_and_told",
-    "older events are gone": "tests/common/test_event_log.py",
+    "older events are gone": "tests/common/test_json_lines.py",
 }  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from farhand.common.link.session import Declare, in_reader, reply_to
 from farhand.common.log import loop_logger
 from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 
 _log = loop_logger(__name__)
 

@@ -1,4 +1,4 @@
-"""Reasons on the wire: an enumerated code with its numbers and names. `words.py` makes sentences of them.
+"""Reasons on the wire: an enumerated code with its numbers and names. `reason_words.py` makes sentences of them.
 
 A site that does not know a code, because the other one is newer, still decodes it and shows the code with its
 values.

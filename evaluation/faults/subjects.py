@@ -20,8 +20,8 @@ import msgspec
 import numpy as np
 
 from farhand.common.configuration import load_toml
-from farhand.common.event_log import EventLog
 from farhand.common.impairment.link_profile import load_profiles
+from farhand.common.json_lines import JsonLinesFile
 from farhand.common.link.certificates import RIGHTS_FILE
 from farhand.common.link.endpoint import zenoh_configuration
 from farhand.common.model.model_file import decode, encode, load
@@ -253,7 +253,7 @@ def _boot(file: Path) -> bool:
 
 
 def _append_event(file: Path) -> bool:
-    log = EventLog(file, max_bytes=10_000)
+    log = JsonLinesFile(file, max_bytes=10_000)
     log.append(what="a study", text="an event")
     log.close()
     if json.loads(file.read_bytes().splitlines()[-1])["what"] != "a study":

@@ -24,7 +24,7 @@ from farhand.common.link.connection_faults import explain_silence, find_refusal
 from farhand.common.link.endpoint import MOST_SESSIONS, EndpointSettings, zenoh_configuration
 from farhand.common.link.link import ZenohLink
 from farhand.common.wire import keys
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.deploy.pki.registry import Registry
 from farhand.evaluation.harness.farhand_process import HOST
 

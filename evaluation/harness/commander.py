@@ -29,7 +29,7 @@ from farhand.common.wire.messages import (
     Stamp,
     Telemetry,
 )
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 
 _STEP_S, _PATIENCE_S = 0.01, 5.0
 _HEARTBEAT_S, _RENEWAL_S = 0.1, 1.0

@@ -15,7 +15,7 @@ from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.supervision.admission import CommandLog
 from farhand.remote_site.supervision.freshness import Freshness, Verdict
 from farhand.remote_site.supervision.guards import ForceGuard, SightGuard
-from farhand.remote_site.supervision.operator_watchdog import OperatorSession
+from farhand.remote_site.supervision.operator_session import OperatorSession
 from farhand.remote_site.supervision.recordings import Recordings
 
 Case = dict[str, Any]

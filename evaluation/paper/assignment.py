@@ -27,7 +27,7 @@ from farhand.evaluation.paper.handle_task import LAMBDA_M, N_DEMONSTRATIONS, Sce
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.dp_means import FRAME_RULES
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from farhand.remote_site.reproduction.rollout import roll_out
+from farhand.remote_site.reproduction.point_rollout import roll_out
 
 Array = NDArray[np.float64]
 

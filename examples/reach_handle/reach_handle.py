@@ -20,7 +20,7 @@ from farhand.common.model.tphsmm import TPHSMM
 from farhand.evaluation.paper.handle_task import LAMBDA_M, N_DEMONSTRATIONS, Scene, demonstrate, random_scene
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.remote_site.reproduction.rollout import Rollout, roll_out
+from farhand.remote_site.reproduction.point_rollout import Rollout, roll_out
 
 NAMES = ("base", "handle")
 

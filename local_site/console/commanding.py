@@ -21,8 +21,8 @@ from farhand.common.wire.messages import (
     Telemetry,
     Wish,
 )
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Code, Reason, because
-from farhand.common.wire.words import sentence
 from farhand.local_site.console.console_state import Pending
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.requests import Requests

@@ -13,8 +13,8 @@ from dataclasses import replace
 from functools import partial
 
 from farhand.common.clock import SuspendWatch, elapsed_s
-from farhand.common.event_log import EventLog
 from farhand.common.event_loop import EventLoop
+from farhand.common.json_lines import JsonLinesFile
 from farhand.common.link.budget import limit_flows
 from farhand.common.link.interface import Link
 from farhand.common.link.report_age import LinkMonitor
@@ -75,7 +75,7 @@ class Console:
         library: Library,
         link: Link,
         site_name: str,
-        log: EventLog | None = None,
+        log: JsonLinesFile | None = None,
         wish: Wish = Wish.CONTROL,
         now_s: Callable[[], float] = elapsed_s,
         rate_bps: float = 0.0,

@@ -9,7 +9,7 @@ from farhand.common.impairment.link_control import RelayControl
 from farhand.common.mode_table import ControlMode
 from farhand.common.process_status import LinkFacts, OperatorFacts
 from farhand.common.wire.messages import EventKind, Wish
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.local_site.console.console import Console
 from farhand.local_site.console.console_state import ConsoleState
 

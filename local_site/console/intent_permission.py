@@ -1,13 +1,13 @@
 """The one rule for what the operator may ask now: of the robot, of this site, and about the control.
 
 The page's buttons, the console and the script ask the same function, so that a button never offers what the
-console would refuse. What the robot allows is `farhand.common.command_permission`, what a task's demonstrations allow is
+console would refuse. What the robot allows is `farhand.common.command_refusal`, what a task's demonstrations allow is
 `farhand.local_site.teaching.teaching_permission`; this file adds what the console alone knows.
 """
 
 from __future__ import annotations
 
-from farhand.common.command_permission import Situation, refusal
+from farhand.common.command_refusal import Situation, refusal
 from farhand.common.mode_table import Action, ControlMode
 from farhand.common.task import ArmTask
 from farhand.common.wire.messages import Telemetry, Wish

@@ -9,7 +9,7 @@ from functools import partial
 from farhand.common.link.budget import part_bytes
 from farhand.common.wire import keys
 from farhand.common.wire.messages import ModelReply, ModelTransfer
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.teaching.lesson import LearnedModel
 

@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Protocol
 
-from farhand.common.event_log import EventLog
+from farhand.common.json_lines import JsonLinesFile
 
 _KEPT = 200
 
@@ -53,7 +53,7 @@ class Notices:
         log: Log of every message; None to keep only the newest.
     """
 
-    def __init__(self, log: EventLog | None):
+    def __init__(self, log: JsonLinesFile | None):
         self._log = log
         self._newest: deque[Notice] = deque(maxlen=_KEPT)
 

@@ -15,8 +15,8 @@ from farhand.common.clock import elapsed_s
 from farhand.common.errors import FarhandError
 from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import ExecutionReport
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Code, Reason
-from farhand.common.wire.words import sentence
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intents import Intent

@@ -9,8 +9,8 @@ from enum import StrEnum
 from typing import Protocol
 
 from farhand.common.errors import FarhandError
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Code, Reason, because, in_words
-from farhand.common.wire.words import sentence
 from farhand.local_site.teaching.revisions import Revision
 
 

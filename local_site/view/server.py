@@ -32,7 +32,7 @@ from farhand.local_site.view.uploads import PART_BYTES
 _log = loop_logger(__name__)
 
 _FILES = Path(__file__).parent
-_SCRIPTS = ("page.js", "hand.js", "tour.js")
+_SCRIPTS = ("page.js", "hand_keys.js", "tour.js")
 _MOST_TABS = 32
 _MOST_UNOPENED = 64
 _MESSAGES_PER_S, _BYTES_PER_S, _BURST_S = 250.0, 4e6, 1.0

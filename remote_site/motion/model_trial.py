@@ -22,8 +22,8 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.common.task import AnyTask
 from farhand.common.wire.messages import ModelTransfer
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Code, Reason, because
-from farhand.common.wire.words import sentence
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 
 _log = loop_logger(__name__)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from farhand.common.command_permission import Situation, refusal
+from farhand.common.command_refusal import Situation, refusal
 from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.task import TaskSet
 from farhand.common.wire.messages import Command, CommandReply, ModelReply, ModelTransfer, Stamp
@@ -21,9 +21,9 @@ from farhand.remote_site.motion.execution import start_refusal
 from farhand.remote_site.motion.model_store import ModelStore
 from farhand.remote_site.motion.model_trial import ModelTrial, Outcome, StoredModel
 from farhand.remote_site.motion.plans import Plans
-from farhand.remote_site.supervision.events import Events
+from farhand.remote_site.supervision.event_log import Events
 from farhand.remote_site.supervision.lease import Lease
-from farhand.remote_site.supervision.operator_watchdog import OperatorSession
+from farhand.remote_site.supervision.operator_session import OperatorSession
 
 
 class Admission:

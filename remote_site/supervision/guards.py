@@ -18,7 +18,7 @@ from farhand.remote_site.interface.embodiment import Guidance
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.interface.sensing import PREDICTED_S, Sensing
 from farhand.remote_site.motion.motion import Motion
-from farhand.remote_site.supervision.operator_watchdog import OperatorSession
+from farhand.remote_site.supervision.operator_session import OperatorSession
 
 Array = NDArray[np.float64]
 

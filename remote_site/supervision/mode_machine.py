@@ -19,10 +19,10 @@ from farhand.remote_site.motion.manoeuvre import Manoeuvre, Manoeuvres
 from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.motion.plans import Plans, Previews
-from farhand.remote_site.supervision.events import Announce, Events
+from farhand.remote_site.supervision.event_log import Announce, Events
 from farhand.remote_site.supervision.guards import Trip
 from farhand.remote_site.supervision.recordings import Recordings
-from farhand.remote_site.supervision.stop_acknowledgement import Stops
+from farhand.remote_site.supervision.stop import Stops
 
 # Kind of the event that tells of each guard's action.
 _KINDS = {

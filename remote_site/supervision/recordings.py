@@ -23,7 +23,7 @@ from farhand.common.wire.messages import (
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.motion import Motion
-from farhand.remote_site.supervision.events import Events
+from farhand.remote_site.supervision.event_log import Events
 from farhand.remote_site.supervision.lease import Lease
 from farhand.remote_site.supervision.motion_recorder import MotionRecorder, Recorded
 

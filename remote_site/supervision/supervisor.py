@@ -36,11 +36,11 @@ from farhand.remote_site.motion.motion import Motion, Outcome
 from farhand.remote_site.motion.plans import Plans
 from farhand.remote_site.motion.preview_worker import PlanRequest
 from farhand.remote_site.supervision.admission import Admission, CommandLog, ModelReception
-from farhand.remote_site.supervision.events import Announce, Events, Write
+from farhand.remote_site.supervision.event_log import Announce, Events, Write
 from farhand.remote_site.supervision.failsafe import BlackBox, Failsafe
 from farhand.remote_site.supervision.guards import Guards, Trip
 from farhand.remote_site.supervision.mode_machine import ModeMachine
-from farhand.remote_site.supervision.operator_watchdog import OperatorSession
+from farhand.remote_site.supervision.operator_session import OperatorSession
 from farhand.remote_site.supervision.recordings import Recordings
 
 

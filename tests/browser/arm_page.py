@@ -16,7 +16,7 @@ from farhand.common.arm.simulation.description import describe
 from farhand.common.model.task_frame import TaskFrame
 from farhand.deploy.places import find_robot
 from farhand.local_site.view.scene.arm.arm_camera import Half, arm_camera
-from farhand.local_site.view.scene.arm.hand_gizmo import SIZE_M
+from farhand.local_site.view.scene.arm.hand_drag import SIZE_M
 from farhand.local_site.workcell.arm_view import ArmView
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.browser.board_picture import blueness, picture_of

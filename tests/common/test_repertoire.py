@@ -8,7 +8,7 @@ import pytest
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.task import ArmTask, Landmark, Limits, TaskSet
 from farhand.common.wire.messages import MOST_TASKS
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.deploy.places import find_task, find_tasks
 
 STAB, REMOVAL, PLANAR = find_task("hot-stab"), find_task("hot-stab-removal"), find_task("planar")

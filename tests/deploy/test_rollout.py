@@ -14,7 +14,7 @@ from farhand.deploy.rollout import reproduce
 from farhand.evaluation.faults.subjects import sound_files
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn_files
-from farhand.remote_site.reproduction import rollout as reproduction
+from farhand.remote_site.reproduction import point_rollout as reproduction
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.event_log import EventLog
+from farhand.common.json_lines import JsonLinesFile
 from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.manifold import Manifold
@@ -182,12 +182,12 @@ def test_no_shipped_module_imports_what_unpickles():
 _WRITER = """
 import sys, numpy as np
 from pathlib import Path
-from farhand.common.event_log import EventLog
+from farhand.common.json_lines import JsonLinesFile
 from farhand.common.model.manifold import Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.teaching.recording import RawRecording
 folder = Path(sys.argv[1])
-log, raw = EventLog(folder / "events.jsonl"), RawRecording(folder / "raw.jsonl", Manifold(2), ("goal",))
+log, raw = JsonLinesFile(folder / "events.jsonl"), RawRecording(folder / "raw.jsonl", Manifold(2), ("goal",))
 raw.begin([TaskFrame.identity(2)])
 points, times = [], []
 for n in range(10**9):
@@ -209,7 +209,7 @@ def test_a_killed_process_leaves_all_but_its_last_moment(tmp_path: Path):
             assert writer.stdout.readline()
             n_printed += 1
         writer.send_signal(signal.SIGKILL)
-    log = EventLog(tmp_path / "events.jsonl")
+    log = JsonLinesFile(tmp_path / "events.jsonl")
     log.append(n=-1)
     log.close()
     lines = log.path.read_bytes().splitlines()

@@ -8,7 +8,7 @@ import pytest
 from farhand.common.arm.kinematics import Kinematics, moved
 from farhand.common.arm.preflight import REFUSED_BELOW, WARNED_BELOW, Preflight, Preflights
 from farhand.common.arm.simulation.disturbances import Surroundings
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from tests.cells import JACO
 
 HOME = np.array(JACO.robot.home_rad)

@@ -20,7 +20,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import ARRAY_FIELDS, TPHSMM
 from farhand.evaluation.metrics.motion_metrics import resampled_by_length
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
-from farhand.remote_site.reproduction.rollout import roll_out
+from farhand.remote_site.reproduction.point_rollout import roll_out
 from tests.strategies import learned, pose_stroke
 
 HALF = {"start_covariances"}

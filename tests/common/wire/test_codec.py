@@ -32,7 +32,7 @@ from farhand.common.wire.messages import (
     StopAck,
     Telemetry,
 )
-from farhand.remote_site.supervision.events import Events
+from farhand.remote_site.supervision.event_log import Events
 from tests.messages import all_kinds, floats_in, instances, plain
 
 KINDS = all_kinds()

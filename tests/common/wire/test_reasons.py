@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 
+from farhand.common.wire.reason_words import PRESS_AGAIN, WORDS, sentence
 from farhand.common.wire.reasons import MOST_TEXT, Code, Reason, Value, because, in_words
-from farhand.common.wire.words import PRESS_AGAIN, WORDS, sentence
 from tests.messages import reasons
 
 ROOT = Path(__file__).parents[3]
@@ -51,7 +51,7 @@ def test_every_code_is_given_by_somebody():
         path.read_text(encoding="utf-8")
         for site in SITES
         for path in (ROOT / site).rglob("*.py")
-        if path.name not in ("reasons.py", "words.py")
+        if path.name not in ("reasons.py", "reason_words.py")
     )
     assert [code.name for code in Code if f"Code.{code.name}" not in text] == []
 

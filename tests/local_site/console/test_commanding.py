@@ -18,8 +18,8 @@ from farhand.common.wire.messages import (
     Telemetry,
     Wish,
 )
+from farhand.common.wire.reason_words import PRESS_AGAIN, sentence
 from farhand.common.wire.reasons import Code, because, in_words
-from farhand.common.wire.words import PRESS_AGAIN, sentence
 from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.requests import Requests

@@ -9,7 +9,7 @@ import pytest
 
 from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.wire.messages import Wish
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.stop_sender import StopStatus

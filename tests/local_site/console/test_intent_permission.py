@@ -8,7 +8,7 @@ from msgspec import structs
 
 from farhand.common.mode_table import Action, ControlMode, Phase, mode_after
 from farhand.common.wire.messages import Stamp, Telemetry
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState, Pending
 from farhand.local_site.console.intent_permission import command_refusal, refusal_of

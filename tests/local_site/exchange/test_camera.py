@@ -10,8 +10,8 @@ from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import CameraPicture, CameraReply, CameraRequest, Stamp, Telemetry
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Code, Reason, because
-from farhand.common.wire.words import sentence
 from farhand.local_site.exchange.camera import CameraWatch
 from farhand.local_site.exchange.requests import Requests
 from tests.loopback import OperatorsEnd, RobotsEnd

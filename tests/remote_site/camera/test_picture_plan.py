@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from farhand.common.link.budget import LEAST_PICTURE_BPS, OVERHEAD_BYTES
 from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import MAX_PICTURE_BYTES, CameraPicture, CameraRequest, PictureView, Stamp
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.remote_site.camera.picture_plan import (
     LAPSES_S,
     LEAST_HZ,

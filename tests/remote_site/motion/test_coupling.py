@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from farhand.common.wire.messages import OperatorInput, Stamp
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.remote_site.motion.coupling import Coupling
 
 ROBOT = np.array([0.4, 0.6])

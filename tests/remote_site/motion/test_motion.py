@@ -6,7 +6,7 @@ import pytest
 from farhand.common.errors import InvalidInput
 from farhand.common.mode_table import Action, Phase
 from farhand.common.wire.messages import Command, OperatorInput, Stamp
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.remote_site.interface.embodiment import Guidance
 from farhand.remote_site.interface.goals import FixedGoal
 from farhand.remote_site.interface.sensing import Sensing

@@ -11,7 +11,7 @@ import pytest
 from farhand.common.mode_table import Action
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import Stamp
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.remote_site.motion.plans import Plans, PreviewConditions
 from tests.remote_site.bench import Bench
 

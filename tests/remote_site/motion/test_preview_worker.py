@@ -11,8 +11,8 @@ import pytest
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath
 from farhand.common.wire.motion_encoding import points_of
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Reason
-from farhand.common.wire.words import sentence
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.model_trial import StoredModel
 from farhand.remote_site.motion.preview_worker import MAX_POINTS, STEP_S, Planner, PlanRequest, plan

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from farhand.common.mode_table import Action
 from farhand.common.wire.messages import Command
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.remote_site.motion.plans import Previews
 from farhand.remote_site.motion.preview_worker import PlanRequest, plan
 from tests.remote_site.bench import Bench

@@ -11,7 +11,7 @@ from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
-from farhand.remote_site.reproduction.rollout import roll_out
+from farhand.remote_site.reproduction.point_rollout import roll_out
 from tests.remote_site.reproduction.scenes import DT, STARTS, descent, descents, run, still
 
 Array = NDArray[np.float64]

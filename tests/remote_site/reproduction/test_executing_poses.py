@@ -12,8 +12,8 @@ from farhand.common.model.manifold import POSE
 from farhand.common.model.task_frame import FrameArrays, TaskFrame
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
 from farhand.remote_site.reproduction.frame_motion import FrameMotion
+from farhand.remote_site.reproduction.point_rollout import roll_out
 from farhand.remote_site.reproduction.reference import seen_from
-from farhand.remote_site.reproduction.rollout import roll_out
 from tests.strategies import learned, pose_stroke, random_covariances, random_frame, random_points, seeds
 
 DT = 0.02

@@ -13,7 +13,7 @@ from farhand.common.model.tphsmm import TPHSMM
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.remote_site.reproduction.chains import chosen, with_way
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
-from farhand.remote_site.reproduction.rollout import roll_out
+from farhand.remote_site.reproduction.point_rollout import roll_out
 from tests.strategies import learned
 
 HERE, LAMBDA_M = [TaskFrame.identity(2)], 0.1

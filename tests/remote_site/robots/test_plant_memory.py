@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.remote_site.interface.embodiment import ArmMemory
 from farhand.remote_site.robots.plant_memory import PlantMemory, PlantState
 from tests.remote_site.bench import Bench

@@ -9,7 +9,7 @@ from msgspec import structs
 from farhand.common.mode_table import Guard
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.task import Limits, PointTask
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.remote_site.interface.plant import EffectorState, PointPlant
 from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.supervision.guards import (

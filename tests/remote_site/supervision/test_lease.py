@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from farhand.common.wire.messages import Wish
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.remote_site.supervision.lease import Lease
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from farhand.common.wire.messages import ExecutionReport
-from farhand.common.wire.words import sentence
+from farhand.common.wire.reason_words import sentence
 from farhand.local_site.console.console_state import TaskStanding
 from farhand.local_site.console.executions import Executions, ReportedExecution
 from farhand.local_site.exchange.notices import Notice

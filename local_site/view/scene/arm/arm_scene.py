@@ -20,7 +20,7 @@ from farhand.local_site.view.panels.words.controls import OWN_ARM, ROBOT_NAME, L
 from farhand.local_site.view.scene import palette
 from farhand.local_site.view.scene.arm.arm_bodies import LOCAL, REMOTE, ArmBodies
 from farhand.local_site.view.scene.arm.arm_camera import FOV_RAD, TEACHING_VIEW, VIEWS, Half, arm_camera
-from farhand.local_site.view.scene.arm.hand_gizmo import Act, HandGizmo
+from farhand.local_site.view.scene.arm.hand_drag import Act, HandGizmo
 from farhand.local_site.view.scene.arm.jog import Jog
 from farhand.local_site.view.scene.arm.task_drawing import (
     Demonstrations,

@@ -1,6 +1,6 @@
 """Hand without a mouse: keys step it or move it on, a gamepad moves it while its dead-man button is held.
 
-It hears the lines of `hand_line`. If they stop, the hand lets go.
+It hears the lines of `hand_keys.py`. If they stop, the hand lets go.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from farhand.common.model.manifold import POSE
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene.ghost import reported_frame
-from farhand.local_site.view.scene.hand_line import SILENT_HERE_S, SILENT_S, HandLine
+from farhand.local_site.view.scene.hand_keys import SILENT_HERE_S, SILENT_S, HandLine
 from farhand.local_site.workcell.hand_motion import Nudge, hand_axes
 
 Array = NDArray[np.float64]

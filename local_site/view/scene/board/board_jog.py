@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.local_site.console.console_state import ConsoleState
-from farhand.local_site.view.scene.hand_line import SILENT_HERE_S, SILENT_S, HandLine
+from farhand.local_site.view.scene.hand_keys import SILENT_HERE_S, SILENT_S, HandLine
 
 Array = NDArray[np.float64]
 

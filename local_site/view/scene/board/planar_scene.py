@@ -16,9 +16,9 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.words.controls import OWN_BOARD, OWN_HAND, Layer, high
 from farhand.local_site.view.scene import palette
-from farhand.local_site.view.scene.board.board_hand import Drawing, TargetDrag
 from farhand.local_site.view.scene.board.board_jog import BoardJog
 from farhand.local_site.view.scene.board.boards import FOV_RAD, VIEWS, Board, add_mat, view_of
+from farhand.local_site.view.scene.board.hand_drag import Drawing, TargetDrag
 from farhand.local_site.view.scene.board.robot_drawing import ModelDrawing, RobotDrawing, add_target
 from farhand.local_site.view.scene.curves import Trace
 from farhand.local_site.view.scene.ghost import RobotPicture

@@ -12,8 +12,8 @@ from msgspec import structs
 from farhand.common.link.report_age import LinkHealth, LinkView
 from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import Stamp, Telemetry
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Code
-from farhand.common.wire.words import sentence
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intent_permission import command_refusal

@@ -11,7 +11,7 @@ from msgspec import structs
 from farhand.common.mode_table import ControlMode
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene.board.board_jog import BoardJog
-from farhand.local_site.view.scene.hand_line import SILENT_S
+from farhand.local_site.view.scene.hand_keys import SILENT_S
 from tests.local_site.view.panels.test_truth import OK, ROBOT_IN
 
 PERIOD_S, FASTEST_M_S = 1.0 / 30.0, 0.25

@@ -14,7 +14,7 @@ from farhand.common.mode_table import ControlMode
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene.arm.jog import Jog
-from farhand.local_site.view.scene.hand_line import SILENT_HERE_S, SILENT_S, HandLine
+from farhand.local_site.view.scene.hand_keys import SILENT_HERE_S, SILENT_S, HandLine
 from farhand.local_site.workcell.hand_motion import hand_axes
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.cells import JACO

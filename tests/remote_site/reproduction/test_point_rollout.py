@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from farhand.remote_site.reproduction.executor import ExecutorSettings
-from farhand.remote_site.reproduction.rollout import roll_out
+from farhand.remote_site.reproduction.point_rollout import roll_out
 from tests.remote_site.reproduction.scenes import STARTS, descents, still
 
 

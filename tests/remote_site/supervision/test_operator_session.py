@@ -6,11 +6,11 @@ from farhand.common.clock import BootClock
 from farhand.common.mode_table import Action
 from farhand.common.task import TaskSet
 from farhand.common.wire.messages import Command, Heartbeat, LeaseReply, LeaseRequest, Stamp
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Reason
-from farhand.common.wire.words import sentence
 from farhand.evaluation.harness.steered_world import SteppedTime
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.supervision.operator_watchdog import OperatorSession
+from farhand.remote_site.supervision.operator_session import OperatorSession
 from tests.messages import said
 from tests.remote_site.planar import TASK
 

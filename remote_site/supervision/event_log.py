@@ -21,8 +21,8 @@ from farhand.common.wire.messages import (
     Message,
     Stamp,
 )
+from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import N_MORE, Reason
-from farhand.common.wire.words import sentence
 
 Announce = Callable[[Channel, Message], None]
 Write = Callable[..., None]

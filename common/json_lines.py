@@ -1,4 +1,4 @@
-"""Log of events on disk, which a thread of its own writes.
+"""File of JSON lines, appended by a thread of its own: the events of a site on its disk.
 
 A log that reaches its maximal size is renamed to `.1`, and a new one is begun, so that it never fills a disk.
 A disk that is full or gone stops the log, not the site.
@@ -22,8 +22,10 @@ _log = loop_logger(__name__)
 MAX_BYTES = 4_000_000
 
 
-class EventLog:
-    """Writer that appends to one file.
+class JsonLinesFile:
+    """One file of JSON lines.
+
+    Lines are appended in the order of the calls, each with the wall time.
 
     Args:
         path: The file; its folder is made.
@@ -35,7 +37,7 @@ class EventLog:
         self.error: OSError | None = None
         """Reason why the newest event could not be written; None if it was."""
         self._waiting: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._run, name="event log", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="json lines", daemon=True)
         self._thread.start()
 
     def append(self, **fields: Any) -> None:

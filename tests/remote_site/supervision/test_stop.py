@@ -4,7 +4,7 @@ import pytest
 
 from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import Event, Stamp, StopAck
-from farhand.remote_site.supervision.stop_acknowledgement import Stops
+from farhand.remote_site.supervision.stop import Stops
 from tests.remote_site.bench import BEGINNINGS, Bench, in_mode
 
 NOW = Stamp("boot", 5)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from farhand.common.event_log import EventLog
+from farhand.common.json_lines import JsonLinesFile
 
 
 def kept(path: Path) -> list[dict[str, Any]]:
@@ -16,7 +16,7 @@ def kept(path: Path) -> list[dict[str, Any]]:
 
 
 def test_each_event_is_a_line_with_the_wall_time_beside_it(tmp_path: Path):
-    log = EventLog(tmp_path / "deep" / "events.jsonl")
+    log = JsonLinesFile(tmp_path / "deep" / "events.jsonl")
     before = datetime.now(UTC).replace(microsecond=0)
     log.append(kind="control", who="ann", measured=1.5)
     log.append(kind="control", who="bob\n", measured=None)
@@ -28,14 +28,14 @@ def test_each_event_is_a_line_with_the_wall_time_beside_it(tmp_path: Path):
 
 def test_a_later_process_goes_on_in_the_same_file(tmp_path: Path):
     for n in range(3):
-        log = EventLog(tmp_path / "events.jsonl")
+        log = JsonLinesFile(tmp_path / "events.jsonl")
         log.append(n=n)
         log.close()
     assert [row["n"] for row in kept(tmp_path / "events.jsonl")] == [0, 1, 2]
 
 
 def test_a_full_log_is_begun_anew_and_the_one_before_is_kept(tmp_path: Path):
-    log = EventLog(tmp_path / "events.jsonl", max_bytes=2000)
+    log = JsonLinesFile(tmp_path / "events.jsonl", max_bytes=2000)
     for n in range(100):
         log.append(n=n)
     log.close()
@@ -48,7 +48,7 @@ def test_a_full_log_is_begun_anew_and_the_one_before_is_kept(tmp_path: Path):
 def test_a_line_that_a_crash_cut_short_spoils_no_other(tmp_path: Path):
     path = tmp_path / "events.jsonl"
     path.write_bytes(b'{"n":0}\n{"n":1,"te')
-    log = EventLog(path)
+    log = JsonLinesFile(path)
     log.append(n=2)
     log.append(n=3)
     log.close()
@@ -57,7 +57,7 @@ def test_a_line_that_a_crash_cut_short_spoils_no_other(tmp_path: Path):
 
 
 def test_one_odd_value_does_not_end_the_log(tmp_path: Path):
-    log = EventLog(tmp_path / "events.jsonl")
+    log = JsonLinesFile(tmp_path / "events.jsonl")
     log.append(measured=np.float64(1.5), path=tmp_path)
     log.append(measured=float("nan"))
     log.close()
@@ -65,9 +65,9 @@ def test_one_odd_value_does_not_end_the_log(tmp_path: Path):
 
 
 def test_a_disk_that_is_gone_stops_the_log_and_nothing_else(tmp_path: Path, caplog, monkeypatch):
-    monkeypatch.setattr(logging.getLogger("farhand.common.event_log"), "filters", [])
+    monkeypatch.setattr(logging.getLogger("farhand.common.json_lines"), "filters", [])
     (tmp_path / "file").write_text("")
-    log = EventLog(tmp_path / "file" / "events.jsonl")
+    log = JsonLinesFile(tmp_path / "file" / "events.jsonl")
     log.append(n=1)
     log.close()
     assert "could not write an event" in caplog.text

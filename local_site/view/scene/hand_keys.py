@@ -1,6 +1,6 @@
 """Line of text by which a tab says what its keys and its gamepad do to the hand.
 
-`hand.js` sends one for each change, and twenty per second while something is held: the counted steps since the hand
+`hand_keys.js` sends one for each change, and twenty per second while something is held: the counted steps since the hand
 began to move, and the present speed.
 """
 

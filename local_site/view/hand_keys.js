@@ -1,5 +1,5 @@
 // The operator's hand in the browser: keys and a gamepad move it while an arm is taught or the robot is driven, and the camera
-// stands still while an arm is taught. What is said to the server is a line in a hidden field of its page, see hand_line.py.
+// stands still while an arm is taught. What is said to the server is a line in a hidden field of its page, see hand_keys.py.
 if (!window.farhandHand) {
   window.farhandHand = true;
   const LINE_MS = 50, HOLD_MS = 350, PAUSE_MS = 1000;

@@ -7,7 +7,7 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import Event, EventKind, EventsRequest, Message, Stamp
 from farhand.common.wire.reasons import N_MORE, Code, because, in_words
-from farhand.remote_site.supervision.events import Events
+from farhand.remote_site.supervision.event_log import Events
 
 
 class Told:

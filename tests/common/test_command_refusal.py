@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from farhand.common.command_permission import Situation, refusal
+from farhand.common.command_refusal import Situation, refusal
 from farhand.common.mode_table import Action, ControlMode, Phase, allowed_actions
 from farhand.common.wire.reasons import Code, because
 
