@@ -22,6 +22,7 @@ COMPLETE = {
     "remote_site/motion/coupling.py": set(),
     "remote_site/supervision/freshness.py": set(),
     "remote_site/supervision/operator_session.py": set(),
+    "remote_site/supervision/operator_silence.py": set(),
     "remote_site/motion/manoeuvre.py": {"_REACHED_M", "_STANDING_M_S", "_PATIENCE_S"},
     "remote_site/motion/plans.py": {"_KEPT", "_REPLAN_S", "_REPLAN_FRAME_M"},
     "remote_site/motion/model_trial.py": {

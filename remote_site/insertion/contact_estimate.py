@@ -11,6 +11,7 @@ In the frame of the receptacle the mouth is the origin, and z points into the bo
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,21 @@ _MOST_M, _MOST_RAD = 0.030, 0.12
 _BLEND = 0.7
 _SIDEWAYS = np.array([1.0, 1.0, 0.0])
 _NONE = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+
+@dataclass(frozen=True, eq=False)
+class ContactWrench:
+    """Pose and wrench of the plug in one control period.
+
+    Args:
+        plug: Pose of its tip in the world. Shape (7,).
+        force_n: Force on it, in the axes of the world. Shape (3,) [N].
+        torque_nm: Torque on it about its tip, in the axes of the world. Shape (3,) [Nm].
+    """
+
+    plug: Array
+    force_n: Array
+    torque_nm: Array
 
 
 class ContactCorrection:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from farhand.common.arm.compliance import SeenReceptacle
 from farhand.common.model.task_frame import TaskFrame
-from farhand.remote_site.insertion.recovery import ContactWrench, Recovery
+from farhand.remote_site.insertion.contact_estimate import ContactWrench
+from farhand.remote_site.insertion.jams_and_retries import Recovery
 from farhand.remote_site.interface.plant import EffectorState, Plant
 from farhand.remote_site.interface.sensing import Perception, Sensing
 from farhand.remote_site.perception.target_filter import Estimate

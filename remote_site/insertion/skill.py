@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from farhand.common.mode_table import Action, Phase
 from farhand.common.task import AnyTask, ArmTask
 from farhand.common.wire.reasons import Code, Reason, because
-from farhand.remote_site.insertion.recovery import Recovery
+from farhand.remote_site.insertion.jams_and_retries import Recovery
 from farhand.remote_site.insertion.sight_and_touch import (
     BACK_M_S,
     InsertionArm,

@@ -20,7 +20,7 @@ from farhand.common.log import loop_logger
 from farhand.common.model.manifold import POSE
 from farhand.common.task import AnyTask, ArmTask
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS, Recovery
+from farhand.remote_site.insertion.jams_and_retries import MAX_ATTEMPTS, Recovery
 from farhand.remote_site.insertion.skill import InsertionSkill
 from farhand.remote_site.interface.embodiment import ArmMemory, Embodiment
 from farhand.remote_site.perception.simulated_sight import (

@@ -1,4 +1,4 @@
-"""Guards: force, sight of the target, the link, deadlines. At most one trips in a control period.
+"""Guards: force, standstill, sight of the target, silence, deadlines. At most one trips in a control period.
 
 The guards decide; the supervisor looks up the consequence in the table of modes.
 """
@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.mode_table import ControlMode, Guard, Phase
-from farhand.common.task import Limits, Task
+from farhand.common.task import Limits
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.embodiment import Guidance
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.interface.sensing import PREDICTED_S, Sensing
 from farhand.remote_site.motion.motion import Motion
 from farhand.remote_site.supervision.operator_session import OperatorSession
+from farhand.remote_site.supervision.operator_silence import CouplingGuard, LinkGuard
 
 Array = NDArray[np.float64]
 
@@ -33,9 +34,6 @@ SIGHT_PATIENCE_S = 5.0
 """An execution continues if its target is seen again within this time; later it is paused [s]."""
 SIGHT_MOVED_M = 0.020
 SIGHT_TURNED_RAD = math.radians(3.0)
-LINK_LOST_S = 3.0
-"""Silence beyond the link's usual delay after which it is lost."""
-BLIND_AND_ALONE_S = 60.0
 
 
 class ForceGuard:
@@ -123,37 +121,6 @@ class SightGuard:
         return None
 
 
-class LinkGuard:
-    """Guard of the link: it applies the task's policy once for each loss."""
-
-    def __init__(self) -> None:
-        self._acted = False
-        self._blind_and_alone_s = 0.0
-
-    def trip(self, task: Task, silent_s: float, executing: bool, blind: bool, dt_s: float) -> Trip | None:
-        """Return the trip that the policy demands now; None for none.
-
-        Args:
-            task: The present task, with its policy.
-            silent_s: Excess of the silence over the link's usual delay [s].
-            executing: True while a model is executed.
-            blind: True while an execution is paused without sight of its target.
-            dt_s: Control period [s].
-        """
-        lost = silent_s > LINK_LOST_S
-        self._acted = self._acted and lost
-        self._blind_and_alone_s = self._blind_and_alone_s + dt_s if lost and blind else 0.0
-        if task.blind_retract and self._blind_and_alone_s > BLIND_AND_ALONE_S:
-            self._blind_and_alone_s = 0.0
-            return Trip(Guard.LINK_LOST_RETRACT, because(Code.BLIND_AND_ALONE))
-        if not lost or self._acted or not executing or task.lost_link == "continue":
-            return None
-        self._acted = True
-        hold = task.lost_link == "hold"
-        why = because(Code.LINK_LOST, silent_s=silent_s, policy="pauses" if hold else "retracts")
-        return Trip(Guard.LINK_LOST_HOLD if hold else Guard.LINK_LOST_RETRACT, why)
-
-
 @dataclass(frozen=True)
 class Trip:
     """Action of a guard.
@@ -183,8 +150,9 @@ class Guards:
         self._sensing, self._contact, self._motion = sensing, contact, motion
         self._deadline_s = deadline_s
         limits = motion.embodiment.skill.task.limits  # all tasks of one robot have the same
-        self._force, self._sight, self._link = ForceGuard(limits), SightGuard(sensing), LinkGuard()
+        self._force, self._sight = ForceGuard(limits), SightGuard(sensing)
         self._standstill = StandstillGuard(limits)
+        self._coupling, self._link = CouplingGuard(contact), LinkGuard()
 
     @property
     def must_wait(self) -> bool:
@@ -222,14 +190,10 @@ class Guards:
         return Trip(Guard.FORCE, why) if why is not None and moving and not backing_off else None
 
     def _coupling_trip(self, now_s: float) -> Trip | None:
-        coupling = self._motion.coupling
-        if coupling is None:
-            self._contact.delay_changed = False  # nobody drives by the old delay
+        why = self._coupling.reason(self._motion.coupling, now_s)
+        if why is None:
             return None
-        if (why := self._contact.lost_reason(coupling.lease_id, now_s)) is not None:
-            return Trip(Guard.COUPLING_ENDED, why)
-        why = coupling.end_reason(now_s)
-        return Trip(Guard.COUPLING_ENDED, why, wanted=coupling.released) if why is not None else None
+        return Trip(Guard.COUPLING_ENDED, why, wanted=why.code == Code.DRAG_ENDED)
 
     def _execution_trip(
         self, mode: ControlMode, guidance: Guidance, now_s: float, dt_s: float
@@ -243,4 +207,5 @@ class Guards:
         paused = mode is ControlMode.PAUSED and self._motion.execution is not None
         blind = paused and self._sensing.unseen_s > 0.0
         task, silent_s = self._motion.embodiment.skill.task, self._contact.silent_s(now_s)
-        return self._link.trip(task, silent_s, executing, blind, dt_s)
+        lost = self._link.lost(task, silent_s, executing, blind, dt_s)
+        return Trip(*lost) if lost is not None else None

@@ -1,4 +1,4 @@
-"""Watchdog of the operator: its lease, the age of its messages, and its silence while it drives the robot."""
+"""Judgement of the operator's messages: its lease, their age, and the silence between them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Acknowledgement of stops: each on receipt, and again when the robot stands still."""
+"""STOP at the robot: it stops in every mode, whoever asks, and tells the sender when it stands still.
+
+A control period handles stops before the other sites' messages (`inbox.py`). A stop is acknowledged on receipt and leads to
+STOPPED (`ModeMachine.stop`), in which nothing moves the plant, so that it brakes. Once it stands still the stop is
+acknowledged again. Reset alone leaves STOPPED.
+"""
 
 from __future__ import annotations
 

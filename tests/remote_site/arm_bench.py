@@ -23,7 +23,7 @@ from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS
+from farhand.remote_site.insertion.jams_and_retries import MAX_ATTEMPTS
 from farhand.remote_site.robots.plant_memory import PlantState
 from farhand.remote_site.robots.simulated_arm import ArmConditions, SimulatedArm
 from tests.cells import JACO

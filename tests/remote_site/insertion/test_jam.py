@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from farhand.remote_site.insertion.detectors import JamDetector, Stuck
+from farhand.remote_site.insertion.jams_and_retries import JamDetector, Stuck
 
 TILTED = np.array([2.0, 0.0, 0.0])
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from farhand.remote_site.insertion.detectors import MissedMouthDetector
+from farhand.remote_site.insertion.jams_and_retries import MissedMouthDetector
 
 
 def rule_on(*tips: tuple[float, float, float]) -> MissedMouthDetector:

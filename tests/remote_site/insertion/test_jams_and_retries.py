@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from farhand.common.model.task_frame import TaskFrame
-from farhand.remote_site.insertion.recovery import MAX_ATTEMPTS, ContactWrench, Recovery
+from farhand.remote_site.insertion.contact_estimate import ContactWrench
+from farhand.remote_site.insertion.jams_and_retries import MAX_ATTEMPTS, Recovery
 
 SEEN = TaskFrame.at(np.array([0.8, 0.1, 0.4, 0.5, -0.5, 0.5, -0.5]))  # z of the receptacle is x of the world
 ALIGNED = np.array([1.0, 0.0, 0.0, 0.0])
