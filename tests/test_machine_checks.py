@@ -11,11 +11,11 @@ import pytest
 
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import TICK_S, Simulation
-from farhand.driver_trial import main
 from farhand.remote_site.interface.arm_driver import ArmDriver, ArmReading
 from farhand.remote_site.interface.camera import Camera, CameraImage
 from farhand.remote_site.robots.arm_plant import SimulatedJoints
 from farhand.testing import check_arm, check_camera
+from farhand.testing.__main__ import main
 from tests.cells import JACO
 from tests.remote_site.robots.own_drivers import put_drivers
 

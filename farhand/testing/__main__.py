@@ -121,3 +121,7 @@ def main() -> None:
         print(f"farhand: {error}", file=sys.stderr)  # noqa: T201
         status = 2
     sys.exit(status)
+
+
+if __name__ == "__main__":
+    main()

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.arm.robot_file import RobotFile
-from farhand.findings import check_times, findings, opened
 from farhand.remote_site.interface.arm_driver import ArmDriver, ArmReading, check_reading
 from farhand.remote_site.interface.camera import Camera, check_image
 from farhand.remote_site.interface.driver import Haltable
+from farhand.testing.findings import check_times, findings, opened
 
 Array = NDArray[np.float64]
 Pace = Callable[[float], object]

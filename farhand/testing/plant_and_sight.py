@@ -1,8 +1,4 @@
-"""Checks of a driver for its author: `check_plant` and `check_arm` move as the control loop does, the other two look.
-
-Each raises one AssertionError with all findings. Clear a machine's way first: it moves. `python -m farhand.testing --help` checks
-drivers that are installed, by their names.
-"""
+"""Checks of a plant and of a perception; public as `farhand.testing`."""
 
 from __future__ import annotations
 
@@ -14,13 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidInput
-from farhand.findings import check_times, findings, opened
-from farhand.machine_checks import check_arm, check_camera
 from farhand.remote_site.interface.driver import Haltable
 from farhand.remote_site.interface.plant import EffectorState, Plant, check_state
 from farhand.remote_site.interface.sensing import Perception, TrueTarget, check_frames
-
-__all__ = ["check_arm", "check_camera", "check_perception", "check_plant"]
+from farhand.testing.findings import check_times, findings, opened
 
 Pace = Callable[[float], object]
 
@@ -222,9 +215,3 @@ def _check_truth(perception: Perception, now_s: float, n_dims: int) -> None:
     origin_m = perception.true_origin_m(now_s) if isinstance(perception, TrueTarget) else None
     if origin_m is not None and (np.shape(origin_m) != (n_dims,) or not np.isfinite(origin_m).all()):
         raise InvalidInput("perception", "true_origin_m", f"{n_dims} finite numbers or None, got {origin_m}")
-
-
-if __name__ == "__main__":
-    from farhand.driver_trial import main
-
-    main()
