@@ -80,7 +80,7 @@ class Evaluate:
     seed: int = 0
     """Seed of the first trial; reporting and tuning never share one."""
     out: Path = Path("results")
-    """Folder for the results."""
+    """Folder for the results; those of another robot or own arm are in a folder of its name there."""
     only: str | None = None
     """Only the trials of this task, neighbour, profile or whatever else the study tells apart; an unknown word lists them."""
     robot: str = ""

@@ -56,7 +56,8 @@ numbered without gaps: a site that misses some asks for them (`op/events`); the 
 ## Drawing and recordings
 The robot lists its drawing and its recorded motions (`op/catalogue`), each by its hash; a site asks for the list at the
 first report of a boot and after each event `recorded` that names it. A content is fetched in parts (`op/blob`), each
-requested after the previous one has arrived, also after an outage; it is used only if its hash is right.
+requested after the previous one has arrived, also after an outage; it is used only if its hash is right. The drawing travels
+packed by zlib. Below 100 kbit/s its sketch comes first: at most 8 kB for the arms that come with Farhand, half a minute over `acoustic`.
 
 A content of `farhand.common.wire.motion_encoding` is a MessagePack map: `task`, `frame_names`, `n_dims`, `oriented`, `began` (a stamp)
 and `rows`, single precision, little-endian: for each sample the time since the first one [s], the position [m] or pose, and

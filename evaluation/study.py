@@ -123,7 +123,7 @@ def run(
         name: One of `STUDIES`.
         trials: Number of trials; the study's own number when not given.
         seed: Chooses the reporting seeds.
-        out_dir: Folder of the record; made when missing.
+        out_dir: Folder of the record, or of one folder for each robot or own arm that is named; made when missing.
         command: Command line, for the record.
         robot: Name or file of the robot, for a study of the arm.
         own_arm: Name or file of the arm on which such a study is taught.
@@ -147,7 +147,8 @@ def run(
         raise InvalidConfiguration(
             "evaluate", next(iter(arms)), f"none: {name} runs on no arm, or on one alone"
         )
-    out_dir = Path(out_dir)
+    which = _names_of(arms)
+    out_dir = Path(out_dir) / which
     try_writing(out_dir)
     results = _run_all(
         name, study.trial, [{**case, **arms} for case in chosen(study.cases(trials, seed), only)],
@@ -156,7 +157,15 @@ def run(
     summary, markdown = study.summarise(results)
     out_dir.mkdir(parents=True, exist_ok=True)
     figures = getattr(study, "draw", lambda results, out_dir: [])(results, out_dir)
-    return StudyRecord(name, command, seed, results, summary).write(out_dir, markdown, figures)
+    title, _, text = markdown.partition("\n")
+    titled = "\n".join([f"{title}: {which}" if which else title, text])
+    return StudyRecord(name, command, seed, results, summary).write(out_dir, titled, figures)
+
+
+def _names_of(arms: dict[str, str]) -> str:
+    """Return the folder of another arm's results, which do not take the place of the usual arm's; empty for that."""
+    robot, own_arm = (Path(arms.get(key, "")).stem for key in ("arm", "own_arm"))
+    return f"{robot}-taught-on-{own_arm}".removeprefix("-") if own_arm else robot
 
 
 def words(cases: list[Case]) -> list[str]:

@@ -114,7 +114,7 @@ class Robot:
             why = because(Code.INTERRUPTED, model=remembered.executing[:8])
             self.supervisor.machine.tell(EventKind.INTERRUPTED, why, succeeded=False)
         if scene := self.embodiment.hardware.scene():
-            self.supervisor.recordings.catalogue.show(scene)
+            self.supervisor.recordings.catalogue.show(scene, self.embodiment.hardware.sketch())
         self._reporter = Reporter(self.supervisor, clock)
         self._inbox = Inbox(self.supervisor.contact.lease)
         self._listen()

@@ -360,6 +360,8 @@ class CatalogueReply(Message, frozen=True, kw_only=True):
 
     scene_sha256: Sha256 = ""
     """SHA-256 of the robot's drawing, see `farhand.common.wire.scene_description`; empty for a point."""
+    sketch_sha256: Sha256 = ""
+    """SHA-256 of a coarse drawing, for the first look over a slow link; empty for a point."""
     recordings: Annotated[tuple[RecordingOffer, ...], Meta(max_length=8)] = ()
     """Recordings of this boot, the newest last."""
     version: Id = ""
@@ -373,20 +375,20 @@ class BlobRequest(Message, frozen=True, kw_only=True):
     sha256: Sha256
     """SHA-256 of the whole content."""
     offset: Count = 0
-    """Offset of the part in the content [B]."""
+    """Offset of the part in what travels [B]."""
     n_bytes: Annotated[int, Meta(ge=1, le=MOST_CONTENT_BYTES)]
     """Largest size of the part [B]."""
 
 
 class BlobReply(Message, frozen=True, kw_only=True):
-    """Part of a content; the receiver of all parts compares the hash."""
+    """Part of a content as it travels, plain or packed by zlib; the receiver of all parts unpacks what has another hash."""
 
     sha256: Sha256
     """SHA-256 of the whole content."""
     size: Annotated[int, Meta(ge=0, le=4_000_000)]
-    """Size of the whole content [B]; 0: the robot does not have it."""
+    """Size of all that travels [B]; 0: the robot does not have it."""
     offset: Count = 0
-    """Offset of the part in the content [B]."""
+    """Offset of the part in what travels [B]."""
     content: Annotated[bytes, Meta(max_length=MOST_CONTENT_BYTES)] = b""
     """Bytes of the part."""
     stamp: Stamp

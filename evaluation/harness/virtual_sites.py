@@ -14,6 +14,7 @@ from farhand.common.link.interface import Link
 from farhand.common.task import TaskSet
 from farhand.deploy.places import find_cell
 from farhand.local_site.console.console import PERIOD_S, Console
+from farhand.local_site.exchange.fetching import KnownScenes
 from farhand.local_site.teaching.library import Library
 from farhand.local_site.workcell.workcell import SampleFiles, make_workcell, no_files
 from farhand.remote_site.config import RemoteConfig
@@ -117,6 +118,7 @@ class VirtualSites:
         hooks: Callbacks for an observer of the robot.
         sample_files: The demonstrations that come with each task.
         own_arm: Name or file of the operator's arm.
+        known: Drawings that need not be fetched; None when nobody draws the robot.
     """
 
     def __init__(
@@ -127,8 +129,9 @@ class VirtualSites:
         hooks: Hooks | None = None,
         sample_files: SampleFiles = no_files,
         own_arm: str = "",
+        known: KnownScenes | None = None,
     ):
-        self._own_arm = own_arm
+        self._own_arm, self._known = own_arm, known
         self.task, self.library, self._sample_files = library.task, library, sample_files
         self.config, self.hooks = config or RemoteConfig(), hooks or Hooks()
         self.time = VirtualTime(start_s=1.0)
@@ -197,6 +200,7 @@ class VirtualSites:
             rate_bps=self.config.link.rate_bps, place=make_workcell(
                 self.task, find_cell(self.task, self._own_arm), self._sample_files, stepped=True
             ),
+            known=self._known,
         )  # fmt: skip
         self.console.listen()
         self._console_tick(life)

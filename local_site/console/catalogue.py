@@ -38,7 +38,7 @@ class RobotCatalogue:
         self._tell = tell
         self._inquiries, fetcher = inquiries, BlobFetcher(inquiries, rate_bps)
         self.recordings = RobotRecordings(fetcher, library, site_name, tell)
-        self.scene = RobotScene(fetcher, known)
+        self.scene = RobotScene(fetcher, known, rate_bps)
         self.robot_version = ""
         """Version of the robot's Farhand, empty while unknown."""
         self._boot, self._listed, self._asking = "", False, False
@@ -68,7 +68,7 @@ class RobotCatalogue:
             self._listed = False
         elif self._listed:  # unchanged since
             self._on_version(reply.version)
-            self.scene.on_named(reply.scene_sha256)
+            self.scene.on_named(reply.scene_sha256, reply.sketch_sha256)
             self.scene.pursue()
             self.recordings.on_offers(reply.recordings)
 

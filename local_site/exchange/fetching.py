@@ -14,6 +14,7 @@ from farhand.common.log import loop_logger
 from farhand.common.whole_file import read_whole, write_whole
 from farhand.common.wire import keys
 from farhand.common.wire.messages import BlobReply, BlobRequest
+from farhand.common.wire.packed import unpack
 from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.exchange.requests import Requests
 
@@ -32,7 +33,7 @@ class _Fetch:
     Args:
         sha256: SHA-256 of the content.
         done: Called with the content, or with None.
-        size: Size of the whole content [B]; 0 before the first part.
+        size: Size of all that travels [B]; 0 before the first part.
         arrived: Arrived bytes, from the beginning on.
         attempts: Number of attempts.
     """
@@ -95,8 +96,8 @@ class BlobFetcher:
         self._ask()
 
     def _verify(self, fetch: _Fetch) -> None:
-        content = bytes(fetch.arrived)
-        if hashlib.sha256(content).hexdigest() == fetch.sha256:
+        content = unpack(bytes(fetch.arrived), fetch.sha256)
+        if content is not None:
             self._end(fetch, content)
         elif fetch.attempts == _ATTEMPTS:
             self._end(fetch, None)
@@ -110,6 +111,8 @@ class BlobFetcher:
 
 
 _DRAWING_ATTEMPTS = 5
+_SKETCH_BELOW_BPS = 100_000.0
+"""Rate of a link below which a sketch of the robot is fetched before its drawing [bit/s]."""
 
 
 class KnownScenes:
@@ -161,32 +164,43 @@ class RobotScene:
     Args:
         fetcher: Fetches the description.
         known: Descriptions that need not be fetched; None if the robot is not drawn.
+        rate_bps: Capacity of the link [bit/s], 0 for more than enough.
     """
 
-    def __init__(self, fetcher: BlobFetcher, known: KnownScenes | None):
+    def __init__(self, fetcher: BlobFetcher, known: KnownScenes | None, rate_bps: float = 0.0):
         self._fetcher, self._known = fetcher, known
-        self._sha256, self._attempts = "", 0
+        self._slow = 0.0 < rate_bps < _SKETCH_BELOW_BPS
+        self._sha256, self._sketch_sha256, self._attempts = "", "", 0
+        self._whole = False
         self.description: SceneDescription | None = None
-        """Description of the robot; None before it is known, and for a robot without one."""
+        """Description of the robot, or its sketch meanwhile; None before either is known, and for a robot without one."""
 
     @property
     def fetching(self) -> float | None:
         """Arrived share of the description, from 0 to 1; None while it is not being fetched."""
         return self._fetcher.share(self._sha256) if self._sha256 else None
 
-    def on_named(self, sha256: str) -> None:
-        """Process the hash of the robot's description; empty for none."""
+    def on_named(self, sha256: str, sketch_sha256: str = "") -> None:
+        """Process the hashes of the robot's description and of its sketch; empty for none."""
         if self._known is None or not sha256 or (sha256 == self._sha256 and self.fetching is not None):
             return
-        self._sha256, self._attempts = sha256, 0
-        self.description = self._known.get(sha256)
+        self._sha256, self._sketch_sha256, self._attempts = sha256, sketch_sha256 if self._slow else "", 0
+        self._look(self._known)
 
     def pursue(self) -> None:
-        """Fetch the description if it is unknown; retry a limited number of times."""
-        unknown = bool(self._sha256) and self.description is None and self.fetching is None
+        """Fetch the description if it is unknown; retry a limited number of times. On a slow link its sketch comes first."""
+        unknown = bool(self._sha256) and not self._whole and self.fetching is None
         if self._known is not None and unknown and self._attempts < _DRAWING_ATTEMPTS:
             self._attempts += 1
-            self._fetcher.fetch(self._sha256, partial(self._on_content, self._known, self._sha256))
+            wanted = [self._sha256, *([self._sketch_sha256] if self.description is None else [])]
+            for sha256 in filter(None, wanted):  # the last one is fetched first
+                self._fetcher.fetch(sha256, partial(self._on_content, self._known, sha256))
+
+    def _look(self, known: KnownScenes) -> None:
+        """Take the best of what is known."""
+        whole = known.get(self._sha256)
+        self._whole = whole is not None
+        self.description = whole or (known.get(self._sketch_sha256) if self._sketch_sha256 else None)
 
     def _on_content(self, known: KnownScenes, sha256: str, content: bytes | None) -> None:
         if content is None:
@@ -196,5 +210,5 @@ class RobotScene:
             known.keep(sha256, content)
         except InvalidMessage as error:
             _log.warning("the drawing of the robot was not understood: %s", error)
-        if sha256 == self._sha256:
-            self.description = known.get(sha256)
+        if sha256 in (self._sha256, self._sketch_sha256):
+            self._look(known)

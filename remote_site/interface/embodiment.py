@@ -140,6 +140,10 @@ class Hardware(Protocol):
         """
         ...
 
+    def sketch(self) -> bytes:
+        """Return a coarse drawing of the robot for the first look over a slow link; empty for a point."""
+        ...
+
 
 class Skill(Protocol):
     """Actions of a robot at its target beyond following a learned model."""

@@ -13,7 +13,7 @@ from farhand.common.arm.kinematics import AT_ORIGIN, Kinematics, difference
 from farhand.common.arm.preflight import Preflights
 from farhand.common.arm.servo import ServoSettings
 from farhand.common.arm.setpoint import MotionLimits
-from farhand.common.arm.simulation.description import describe
+from farhand.common.arm.simulation.description import describe, sketch
 from farhand.common.arm.simulation.simulation import TICK_S
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.task import ArmTask
@@ -84,3 +84,7 @@ class ArmHardware:
     def scene(self) -> bytes:
         """See `Hardware`."""
         return describe(self._cell).content
+
+    def sketch(self) -> bytes:
+        """See `Hardware`."""
+        return sketch(self._cell).content

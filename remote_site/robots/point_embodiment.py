@@ -107,6 +107,10 @@ class PointHardware:
         """See `Hardware`."""
         return b""
 
+    def sketch(self) -> bytes:
+        """See `Hardware`."""
+        return b""
+
 
 class PointSkill:
     """Skill without touch: the belief is the sight.

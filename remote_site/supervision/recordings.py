@@ -20,6 +20,7 @@ from farhand.common.wire.messages import (
     RecordingOffer,
     Stamp,
 )
+from farhand.common.wire.packed import pack
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.remote_site.interface.sensing import Sensing
 from farhand.remote_site.motion.motion import Motion
@@ -34,17 +35,19 @@ class Catalogue:
     """Catalogue of contents by their hash, for the life of the process; only the newest recordings are kept."""
 
     def __init__(self) -> None:
-        self._scene_sha256, self._version = "", installed_version()
+        self._scene_sha256 = self._sketch_sha256 = ""
+        self._version = installed_version()
         self._recordings: tuple[RecordingOffer, ...] = ()
         self._contents: dict[str, bytes] = {}
 
-    def show(self, scene: bytes) -> None:
-        """Offer the robot's drawing; see `farhand.common.wire.scene_description`."""
-        self._scene_sha256 = self._keep(scene)
+    def show(self, scene: bytes, sketch: bytes = b"") -> None:
+        """Offer the robot's drawing and its sketch, packed; see `farhand.common.wire.scene_description`."""
+        self._scene_sha256 = self._keep(scene, pack(scene))
+        self._sketch_sha256 = self._keep(sketch, pack(sketch)) if sketch else ""
 
     def offer(self, recorded: Recorded) -> None:
         """Offer a recording, and drop the oldest if there are too many."""
-        sha256 = self._keep(recorded.motion.content)
+        sha256 = self._keep(recorded.motion.content, recorded.motion.content)
         offer = RecordingOffer(sha256, recorded.site_name, recorded.whole, recorded.duration_s)
         self._recordings = (*self._recordings, offer)
         for old in self._recordings[:-_MOST_RECORDINGS]:
@@ -54,7 +57,8 @@ class Catalogue:
     def list(self, now: Stamp) -> CatalogueReply:
         """Return everything that can be fetched."""
         return CatalogueReply(
-            scene_sha256=self._scene_sha256, recordings=self._recordings, version=self._version, stamp=now
+            scene_sha256=self._scene_sha256, sketch_sha256=self._sketch_sha256, recordings=self._recordings,
+            version=self._version, stamp=now,
         )  # fmt: skip
 
     def part(self, request: BlobRequest, now: Stamp) -> BlobReply:
@@ -65,9 +69,9 @@ class Catalogue:
             sha256=request.sha256, size=len(content), offset=request.offset, content=part, stamp=now
         )  # fmt: skip
 
-    def _keep(self, content: bytes) -> str:
+    def _keep(self, content: bytes, travels: bytes) -> str:
         sha256 = hashlib.sha256(content).hexdigest()
-        self._contents[sha256] = content
+        self._contents[sha256] = travels
         return sha256
 
 

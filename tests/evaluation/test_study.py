@@ -71,6 +71,18 @@ def test_a_study_leaves_markdown_that_ends_with_its_command_versions_and_machine
     assert f"{os.cpu_count()} cores" in text
 
 
+def test_another_arm_s_record_does_not_take_the_place_of_the_usual_arm_s(tmp_path, monkeypatch):
+    monkeypatch.setattr("tests.evaluation.coins.TAKES_ROBOT", True, raising=False)
+    run("coins", 1, 0, tmp_path, "")
+    for robot, own_arm, folder in (
+        ("panda", "", "panda"), ("my/arm.toml", "jaco", "arm-taught-on-jaco"), ("", "jaco", "taught-on-jaco"),
+    ):  # fmt: skip
+        path = run("coins", 1, 0, tmp_path, "", robot, own_arm)
+        assert path == tmp_path / folder / "coins.json"
+        assert path.with_suffix(".md").read_text().startswith(f"# Coins: {folder}\n\n")
+    assert (tmp_path / "coins.md").read_text().startswith("# Coins\n")
+
+
 def test_a_trial_that_fails_ends_the_study_and_leaves_nothing(tmp_path):
     with pytest.raises(InvalidConfiguration, match="coin: edge: a side"):
         run("coins", 3, 13, tmp_path / "results", "")

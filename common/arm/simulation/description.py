@@ -15,6 +15,7 @@ from farhand.common.arm.kinematics import compose, inverse, rotation
 from farhand.common.arm.simulation import receptacle
 from farhand.common.arm.simulation.scene import DECK, compile_scene
 from farhand.common.arm.simulation.shapes import Shape, shape_of
+from farhand.common.wire.packed import pack
 from farhand.common.wire.scene_description import ArmLink, Colour, Mesh, SceneDescription
 
 Array = NDArray[np.float64]
@@ -23,6 +24,9 @@ MOST_BYTES = 300_000
 """Budget of a description: an acoustic modem takes minutes for more [B]."""
 _HULLS = (400, 200, 100, 50, 25, 12)
 """Numbers of corners to which meshes are reduced, one after the other, until the budget holds."""
+MOST_SKETCH_BYTES = 8_000
+"""Budget of a sketch, packed: an acoustic modem takes half a minute for it [B]."""
+_SKETCH_HULLS = (50, 25, 12, 8, 6)
 
 
 @cache
@@ -42,6 +46,21 @@ def describe(cell: Cell) -> SceneDescription:
         f"at most {MOST_BYTES // 1000} kB, by fewer groups or geoms; got {size // 1000} kB with coarse hulls"
     )
     raise cell.robot.invalid("looks", expected)
+
+
+@cache
+def sketch(cell: Cell) -> SceneDescription:
+    """Describe the looks of a scene coarsely, as the first look over a slow link: by convex hulls within the budget.
+
+    A scene of too many geoms gives the coarsest hulls.
+    """
+    model = compile_scene(cell)
+    described = _SceneReader(model, _SKETCH_HULLS[0]).read(cell)
+    for most_corners in _SKETCH_HULLS[1:]:
+        if len(pack(described.content)) <= MOST_SKETCH_BYTES:
+            break
+        described = _SceneReader(model, most_corners).read(cell)
+    return described
 
 
 class _SceneReader:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
@@ -13,9 +15,36 @@ Array = NDArray[np.float64]
 Shape = tuple[Array, NDArray[np.int64]]
 """Vertices (V, 3) [m] and triangles of them (F, 3)."""
 
-_ROUND, _CAP = 20, 6
-"""Numbers of flat faces around a cylinder, and of rings of half a sphere."""
+_FEW_CORNERS = 50
+"""Largest number of corners of a mesh beside which what is round is coarse as well."""
 _PLATE_M = 0.5
+
+
+@dataclass(frozen=True)
+class _Round:
+    """Detail of what is round.
+
+    Args:
+        sides: Number of flat faces around a cylinder.
+        rings: Number of rings of half a sphere.
+    """
+
+    sides: int
+    rings: int
+
+    def turned(self, profile_m: list[tuple[float, float]]) -> Shape:
+        vertices, _, faces = turned(profile_m, self.sides)
+        return vertices, faces
+
+    def cap(self, r: float, z: float, side: float) -> list[tuple[float, float]]:
+        """Return the profile of half a sphere around a height: the lower one from its pole, the upper one to it."""
+        angles = np.linspace(0.0, 0.5 * np.pi, self.rings)
+        arc = [(float(r * np.cos(a)), float(z + side * r * np.sin(a))) for a in angles[:-1]]
+        pole = (0.0, float(z + side * r))
+        return [*arc, pole] if side > 0.0 else [pole, *arc[::-1]]
+
+
+_FINE, _COARSE = _Round(20, 6), _Round(8, 3)
 
 
 def shape_of(model: MjModel, geom: int, most_corners: int | None = None) -> Shape:
@@ -26,6 +55,7 @@ def shape_of(model: MjModel, geom: int, most_corners: int | None = None) -> Shap
         geom: Its number.
         most_corners: Number of corners from which a mesh is replaced by its convex hull; None for never.
     """
+    round_ = _COARSE if most_corners is not None and most_corners <= _FEW_CORNERS else _FINE
     r, half, _ = size = model.geom_size[geom]
     match mujoco.mjtGeom(int(model.geom_type[geom])).name:
         case "mjGEOM_MESH":
@@ -36,13 +66,13 @@ def shape_of(model: MjModel, geom: int, most_corners: int | None = None) -> Shap
                 else _hull(vertices, most_corners)
             )
         case "mjGEOM_CYLINDER":
-            return _turned([(0.0, -half), (r, -half), (r, half), (0.0, half)])
+            return round_.turned([(0.0, -half), (r, -half), (r, half), (0.0, half)])
         case "mjGEOM_SPHERE":
-            return _turned(_cap(r, 0.0, -1.0) + _cap(r, 0.0, 1.0)[1:])
+            return round_.turned(round_.cap(r, 0.0, -1.0) + round_.cap(r, 0.0, 1.0)[1:])
         case "mjGEOM_CAPSULE":
-            return _turned(_cap(r, -half, -1.0) + _cap(r, half, 1.0))
+            return round_.turned(round_.cap(r, -half, -1.0) + round_.cap(r, half, 1.0))
         case "mjGEOM_ELLIPSOID":
-            vertices, faces = _turned(_cap(1.0, 0.0, -1.0) + _cap(1.0, 0.0, 1.0)[1:])
+            vertices, faces = round_.turned(round_.cap(1.0, 0.0, -1.0) + round_.cap(1.0, 0.0, 1.0)[1:])
             return vertices * size, faces
         case "mjGEOM_PLANE":  # drawn as a plate; without a size it is infinite
             return _box(np.array([size[0] or _PLATE_M, size[1] or _PLATE_M, 1e-3]))
@@ -50,19 +80,6 @@ def shape_of(model: MjModel, geom: int, most_corners: int | None = None) -> Shap
             centre, half_edges = np.split(model.geom_aabb[geom], 2)
             vertices, faces = _box(half_edges)
             return vertices + centre, faces
-
-
-def _turned(profile_m: list[tuple[float, float]]) -> Shape:
-    vertices, _, faces = turned(profile_m, _ROUND)
-    return vertices, faces
-
-
-def _cap(r: float, z: float, side: float) -> list[tuple[float, float]]:
-    """Return the profile of half a sphere around a height: the lower one from its pole, the upper one to it."""
-    angles = np.linspace(0.0, 0.5 * np.pi, _CAP)
-    arc = [(float(r * np.cos(a)), float(z + side * r * np.sin(a))) for a in angles[:-1]]
-    pole = (0.0, float(z + side * r))
-    return [*arc, pole] if side > 0.0 else [pole, *arc[::-1]]
 
 
 def _hull(vertices: Array, n_corners: int) -> Shape:

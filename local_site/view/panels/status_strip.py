@@ -158,7 +158,7 @@ def _remote_words(state: ConsoleState, picture: RobotPicture, age: str, words: W
         return element("seen", as_it_was_words(picture.now_s - picture.then_s), "fh-old")
     if robot is None:
         return NO_REPORT
-    if state.scene_fetching is not None:
+    if state.scene_fetching is not None and state.robot_scene is None:
         return fetching_words(state.scene_fetching)
     old = state.link.health is not LinkHealth.OK
     seen = element("seen", seen_words(age, old), "fh-old" if old else "")

@@ -13,9 +13,10 @@ from farhand.common.arm.engine import kinova, mjcf, mujoco
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.robot_file import RobotFile, load_robot
 from farhand.common.arm.robot_model import arm_spec
-from farhand.common.arm.simulation.description import MOST_BYTES, describe
+from farhand.common.arm.simulation.description import MOST_BYTES, MOST_SKETCH_BYTES, describe, sketch
 from farhand.common.arm.simulation.scene import compile_scene
 from farhand.common.errors import InvalidConfiguration
+from farhand.common.wire.packed import pack
 from farhand.deploy.places import find_cell, find_robot, find_task
 from tests.cells import JACO
 
@@ -118,6 +119,8 @@ def test_every_robot_that_comes_along_is_drawn_within_the_budget(name: str):
     described = describe(Cell(robot=find_robot(name)))
     assert len(described.links) == len(find_robot(name).joints) + 1
     assert len(described.content) <= MOST_BYTES
+    coarse = sketch(Cell(robot=find_robot(name)))
+    assert len(pack(coarse.content)) <= MOST_SKETCH_BYTES and coarse.tip == described.tip
 
 
 def test_degrees_and_radians_are_the_same_scene_bit_for_bit(tmp_path: Path):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import random
+import zlib
 from collections.abc import Callable
 
 from hypothesis import given, settings
@@ -12,12 +14,14 @@ from farhand.common.link.interface import Answered
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import BlobReply, BlobRequest, Stamp
+from farhand.common.wire.packed import MOST_BYTES, pack, unpack
 from farhand.local_site.exchange.fetching import BlobFetcher
 from farhand.local_site.exchange.requests import Requests
 from farhand.remote_site.supervision.recordings import Catalogue
 
 NOW = Stamp("boot", 1)
 NARROW_BPS = 9600.0  # parts of 480 B
+NOISE = random.Random(0).randbytes(4000)  # cannot be packed
 
 
 class Unruly:
@@ -96,13 +100,13 @@ def test_any_loss_repetition_and_order_gives_the_same_bytes(content: bytes, fate
 
 
 def test_after_a_cut_it_goes_on_where_it_was():
-    link, content = Unruly(), bytes(range(256)) * 10
+    link, content = Unruly(), NOISE[:2560]
     link.catalogue.show(content)
     sha256 = hashlib.sha256(content).hexdigest()
     got = fetched(link, content)
     for _ in range(3):
         link.become("arrives")
-    assert link.fetcher.share(sha256) == 3 * 480 / len(content)
+    assert link.fetcher.share(sha256) == 3 * 480 / len(pack(content))
     for _ in range(20):
         link.become("lost")
     before = link.n_parts
@@ -113,7 +117,7 @@ def test_after_a_cut_it_goes_on_where_it_was():
 
 
 def test_what_was_asked_for_last_comes_first():
-    link, scene, motion = Unruly(), bytes(2000), b"motion" * 100
+    link, scene, motion = Unruly(), NOISE[:2000], NOISE[-600:]
     link.catalogue.show(scene)
     link.catalogue.show(motion)
     first, second = fetched(link, scene), fetched(link, motion)
@@ -133,7 +137,7 @@ def test_what_the_robot_does_not_have_is_not_to_be_had():
 
 
 def test_what_arrives_damaged_is_begun_anew_and_given_up_at_last():
-    link, content = Unruly(), b"content" * 200
+    link, content = Unruly(), NOISE[:1400]
     link.catalogue.show(content)
     link.damage = True
     got = fetched(link, content)
@@ -148,3 +152,24 @@ def test_what_arrives_damaged_is_begun_anew_and_given_up_at_last():
     while not got:
         link.become("arrives")
     assert got == [None]
+
+
+def test_what_can_be_packed_travels_packed():
+    link, content = Unruly(), b"far hand " * 1000
+    link.catalogue.show(content)
+    got = fetched(link, content)
+    link.become("arrives")
+    assert got == [content]
+
+
+@given(st.binary(max_size=200), st.binary(max_size=200))
+def test_only_the_content_of_that_hash_is_unpacked(content: bytes, other: bytes):
+    sha256 = hashlib.sha256(content).hexdigest()
+    assert unpack(pack(content), sha256) == unpack(content, sha256) == content
+    if other != content:
+        assert unpack(pack(other), sha256) is None and unpack(other, sha256) is None
+
+
+def test_what_would_become_too_large_is_not_unpacked():
+    content = bytes(MOST_BYTES + 1)
+    assert unpack(zlib.compress(content), hashlib.sha256(content).hexdigest()) is None

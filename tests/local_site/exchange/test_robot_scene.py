@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 from farhand.common.arm.cell import Cell, Plug
-from farhand.common.arm.simulation.description import describe
+from farhand.common.arm.simulation.description import describe, sketch
 from farhand.common.clock import BootClock
+from farhand.common.impairment.link_profile import find_profile, load_profiles
+from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.interface import Answered
 from farhand.common.mode_table import ControlMode
 from farhand.common.task import TaskSet
@@ -19,6 +21,9 @@ from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import BlobRequest, Stamp, Telemetry
 from farhand.common.wire.scene_description import SceneDescription
+from farhand.deploy.link.link_process import PROFILES_FILE
+from farhand.deploy.places import find_robot
+from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.local_site.console.catalogue import RobotCatalogue
 from farhand.local_site.exchange.fetching import KnownScenes
 from farhand.local_site.exchange.requests import Requests
@@ -30,7 +35,8 @@ from tests.local_site.robot_end import HOT_STAB
 from tests.loopback import Question, RobotsEnd
 
 OWN = describe(JACO)
-OTHER = describe(Cell(robot=JACO.robot, plug=Plug(radius_m=0.015)))
+OTHER_CELL = Cell(robot=JACO.robot, plug=Plug(radius_m=0.015))
+OTHER, SKETCH = describe(OTHER_CELL), sketch(OTHER_CELL)
 
 
 class Arm:
@@ -90,10 +96,12 @@ def arm() -> Arm:
     return Arm()
 
 
-def site(arm: Arm, folder: Path, *own: SceneDescription) -> RobotCatalogue:
+def site(arm: Arm, folder: Path, *own: SceneDescription, rate_bps: float = 0.0) -> RobotCatalogue:
     """An operator's site that has just heard of the robot."""
     known, library = KnownScenes(folder / "scenes", own), Library(TaskSet([HOT_STAB]), folder)
-    catalogue = RobotCatalogue(arm.inquiries, library, "ann", lambda what, text, good=True: None, 0.0, known)
+    catalogue = RobotCatalogue(
+        arm.inquiries, library, "ann", lambda what, text, good=True: None, rate_bps, known
+    )
     arm.n_parts = 0
     catalogue.on_report(report())
     assert arm.answer_one()  # the catalogue
@@ -163,3 +171,35 @@ def test_a_restarted_robot_that_looks_otherwise_is_drawn_otherwise(arm: Arm, tmp
 
 def test_an_arm_says_what_it_looks_like(arm: Arm):
     assert SceneDescription.from_bytes(arm.robot.embodiment.hardware.scene()) == OWN
+
+
+# Slow links ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["panda", "baxter-right"])
+def test_the_first_look_over_an_acoustic_modem_comes_within_a_minute(name: str, tmp_path: Path):
+    profile = find_profile(load_profiles(PROFILES_FILE), "acoustic")
+    endpoint = EndpointSettings(listen="tcp/127.0.0.1:0", rate_bps=profile.downlink.rate_bps)
+    config, known = RemoteConfig(robot=name, link=endpoint), KnownScenes(tmp_path / "scenes", (OWN,))
+    library = Library(TaskSet([HOT_STAB]), tmp_path)
+    sites = VirtualSites(library, profile.settings, config, own_arm="jaco", known=known)
+    began_s, cell = sites.time.now_s(), Cell(robot=find_robot(name))
+    while (seen := sites.console.picture.robot_scene) is None and sites.time.now_s() < began_s + 60.0:
+        sites.run(0.5)
+    assert seen is not None
+    assert seen == sketch(cell) and sites.console.picture.scene_fetching is not None
+    assert KnownScenes(tmp_path / "scenes").get(seen.sha256) == seen  # the next process has it at once
+
+
+def test_a_sketch_gives_way_to_the_drawing_and_a_fast_link_needs_none(arm: Arm, tmp_path: Path):
+    arm.robot.supervisor.recordings.catalogue.show(OTHER.content, SKETCH.content)
+    slow, seen = site(arm, tmp_path, OWN, rate_bps=9600.0).scene, []
+    while arm.answer_one():
+        if slow.description not in (None, *seen[-1:]):
+            seen.append(slow.description)
+    assert seen == [SKETCH, OTHER] and slow.fetching is None
+    fast, n_parts = site(arm, tmp_path / "fast", OWN).scene, 0
+    while arm.answer_one():
+        n_parts += 1
+        assert fast.description in (None, OTHER)
+    assert fast.description == OTHER and n_parts < 10

@@ -104,6 +104,9 @@ class PlainHardware:
     def arm_state(self, effector: EffectorState, overruns: int) -> ArmState | UnsetType:
         return UNSET
 
+    def sketch(self) -> bytes:
+        return b""
+
     def scene(self) -> bytes:
         return b""
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from farhand.common.arm.cell import HIDDEN, Cell, Plug
 from farhand.common.arm.engine import mujoco
 from farhand.common.arm.kinematics import Kinematics, compose
-from farhand.common.arm.simulation.description import describe
+from farhand.common.arm.simulation.description import describe, sketch
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.arm.simulation.simulation import Simulation
 from farhand.common.model.manifold import POSE
@@ -41,9 +42,10 @@ def test_what_is_drawn_is_where_the_physics_have_it() -> None:
         np.testing.assert_allclose(seen.max(axis=0), expected.max(axis=0), atol=4e-3)
 
 
-def test_meshes_are_closed_and_look_outwards() -> None:
+@pytest.mark.parametrize("scene", [SCENE, sketch(JACO)], ids=["drawing", "sketch"])
+def test_meshes_are_closed_and_look_outwards(scene: SceneDescription) -> None:
     """The volume that the triangles enclose is positive for each colour of the plug and of the receptacle."""
-    for mesh in (*SCENE.held, *SCENE.receptacle, *SCENE.platform):
+    for mesh in (*scene.held, *scene.receptacle, *scene.platform):
         a, b, c = np.moveaxis(mesh.vertices_m[mesh.triangles].astype(float), 1, 0)
         assert np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0 > 0.0
 
