@@ -60,10 +60,11 @@ class Up:
 
     def run(self) -> int:
         """Run the command and return its exit status."""
-        from farhand.deploy.up import Together, run_up
+        from farhand.deploy.run_settings import RunSettings
+        from farhand.deploy.up import run_up
 
         return run_up(
-            Together(
+            RunSettings(
                 self.task,
                 self.link,
                 self.seed,
@@ -121,15 +122,16 @@ class Demo:
 
     def run(self) -> int:
         """Run the command and return its exit status."""
+        from farhand.deploy.run_settings import RunSettings
         from farhand.deploy.site_processes import parse_outage
-        from farhand.deploy.up import Together, run_demo
+        from farhand.deploy.up import run_demo
 
         parse_outage(self.outage)
-        together = Together(
+        settings = RunSettings(
             self.task, self.link, self.seed, self.transport, self.robot, self.own_arm,
             self.plant, self.arm_driver, self.perception, remote_config=self.remote_config,
         )  # fmt: skip
-        return run_demo(together, self.outage, self.json, self.data_dir)
+        return run_demo(settings, self.outage, self.json, self.data_dir)
 
 
 @dataclass(frozen=True)

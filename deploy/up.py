@@ -11,22 +11,18 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
 from farhand.common.address import bind, free_port
-from farhand.common.errors import InvalidConfiguration, ProcessFailed
-from farhand.common.impairment.link_profile import find_profile, load_profiles
-from farhand.common.task import AnyTask
+from farhand.common.errors import ProcessFailed
 from farhand.common.temporary_folder import temporary_folder
 from farhand.common.whole_file import write_whole
 from farhand.deploy.child_process import Child, say_ready
-from farhand.deploy.link.link_process import PROFILES_FILE
 from farhand.deploy.outcome import summary
-from farhand.deploy.pki.throw_away import Identities, Transport, throw_away_identities, transport_for
-from farhand.deploy.places import check_writable, data_folder, find_cell, find_tasks, site_name
-from farhand.deploy.site_processes import configured
+from farhand.deploy.pki.throw_away import Identities, throw_away_identities
+from farhand.deploy.places import check_writable, data_folder, site_name
+from farhand.deploy.run_settings import RunSettings
 from farhand.deploy.status_socket import last_words
 
 _log = logging.getLogger(__name__)
@@ -39,85 +35,7 @@ _SAID_EVERY_S, _LONG_S = 4.0, 10.0
 T = TypeVar("T")
 
 
-@dataclass(frozen=True)
-class Together:
-    """Settings that all three processes share.
-
-    Args:
-        task: Names or files of tasks, with commas between.
-        link: Profile of the simulated link.
-        seed: Seed of all random numbers.
-        transport: Scheme of the endpoints; None for the one that suits the link.
-        robot: Name or file of the robot; empty for the usual one.
-        own_arm: Name or file of the operator's arm; empty for the usual one.
-        plant: Name of an installed driver; empty for what `remote_config` says.
-        arm_driver: Name of an installed driver in the same way.
-        perception: Name of an installed driver in the same way.
-        camera: Name of an installed camera in the same way; `none` for no camera.
-        remote_config: File of the robot's site; None for none.
-    """
-
-    task: str
-    link: str
-    seed: int
-    transport: Transport | None = None
-    robot: str = ""
-    own_arm: str = ""
-    plant: str = ""
-    arm_driver: str = ""
-    perception: str = ""
-    camera: str = ""
-    remote_config: Path | None = None
-
-    def check(self) -> None:
-        """Refuse settings in one line before the start that would end the processes one by one.
-
-        Raises:
-            InvalidConfiguration: When there is no such task, profile or driver, or the tasks are not for the same
-                robot.
-            DriverFailed: When a driver cannot be imported.
-        """
-        tasks = find_tasks(self.task)
-        if self.remote_config is not None or any(self._drivers().values()):
-            self._check_drivers(tasks.first)
-        for name in {self.robot, self.own_arm} - {""}:
-            find_cell(tasks.first, name)
-        self.rate_bps()
-        if self.seed < 0:
-            raise InvalidConfiguration("command line", "seed", f"zero or more, got {self.seed}")
-
-    def _drivers(self) -> dict[str, str]:
-        """Return the chosen drivers by their fields."""
-        return {name: getattr(self, name) for name in ("plant", "arm_driver", "perception", "camera")}
-
-    def driver_options(self) -> list[str]:
-        """Return the chosen drivers as options of `farhand remote`."""
-        return [f"--{name.replace('_', '-')}={value}" for name, value in self._drivers().items() if value]
-
-    def _check_drivers(self, task: AnyTask) -> None:
-        from farhand.remote_site.config import RemoteConfig
-        from farhand.remote_site.robots.installed import check_drivers  # takes a second, and is rarely needed
-
-        overrides = {f"{name}_use": driver or None for name, driver in self._drivers().items()}
-        check_drivers(configured(RemoteConfig, self.remote_config, **overrides), task)
-
-    @property
-    def scheme(self) -> Transport:
-        """Scheme of the endpoints."""
-        return self.transport or transport_for(self.rate_bps())
-
-    def rate_bps(self) -> float:
-        """Return the rate of the simulated link's slower direction [bit/s]; 0: more than enough.
-
-        Raises:
-            InvalidConfiguration: When there is no such profile.
-        """
-        settings = find_profile(load_profiles(PROFILES_FILE), self.link).settings
-        rates = [way.rate_bps for way in (settings.uplink, settings.downlink) if way.rate_bps]
-        return min(rates, default=0.0)
-
-
-def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: str) -> int:
+def run_demo(settings: RunSettings, outage: str, json_file: Path | None, data_dir: str) -> int:
     """Run the scripted job on this machine.
 
     Args:
@@ -158,7 +76,7 @@ def run_demo(settings: Together, outage: str, json_file: Path | None, data_dir: 
     return status
 
 
-def run_up(settings: Together, port: int, data_dir: str) -> int:
+def run_up(settings: RunSettings, port: int, data_dir: str) -> int:
     """Run both sites and the link, with the page of the local site, until Ctrl-C.
 
     Args:
@@ -184,7 +102,7 @@ def run_up(settings: Together, port: int, data_dir: str) -> int:
 
 
 async def _together(
-    settings: Together, data: Sequence[str], local_arguments: Sequence[str], identities: Identities
+    settings: RunSettings, data: Sequence[str], local_arguments: Sequence[str], identities: Identities
 ) -> int:  # fmt: skip
     """Start remote, link and local in this order, and end them in the reverse one.
 
@@ -217,7 +135,7 @@ async def _together(
 
 
 async def _start_and_wait(
-    settings: Together, data: Sequence[str], local_arguments: Sequence[str], children: list[Child],
+    settings: RunSettings, data: Sequence[str], local_arguments: Sequence[str], children: list[Child],
     identities: Identities,
 ) -> int:  # fmt: skip
     remote_port = free_port("tcp" if settings.scheme == "tcp" else "quic")

@@ -24,6 +24,7 @@ from farhand.evaluation.harness.virtual_sites import VirtualSites
 from farhand.local_site.console import intents
 from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.console.console import Console
+from farhand.local_site.console.console_parts import ConsoleParts
 from farhand.local_site.console.dispatcher import Dispatcher
 from farhand.local_site.learning.warm_up import warm_up as learning_warm_up
 from farhand.local_site.script.scripted_actions import ScriptedActions
@@ -52,11 +53,13 @@ class Watch:
 
     Args:
         entries: Functions at which a flow enters.
+        aside: Function that reads the facts of all parts; its own file is noted, and not those of its calls.
     """
 
-    def __init__(self, *entries: Callable[..., object]):
+    def __init__(self, *entries: Callable[..., object], aside: Callable[..., object] | None = None):
         self._entries = {entry.__code__ for entry in entries}
-        self._inside = 0
+        self._aside = aside.__code__ if aside is not None else None
+        self._inside = self._beside = 0
         self.files: dict[str, None] = {}
 
     @contextmanager
@@ -72,10 +75,12 @@ class Watch:
         code = frame.f_code
         if event == "call":
             self._inside += code in self._entries
-            if self._inside and (file := _file_of(code.co_filename)):
+            if self._inside and not self._beside and (file := _file_of(code.co_filename)):
                 self.files.setdefault(file)
+            self._beside += code is self._aside
         elif event == "return":
             self._inside -= code in self._entries
+            self._beside -= code is self._aside
 
 
 def _file_of(name: str) -> str:
@@ -128,8 +133,9 @@ def _datapoint(sites: VirtualSites) -> list[str]:
 
 
 def _execute(sites: VirtualSites, operator: ScriptedActions) -> list[str]:
-    """Run from the button to the robot's answer and the page's picture of it."""
-    watch = Watch(Dispatcher._do_if_allowed, Robot._on_request, Supervisor.on_command, Commanding._on_reply)
+    """Run from the button to the robot's answer; the picture by which the button is judged is one step of it."""
+    entries = (Dispatcher._do_if_allowed, Robot._on_request, Supervisor.on_command, Commanding._on_reply)
+    watch = Watch(*entries, aside=ConsoleParts.draw)
     with watch.watching():
         operator.command(Action.EXECUTE, ControlMode.AUTONOMOUS)
     return list(watch.files)

@@ -137,8 +137,8 @@ class Lesson:
         Raises:
             NotSaved: When it was undone, but not on disk.
         """
-        n_before = self._archive.revisions.n_before(tuple(each.name for each in self.demonstrations))
-        self.relearn(self.before_removal or self.demonstrations[:n_before])
+        n_kept = self._archive.revisions.n_after_undo(tuple(each.name for each in self.demonstrations))
+        self.relearn(self.before_removal or self.demonstrations[:n_kept])
 
     def relearn(self, demonstrations: tuple[StoredDemonstration, ...]) -> None:
         """Learn these demonstrations in place of all others.

@@ -1,4 +1,4 @@
-"""Revisions of a task: the demonstrations of each, and which one is current."""
+"""Revisions of a task: the demonstrations of each, which one is current, and what an undo goes back to."""
 
 from __future__ import annotations
 
@@ -89,8 +89,11 @@ class Revisions:
         """Return the revision with this number, if it is kept."""
         return next((revision for revision in self.kept if revision.number == number), None)
 
-    def n_before(self, names: tuple[str, ...]) -> int:
-        """Return how many of these demonstrations an earlier revision had: those after them were learned together."""
+    def n_after_undo(self, names: tuple[str, ...]) -> int:
+        """Return how many of these demonstrations an undo keeps: as many as an earlier revision had.
+
+        Those after them were learned together.
+        """
         starts = [
             len(r.demonstrations) for r in self.kept if r.demonstrations == names[: len(r.demonstrations)]
         ]
