@@ -26,21 +26,23 @@ REAL_TIME := tests/browser tests/integration tests/evaluation/live tests/evaluat
 	tests/containers
 # They remember their failures apart from the others, which run at the same time.
 REAL_TIME_PYTEST := $(BIN)/pytest -o cache_dir=.pytest_cache/real-time
-# The others take what those leave of the processor.
+# The others take what those leave of the processor; many of them wait for a process or a socket.
 VIRTUAL_TIME_LOG := .pytest_cache/virtual-time.log
+ONCE_MORE := --verbose --last-failed --last-failed-no-failures=none
 
 test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering,ros2 forbids those to skip)
 ifeq ($(strip $(ARGS)),)
 	@mkdir -p $(dir $(VIRTUAL_TIME_LOG))
 	@echo "tests that keep up with real time; beside them, in $(VIRTUAL_TIME_LOG), all others"
-	@nice -n 10 $(BIN)/pytest --numprocesses=2 --dist=loadfile $(REAL_TIME:%=--ignore=%) >$(VIRTUAL_TIME_LOG) 2>&1 & others=$$!; \
+	@nice -n 10 $(BIN)/pytest --numprocesses=3 --dist=loadfile $(REAL_TIME:%=--ignore=%) >$(VIRTUAL_TIME_LOG) 2>&1 & others=$$!; \
 	trap "kill $$others 2>/dev/null || true" EXIT; failed=0; late=0; \
 	$(REAL_TIME_PYTEST) $(REAL_TIME) || late=$$?; \
 	wait $$others || failed=$$?; \
 	cat $(VIRTUAL_TIME_LOG); \
-	if ((late == 1)); then \
-	    echo "==> real time: the failures above once more, with the processor to themselves"; \
-	    late=0; $(REAL_TIME_PYTEST) --verbose --last-failed --last-failed-no-failures=none $(REAL_TIME) || late=$$?; \
+	if ((late == 1 || failed == 1)); then \
+	    echo "==> the failures above once more, one at a time, with the processor to themselves"; \
+	    if ((failed == 1)); then failed=0; $(BIN)/pytest $(ONCE_MORE) $(REAL_TIME:%=--ignore=%) || failed=$$?; fi; \
+	    if ((late == 1)); then late=0; $(REAL_TIME_PYTEST) $(ONCE_MORE) $(REAL_TIME) || late=$$?; fi; \
 	fi; \
 	exit $$((failed ? failed : late))
 else

@@ -8,8 +8,8 @@ that no revision names.
 from __future__ import annotations
 
 import contextlib
-import time
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 from farhand.common.errors import FarhandError
@@ -35,8 +35,8 @@ class StoredDemonstration:
     @classmethod
     def made_now(cls, demonstration: Demonstration) -> StoredDemonstration:
         """Return a demonstration with a new file name, which contains the present time."""
-        name = f"demonstration-{time.strftime('%Y%m%dT%H%M%S')}-{time.time_ns() % 10**9 // 1000:06d}.npz"
-        return cls(name, demonstration)
+        # One instant, in UTC: a lost list is made again from the names in their order.
+        return cls(f"demonstration-{datetime.now(UTC):%Y%m%dT%H%M%S-%f}.npz", demonstration)
 
 
 class TaskArchive:
