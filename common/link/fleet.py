@@ -12,9 +12,10 @@ import zenoh
 
 from farhand.common.clock import elapsed_s
 from farhand.common.errors import InvalidInput
-from farhand.common.link.endpoint import OPERATORS, EndpointSettings, bare_configuration, scheme_of
-from farhand.common.link.path_probe import PathProbe
+from farhand.common.link.endpoint import OPERATORS, EndpointSettings, bare_configuration
+from farhand.common.link.path_probe import Path, PathProbe
 from farhand.common.link.session import Session, in_reader
+from farhand.common.link.silence import Silence
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Telemetry
@@ -52,19 +53,18 @@ class Fleet:
     def __init__(self, settings: EndpointSettings, robots: Sequence[str] = ()):
         self._robots = tuple(robots)
         self._found: tuple[str, ...] = ()
-        self._began_s = elapsed_s()
         self._heard: dict[str, tuple[bytes, float]] = {}
         self._decoded: dict[str, tuple[bytes, Telemetry | None]] = {}
         self._closed = threading.Event()
         self._session = Session(settings, _configuration)
         for robot in self._robots or ("*",):
             self._session.declare(partial(self._follow, robot))
-        self._probe = None
-        if scheme_of(settings.connect) == "quic":
-            self._probe = PathProbe(
-                settings.connect, self._silent_s, self._is_connected,
-                lambda s: self._session.answers(f"{_ANY}/{keys.RIGHT.of(settings.speaks_as)}", s), self._session.reopen,
-            )  # fmt: skip
+        self._silence = Silence(settings.rate_bps)
+        asked = f"{_ANY}/{keys.RIGHT.of(settings.speaks_as)}"
+        self._probe = PathProbe(
+            Path.of(settings, _configuration, asked, self._silence), lambda: self._silence.lasts_s,
+            self._is_connected, lambda s: self._session.answers(asked, s), self._session.reopen,
+        )  # fmt: skip
         self._thread = threading.Thread(target=self._run, name="fleet", daemon=True)
         self._thread.start()
 
@@ -88,8 +88,7 @@ class Fleet:
     def close(self) -> None:
         """End the session and the thread."""
         self._closed.set()
-        if self._probe is not None:
-            self._probe.close()
+        self._probe.close()
         self._session.close()
         self._thread.join(timeout=10.0)
 
@@ -102,6 +101,7 @@ class Fleet:
 
     def _hear(self, sample: zenoh.Sample) -> None:
         # Decoded when somebody looks: most reports are replaced before.
+        self._silence.heard()
         name = str(sample.key_expr).partition("/")[0]
         if len(sample.payload) <= keys.TELEMETRY.most_bytes:
             self._heard[name] = (sample.payload.to_bytes(), elapsed_s())
@@ -115,11 +115,6 @@ class Fleet:
 
     def _is_connected(self) -> bool:
         return bool(self._session.locators())
-
-    def _silent_s(self) -> float:
-        return elapsed_s() - max(
-            (heard_s for _, heard_s in list(self._heard.values())), default=self._began_s
-        )
 
 
 def _report(data: bytes) -> Telemetry | None:

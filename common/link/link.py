@@ -20,12 +20,15 @@ from farhand.common.link.budget import OVERHEAD_BYTES
 from farhand.common.link.certificates import check_site_certificate
 from farhand.common.link.connection_faults import DeafListeners
 from farhand.common.link.copies import Once, Question
-from farhand.common.link.endpoint import MOST_SESSIONS, EndpointSettings, scheme_of
+from farhand.common.link.endpoint import MOST_SESSIONS, EndpointSettings, scheme_of, zenoh_configuration
 from farhand.common.link.interface import Answered, Deliver, Handle, Signed
 from farhand.common.link.outbox import Outbox
+from farhand.common.link.path_probe import Path, PathProbe
 from farhand.common.link.quic import QuicDelivery, copy_of, site_in
 from farhand.common.link.refusals import Refusals, serve_rights
-from farhand.common.link.session import Session, ZenohRequest, in_reader, reply_to
+from farhand.common.link.session import ZenohRequest, in_reader, reply_to
+from farhand.common.link.silence import Silence
+from farhand.common.link.site_sessions import SiteSessions
 from farhand.common.log import loop_logger
 from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel, Urgency, answers_for
@@ -52,8 +55,9 @@ class ZenohLink:
         self._knows_senders = bool(settings.is_of_robot and settings.certificates)
         shared = settings.is_of_robot and bool(settings.connect)  # a hub's connection carries every site
         self._settings, self._refusals = settings, Refusals(dropped, slows=not shared)
+        self._silence = Silence(settings.rate_bps)
         self._quic: QuicDelivery | None = None
-        self._session = self._streams = Session(settings)
+        self._sessions = SiteSessions(settings)
         self._deaf = DeafListeners(self.connected_to, settings.listen, dropped) if settings.listen else None
         held_up = self._deaf.look if self._deaf is not None else lambda: None
         self._outboxes = {urgency: Outbox(urgency.name.lower(), _log, held_up) for urgency in Urgency}
@@ -63,25 +67,29 @@ class ZenohLink:
         self._access = None
         if settings.certificates:
             self._access = AccessWatch(settings.certificate_folder, settings.sites, self.reopen, self._look)
-            if settings.listen:
-                self._session.declare(serve_rights(self._access, settings.vehicle, self._refusals))
-        if settings.is_of_robot and settings.connect:
-            self._session.declare(lambda session: session.liveliness().declare_token(keys.ALIVE))
+        main = self._sessions.main
+        if settings.listen:
+            main.declare(serve_rights(self._access, settings.vehicle, self._refusals))
+        elif settings.is_of_robot:
+            main.declare(lambda session: session.liveliness().declare_token(keys.ALIVE))
         if scheme_of(settings.endpoint) == "quic":
-            self._quic = QuicDelivery(settings.rate_bps, self._put, self._set_limit)
-            if settings.connect:
-                # Streams have a window of their own, which nothing else fills, and so do commands.
-                self._streams = Session(settings)
+            self._quic = QuicDelivery(self._silence, self._put, self._set_limit)
+            if not settings.is_of_robot:
                 key, answers = answers_for(self._site, self._quic.asker), self._quic.answered
-                if not settings.is_of_robot:
-                    self._session.declare(lambda session: session.declare_subscriber(key, in_reader(answers)))
-                asked = keys.RIGHT.of("hub" if settings.is_of_robot else self._site)
-                self._quic.watch_path(
-                    settings.connect,
-                    self._is_connected,
-                    lambda s: all(each.answers(asked, s) for each in (self._session, self._streams)),
-                    self.reopen,
-                )
+                main.declare(lambda session: session.declare_subscriber(key, in_reader(answers)))
+        self._probe = self._path_probe() if settings.connect else None
+
+    def _path_probe(self) -> PathProbe:
+        asked = keys.RIGHT.of("hub" if self._settings.is_of_robot else self._site)
+        path = Path.of(self._settings, zenoh_configuration, asked, self._silence)
+        sessions = self._sessions
+        return PathProbe(
+            path, self._silent_s, lambda: sessions.is_connected, lambda s: sessions.answers(asked, s), sessions.reopen
+        )  # fmt: skip
+
+    def _silent_s(self) -> float:
+        """Return the silence of the more silent connection [s]: over QUIC either of the two may be stuck alone."""
+        return max(self._silence.lasts_s, self._quic.streams_silent_s if self._quic is not None else 0.0)
 
     def send(self, channel: Channel, data: bytes) -> None:
         """See `Link.send`."""
@@ -109,8 +117,7 @@ class ZenohLink:
             return deliver(self._data(sample))
 
         taker = self._taker(channel, take)
-        session = self._streams if channel.is_streamed else self._session
-        session.declare(lambda session: session.declare_subscriber(key, taker))
+        self._sessions.declare(channel, lambda session: session.declare_subscriber(key, taker))
 
     def serve(self, channel: Channel, handle: Handle) -> None:
         """See `Link.serve`."""
@@ -125,14 +132,18 @@ class ZenohLink:
         def take_datagram(sample: zenoh.Sample) -> bool | None:
             if (copy := copy_of(sample)) is None:
                 return False
-            answers = answers_for(site_in(sample), copy[1])
-            return once.take(copy[0], self._data(sample), self._by_datagram(channel, answers, copy[0]))
+            question_id, answers = copy[0], answers_for(site_in(sample), copy[1])
+
+            def answer(data: bytes) -> None:
+                outbox.submit(lambda: self._sessions.put(channel, answers, data, False, False, question_id))
+
+            return once.take(question_id, self._data(sample), answer)
 
         taker = self._taker(channel, take_query)
-        self._session.declare(lambda session: session.declare_queryable(key, taker))
+        self._sessions.main.declare(lambda session: session.declare_queryable(key, taker))
         if channel.both_ways and self._quic is not None:
             datagrams = self._taker(channel, take_datagram)
-            self._session.declare(lambda session: session.declare_subscriber(key, datagrams))
+            self._sessions.main.declare(lambda session: session.declare_subscriber(key, datagrams))
 
     def ask(self, channel: Channel, data: bytes, timeout_s: float, answered: Answered) -> None:
         """See `Link.ask`."""
@@ -147,7 +158,7 @@ class ZenohLink:
 
         def get() -> None:
             try:
-                self._session.get(
+                self._sessions.main.get(
                     key, handler, payload=data, timeout=timeout_s, express=True, attachment=attachment,
                     priority=getattr(zenoh.Priority, channel.urgency.value), congestion_control=zenoh.CongestionControl.BLOCK,
                 )  # fmt: skip
@@ -170,8 +181,7 @@ class ZenohLink:
 
     def reopen(self) -> None:
         """Open the transport again in place, with certificates and rights as the files have them now."""
-        for session in {self._session, self._streams}:
-            session.reopen()
+        self._sessions.reopen()
 
     def close(self) -> None:
         """See `Link.close`. Without it the interpreter would hang at its exit."""
@@ -179,20 +189,14 @@ class ZenohLink:
             if self._closed:
                 return
             self._closed = True
-        for part in (
-            self._access,
-            self._deaf,
-            self._quic,
-            *self._outboxes.values(),
-            self._streams,
-            self._session,
-        ):
+        watches = (self._access, self._probe, self._deaf, self._quic)
+        for part in (*watches, *self._outboxes.values(), self._sessions):
             if part is not None:
                 part.close()
 
     def connected_to(self) -> list[str]:
         """Return the locators of the other ends that are connected."""
-        return self._session.locators()
+        return self._sessions.main.locators()
 
     def warning(self) -> str:
         """Return what is wrong with the link's security, in words; empty if nothing is."""
@@ -212,9 +216,6 @@ class ZenohLink:
                 f"{MOST_SESSIONS} connections are open, and further ones are refused: two of each site over QUIC"
             )
 
-    def _is_connected(self) -> bool:
-        return all(session.locators() for session in {self._session, self._streams})
-
     def _data(self, item: zenoh.Query | zenoh.Sample) -> bytes:
         """Return the bytes of an item, with the sender's name where its certificate tells it."""
         data = item.payload.to_bytes() if item.payload else b""
@@ -223,36 +224,12 @@ class ZenohLink:
     def _put(self, channel: Channel, data: bytes, reliably: bool, attachment: bytes | None) -> None:
         """Put a message now. Called by the thread of its urgency alone, as it may wait for the network."""
         blocks = channel.must_arrive and (reliably or channel.urgency is Urgency.STOP)
-        self._put_on(channel, channel.of(self._site), data, reliably, blocks, attachment)
-
-    def _put_on(
-        self, channel: Channel, key: str, data: bytes, reliably: bool, blocks: bool, attachment: bytes | None
-    ) -> None:
-        control, reliability = zenoh.CongestionControl, zenoh.Reliability
-        session = self._streams if channel.is_streamed else self._session
-        publisher = session.publisher(
-            (key, reliably),
-            lambda session: session.declare_publisher(
-                key,
-                priority=getattr(zenoh.Priority, channel.urgency.value),
-                congestion_control=control.BLOCK if blocks else control.DROP,
-                express=not channel.is_large,
-                reliability=reliability.RELIABLE if reliably else reliability.BEST_EFFORT,
-            ),
-        )
-        publisher.put(data, attachment=attachment)
-
-    def _by_datagram(self, channel: Channel, key: str, question_id: bytes) -> Callable[[bytes], None]:
-        """Return a function that answers a copy by a datagram."""
-        outbox = self._outboxes[channel.urgency]
-        return lambda data: outbox.submit(
-            lambda: self._put_on(channel, key, data, reliably=False, blocks=False, attachment=question_id)
-        )
+        self._sessions.put(channel, channel.of(self._site), data, reliably, blocks, attachment)
 
     def _on_reply(self, question: Question) -> Callable[[zenoh.Reply], None]:
         def hear(reply: zenoh.Reply) -> None:
-            if reply.ok is not None and self._quic is not None:
-                self._quic.heard()  # an error comes from this side, if the other one is not connected
+            if reply.ok is not None:
+                self._silence.heard()  # an error comes from this side, if the other one is not connected
             question.on_reply(reply)
 
         return hear
@@ -267,5 +244,4 @@ class ZenohLink:
 
     def _taker(self, channel: Channel, take: Callable[[Any], bool | None]) -> Any:
         """Return what takes each item of a channel in the thread that reads its connection."""
-        heard = self._quic.heard if self._quic is not None else lambda: None
-        return in_reader(self._refusals.guarded(channel, take, heard))
+        return in_reader(self._refusals.guarded(channel, take, self._silence.heard))

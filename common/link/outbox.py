@@ -1,7 +1,6 @@
 """Sending thread, so that the control loop never waits for the transport.
 
-Its queue keeps the order, only the newest message where that suffices, and byte budgets. While the other site is
-silent, a gate reduces the sending to small probes, so that the end of an outage is detected at once.
+Its queue keeps the order, only the newest message where that suffices, and byte budgets.
 """
 
 from __future__ import annotations
@@ -141,70 +140,3 @@ class Outbox:
                     return send
                 self._changed.wait(self._queue.ready_in_s(now_s))
             return None
-
-
-_SMALL_BYTES = 200
-_SMALL_PAUSE_S, _LARGE_PAUSE_S, _STOP_PAUSE_S, _QUESTION_PAUSE_S = 1 / 3, 5.0, 0.6, 2.0
-"""Pauses between probes. In half a minute, after which QUIC gives the connection up, they stay within 12 kB, its first window."""
-_SILENT_AFTER_S, _NARROW_SILENT_AFTER_S = 0.5, 2.0
-_NARROW_BPS = 100_000.0
-
-
-class SilenceGate:
-    """Gate that passes all messages while the other site is heard, and few small ones while it is not.
-
-    Over QUIC, data sent into an outage stays unacknowledged and fills the congestion window. Then only the
-    transport's own probes leave, at intervals that double each time: the link would be found open after a
-    time as long as the outage was.
-
-    Args:
-        rate_bps: Capacity of the link [bit/s]; 0: more than enough. On a narrow link messages are rarer,
-            and silence is longer.
-        clock: Returns the time, on a clock that does not go back [s].
-    """
-
-    def __init__(self, rate_bps: float = 0.0, clock: Callable[[], float] = time.monotonic):
-        self._silent_after_s = _NARROW_SILENT_AFTER_S if 0 < rate_bps < _NARROW_BPS else _SILENT_AFTER_S
-        self._clock, self._lock = clock, threading.Lock()
-        self._heard_s = clock()
-        self._probed_s: dict[float, float] = {}
-
-    def heard(self) -> None:
-        """Note the arrival of a message."""
-        self._heard_s = self._clock()
-
-    @property
-    def silent_s(self) -> float:
-        """Time since the last arrival, or since the start [s]."""
-        return self._clock() - self._heard_s
-
-    @property
-    def is_silent(self) -> bool:
-        """True while the silence is longer than usual."""
-        return self.silent_s > self._silent_after_s
-
-    def lets_out(self, n_bytes: int) -> bool:
-        """Decide whether a replaceable message may be sent now.
-
-        Args:
-            n_bytes: Size of the message, with the transport's own bytes [B].
-        """
-        return self._is_due(_SMALL_PAUSE_S if n_bytes < _SMALL_BYTES else _LARGE_PAUSE_S)
-
-    def lets_stop(self) -> bool:
-        """Decide whether a stop may be repeated now."""
-        return self._is_due(_STOP_PAUSE_S)
-
-    def lets_ask(self) -> bool:
-        """Decide whether a periodic question may be asked now."""
-        return self._is_due(_QUESTION_PAUSE_S)
-
-    def _is_due(self, pause_s: float) -> bool:
-        with self._lock:
-            if not self.is_silent:
-                return True
-            now_s = self._clock()
-            if now_s - self._probed_s.get(pause_s, -pause_s) < pause_s:
-                return False
-            self._probed_s[pause_s] = now_s
-            return True

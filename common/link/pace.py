@@ -34,8 +34,6 @@ _QUEUED_S, _QUEUE_EASED = 0.12, 0.25
 _WINDOW, _ENOUGH, _NEWEST = 200, 20, 4
 """Number of messages for the loss, least number for an estimate, and number for the present delay."""
 _KNOWN_S, _ROUND_TRIPS = 5.0, 300
-_OUTAGE_S = 1.0
-"""Silence that is an outage, and no loss of single messages [s]."""
 _TICK_S = 0.02
 _MARK = struct.Struct(">HHIHIHBB")
 """Mark: sender, number and time of the message [ms]; the answered peer, the time in its newest mark, the time since that
@@ -91,11 +89,12 @@ class StreamPace:
     """Maker and reader of the marks, for any thread.
 
     Args:
+        outage_s: Silence that is an outage, and no loss of single messages [s].
         clock: Returns the time, on a clock that does not go back [s].
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic):
-        self._clock, self._lock = clock, threading.Lock()
+    def __init__(self, outage_s: float, clock: Callable[[], float] = time.monotonic):
+        self._outage_s, self._clock, self._lock = outage_s, clock, threading.Lock()
         self._me = secrets.randbelow(2**16)
         self._numbers: dict[str, int] = {}
         self._peers: dict[int, _Peer] = {}
@@ -135,7 +134,7 @@ class StreamPace:
             if peer is None or now_s - peer.heard_s > _KNOWN_S:
                 self._peers = {k: p for k, p in self._peers.items() if now_s - p.heard_s <= _KNOWN_S}
                 peer = self._peers[sender] = _Peer(now_s, sent_ms)
-            if not peer.count(channel, number, now_s - peer.heard_s > _OUTAGE_S):
+            if not peer.count(channel, number, now_s - peer.heard_s > self._outage_s):
                 return
             peer.heard_s, peer.sent_ms, self._newest = now_s, sent_ms, sender
             peer.ways_ms.append((_ms(now_s) - sent_ms) & 0xFFFFFFFF)

@@ -4,6 +4,10 @@ After half a minute of silence QUIC gives up its connection. An attempt to conne
 its pauses, and loses seconds after the path's return. A packet of an unknown version is a cheap probe: every QUIC server
 answers it with its versions (RFC 9000, section 6). An open path on which a question stays without an answer belongs to a
 connection whose other end was restarted: QUIC itself would notice that after half a minute.
+
+A TCP connection of which a NAT or a firewall has forgotten the state is silent until the transport's lease ends, two
+minutes later. Only another connection tells this from an outage, which the old one survives: whichever brings the
+first answer is kept.
 """
 
 from __future__ import annotations
@@ -14,15 +18,18 @@ import socket
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from farhand.common.address import endpoint_address
+from farhand.common.link.endpoint import EndpointSettings, scheme_of
+from farhand.common.link.session import Configure
+from farhand.common.link.silence import Silence
+from farhand.common.link.site_sessions import try_session
 
-_DOUBTED_S, _ASKED_EVERY_S = 1.5, 2.0
-"""Silence after which the other end is asked whether it is still there, and time between two such questions [s]."""
 _ANSWER_S, _ANSWER_ROUND_TRIPS = 0.5, 2.0
 """Time limit of its answer on an open path: a constant [s] plus a number of round trips."""
 _SURVIVED_S = 1.0
-"""Wait for the next message once the path is open after an outage: three a second are sent meanwhile [s]."""
+"""Wait over QUIC for the next message once the path is open after an outage: three a second are sent meanwhile [s]."""
 _UNCONNECTED_S = 3.0
 """Time without a connection after which the path is probed for another attempt [s]."""
 _EVERY_S, _LOOK_S = 0.4, 0.1
@@ -31,13 +38,66 @@ _ATTEMPT_S, _ATTEMPT_ROUND_TRIPS = 1.5, 7.0
 _PROBE_BYTES = 1200
 """Size of the smallest packet that a server answers [B]."""
 _LONG_HEADER, _RESERVED_VERSION, _ID_BYTES = b"\xc0", b"\x1a\x2a\x3a\x4a", 8
+_TCP_PATIENCE, _TRIAL = 2.0, 20.0
+"""Patience over TCP in comparison with QUIC, since TCP resends what was lost, and time limit of a trial in usual silences."""
+_OPENING_ROUND_TRIPS = 4.0
+"""Round trips until a new session has its first answer."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Path to the other end as its transport tests it, with the patience that the transport needs.
+
+    Args:
+        probe: Returns the round trip of an open path [s], None without an answer in its time; the event ends it early.
+        doubted_s: Silence after which the other end is asked whether it is still there [s].
+        answer_s: Time for the first answer, before the path is probed [s].
+        lost_s: Time without a connection after which the path is probed, when there was one before [s].
+        unconnected_s: The same when there was none [s].
+        survived_s: Wait for a message after an outage [s]; 0: the other end is asked.
+    """
+
+    probe: Callable[[threading.Event], float | None]
+    doubted_s: float
+    answer_s: float
+    lost_s: float
+    unconnected_s: float
+    survived_s: float
+
+    @classmethod
+    def of(cls, settings: EndpointSettings, configure: Configure, key: str, silence: Silence) -> Path:
+        """Return the path of a site that connects.
+
+        Args:
+            settings: Endpoint to connect to.
+            configure: Returns the transport's configuration.
+            key: Key of a question that the other end answers to everybody.
+            silence: Silence of the other end.
+        """
+        if scheme_of(settings.connect) == "quic":
+            address = endpoint_address(settings.connect)
+            return cls(
+                lambda ended: probe(address, _EVERY_S, ended), silence.doubted_s, silence.usual_s,
+                lost_s=0.0, unconnected_s=_UNCONNECTED_S, survived_s=_SURVIVED_S,
+            )  # fmt: skip
+
+        def probe_by_session(ended: threading.Event) -> float | None:
+            took_s = try_session(settings, configure, key, _TRIAL * silence.usual_s, ended)
+            return took_s / _OPENING_ROUND_TRIPS if took_s is not None else None
+
+        # The transport itself tries to connect all the time, and a slow handshake must not be begun again in vain.
+        unconnected_s = _TRIAL * silence.usual_s
+        return cls(
+            probe_by_session, _TCP_PATIENCE * silence.doubted_s, _TCP_PATIENCE * 2.0 * silence.usual_s,
+            lost_s=unconnected_s, unconnected_s=unconnected_s, survived_s=0.0,
+        )  # fmt: skip
 
 
 class PathProbe:
     """Prober of the path, in a thread of its own.
 
     Args:
-        endpoint: QUIC endpoint of the other end.
+        path: Path to the other end.
         silent_s: Returns the silence of the other end [s].
         is_connected: Returns True if the transport has a connection.
         answers: Decides whether the other end answers on the present connection within a time [s].
@@ -46,14 +106,13 @@ class PathProbe:
 
     def __init__(
         self,
-        endpoint: str,
+        path: Path,
         silent_s: Callable[[], float],
         is_connected: Callable[[], bool],
         answers: Callable[[float], bool],
         reconnect: Callable[[], None],
     ):
-        self._address = endpoint_address(endpoint)
-        self._silent_s, self._is_connected = silent_s, is_connected
+        self._path, self._silent_s, self._is_connected = path, silent_s, is_connected
         self._answers, self._reconnect = answers, reconnect
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="path probe", daemon=True)
@@ -69,9 +128,11 @@ class PathProbe:
         while not self._closed.wait(_LOOK_S):
             if self._is_connected():
                 was_connected, connected_s = True, time.monotonic()
-                if self._silent_s() >= _DOUBTED_S:
+                if self._is_silent:
                     self._doubt()
-            elif was_connected or time.monotonic() - connected_s >= _UNCONNECTED_S:
+                continue
+            patience_s = self._path.lost_s if was_connected else self._path.unconnected_s
+            if time.monotonic() - connected_s >= patience_s:
                 self._restore()
 
     @property
@@ -84,29 +145,28 @@ class PathProbe:
         A connection that had outages before has a small window, which is soon full in the next one: it then sends its
         next packet only after a pause that has doubled each time. A new connection is quicker.
         """
-        if self._answers(_ANSWER_S):
-            self._closed.wait(_ASKED_EVERY_S)
+        if self._answers(self._path.answer_s):
+            self._closed.wait(self._path.doubted_s)
             return
         was_cut = False
         while self._is_silent:
-            if (round_trip_s := probe(self._address, _EVERY_S, self._closed)) is None:
+            if (round_trip_s := self._path.probe(self._closed)) is None:
                 was_cut = True  # nothing is asked meanwhile: it would fill the window
                 continue
-            survived = self._is_heard_within(_SURVIVED_S) if was_cut else self._answers(
-                _ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s
-            )  # fmt: skip
-            if not survived and not self._closed.is_set():
+            if not self._has_survived(was_cut, round_trip_s) and not self._closed.is_set():
                 self._reconnect()
                 self._wait(_ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s)
             return
 
     @property
     def _is_silent(self) -> bool:
-        return self._silent_s() >= _DOUBTED_S and not self._closed.is_set()
+        return self._silent_s() >= self._path.doubted_s and not self._closed.is_set()
 
-    def _is_heard_within(self, patience_s: float) -> bool:
-        """Wait for a message over every connection; return False if none came."""
-        give_up_s = time.monotonic() + patience_s
+    def _has_survived(self, was_cut: bool, round_trip_s: float) -> bool:
+        """Wait for a message over every connection, on a path that is open; return False if none came."""
+        if not was_cut or not self._path.survived_s:
+            return not self._is_silent or self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s)
+        give_up_s = time.monotonic() + self._path.survived_s
         while self._is_silent and time.monotonic() < give_up_s:
             self._closed.wait(_LOOK_S)
         return not self._is_silent
@@ -114,7 +174,7 @@ class PathProbe:
     def _restore(self) -> None:
         """Probe until the path is open, then reconnect until there is a connection."""
         while not self._is_well:
-            round_trip_s = probe(self._address, _EVERY_S, self._closed)
+            round_trip_s = self._path.probe(self._closed)
             if round_trip_s is not None and not self._is_well:
                 self._reconnect()
                 self._wait(_ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s)

@@ -15,9 +15,8 @@ from typing import Any
 import zenoh
 
 from farhand.common.link.copies import ID_BYTES, Copies, Question
-from farhand.common.link.outbox import SilenceGate
 from farhand.common.link.pace import SHARES, StreamPace
-from farhand.common.link.path_probe import PathProbe
+from farhand.common.link.silence import Silence, SilenceGate
 from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel
 
@@ -36,15 +35,14 @@ class QuicDelivery:
     """Delivery of one site's messages.
 
     Args:
-        rate_bps: Capacity of the link [bit/s]; 0: more than enough.
+        silence: Silence of the other site.
         put: Puts a message now, in the channel's sending thread.
         limit: Sets the budget of a streamed channel [B/s]; zero removes it.
     """
 
-    def __init__(self, rate_bps: float, put: Put, limit: Callable[[Channel, float], None]):
-        self._put, self._limit = put, limit
-        self._gate, self._pace, self._copies = SilenceGate(rate_bps), StreamPace(), Copies()
-        self._probe: PathProbe | None = None
+    def __init__(self, silence: Silence, put: Put, limit: Callable[[Channel, float], None]):
+        self._put, self._limit, self._silence = put, limit, silence
+        self._gate, self._pace, self._copies = SilenceGate(silence), StreamPace(silence.outage_s), Copies()
         self._paced_bytes_s = self._next_report_s = 0.0
         self._gap_s, self._gap_since_s = 0.0, -math.inf
         self._streamed_s: float | None = None
@@ -52,31 +50,10 @@ class QuicDelivery:
         self.asker = secrets.token_hex(ASKER_BYTES)
         """Random name of this process, in the key of the answers to its questions."""
 
-    def watch_path(
-        self,
-        endpoint: str,
-        is_connected: Callable[[], bool],
-        answers: Callable[[float], bool],
-        reconnect: Callable[[], None],
-    ) -> None:
-        """Begin to probe the path, and reconnect as soon as it is back after a long outage.
-
-        Args:
-            endpoint: Endpoint of the other end.
-            is_connected: Returns True if the transport has a connection.
-            answers: Decides whether the other end answers on the present connection within a time [s].
-            reconnect: Begins a new connection.
-        """
-        self._probe = PathProbe(endpoint, self._silent_s, is_connected, answers, reconnect)
-
-    def _silent_s(self) -> float:
-        """Return the silence of the more silent connection [s]: either of the two may be stuck alone."""
-        streams_s = time.monotonic() - self._streamed_s if self._streamed_s is not None else 0.0
-        return max(self._gate.silent_s, streams_s)
-
-    def heard(self) -> None:
-        """Note the arrival of a message."""
-        self._gate.heard()
+    @property
+    def streams_silent_s(self) -> float:
+        """Time since the last message of a stream [s]; 0 before the first: the streams' connection may be stuck alone."""
+        return time.monotonic() - self._streamed_s if self._streamed_s is not None else 0.0
 
     def lets_out(self, channel: Channel, n_bytes: int) -> bool:
         """Decide whether a message may be sent now; otherwise it is skipped.
@@ -145,7 +122,7 @@ class QuicDelivery:
             question: The question.
             submit: Queues one copy for sending; never blocks.
         """
-        self._copies.add(question, lambda: None if self._gate.is_silent else submit())
+        self._copies.add(question, lambda: None if self._silence.is_unusual else submit())
 
     def copy_attachment(self, question: Question) -> bytes:
         """Return the attachment of every copy of a question."""
@@ -153,14 +130,12 @@ class QuicDelivery:
 
     def answered(self, sample: zenoh.Sample) -> None:
         """Process an answer to a copy."""
-        self.heard()
+        self._silence.heard()
         if sample.attachment is not None:
             self._copies.answered(sample.attachment.to_bytes(), sample.payload.to_bytes())
 
     def close(self) -> None:
-        """End the threads."""
-        if self._probe is not None:
-            self._probe.close()
+        """End the thread."""
         self._copies.close()
 
 

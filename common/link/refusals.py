@@ -17,7 +17,7 @@ from typing import Any
 import zenoh
 
 from farhand.common.clock import elapsed_s
-from farhand.common.link.access import AccessWatch, explain_right
+from farhand.common.link.access import AccessWatch, explain_right, obeys_all
 from farhand.common.link.quic import site_in
 from farhand.common.link.session import Declare, in_reader, reply_to
 from farhand.common.log import loop_logger
@@ -131,17 +131,17 @@ class Refusals:
         return bool(words)
 
 
-def serve_rights(access: AccessWatch, robot: str, refusals: Refusals) -> Declare:
+def serve_rights(access: AccessWatch | None, robot: str, refusals: Refusals) -> Declare:
     """Return the declaration by which a robot's end answers each site what it may do, and tells whom it refuses.
 
     Args:
-        access: Rights of the sites.
+        access: Rights of the sites; None without certificates: every site is an operator.
         robot: Name of the robot.
         refusals: Teller of the refusals.
     """
 
     def declare(session: zenoh.Session) -> Any:
-        answers = access.answers()
+        answers = access.answers() if access is not None else obeys_all
 
         def hear(query: zenoh.Query) -> None:
             answer = answers(site := site_in(query))

@@ -12,7 +12,7 @@ import os
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import zenoh
@@ -26,12 +26,13 @@ from farhand.common.wire import keys
 
 _log = loop_logger(__name__)
 
-_RETRY_S = 0.2
+RETRY_S = 0.2
 _MOST_PUBLISHERS = 128
 _TOKENS_S = 5.0
 _PORT_FREE_S, _GOODBYE_S = 15.0, 0.5
 """Longest wait for a session's end: of one that listens, whose port is needed again, and of one that connects [s]."""
 _SAID_EVERY_S = 10.0
+_RUNTIME, _environment = "ZENOH_RUNTIME", threading.Lock()
 
 Declare = Callable[[zenoh.Session], Any]
 """Function that declares a subscriber or a queryable with a callback, and returns it."""
@@ -43,14 +44,14 @@ class Session:
 
     Args:
         settings: The endpoints.
-        configure: Returns the transport's configuration, with the files as they are at each opening; that of a site when not given.
+        configure: Returns the transport's configuration, with the files as they are at each opening.
 
     Raises:
         LinkError: When the endpoint cannot be listened on or is not understood.
     """
 
-    def __init__(self, settings: EndpointSettings, configure: Configure | None = None):
-        self._settings, self._configure = settings, configure or zenoh_configuration
+    def __init__(self, settings: EndpointSettings, configure: Configure = zenoh_configuration):
+        self._settings, self._configure = settings, configure
         self._changed, self._swapping = threading.Condition(), threading.RLock()
         self._closed = False
         self._session = _opened(settings, self._configure)
@@ -92,17 +93,30 @@ class Session:
         """Ask a question, see `zenoh.Session.get`."""
         self._session.get(*args, **options)
 
-    def answers(self, key: str, timeout_s: float) -> bool:
-        """Decide whether a question is answered in time: it is the only proof that the other end is still there."""
-        answered = threading.Event()
+    def answers(self, key: str, timeout_s: float, ended: threading.Event | None = None) -> bool:
+        """Decide whether a question is answered in time: it is the only proof that the other end is still there.
+
+        Args:
+            key: Key of the question.
+            timeout_s: Time limit of the answer [s].
+            ended: Ends the wait early.
+        """
+        until_s, answered, asks = time.monotonic() + timeout_s, threading.Event(), threading.Event()
 
         def hear(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
                 answered.set()
 
-        with contextlib.suppress(zenoh.ZError):  # it is being closed
-            self._session.get(key, in_reader(hear), timeout=timeout_s, express=True)
-        return answered.wait(timeout_s)
+        asks.set()
+        while (left_s := until_s - time.monotonic()) > 0 and not (ended is not None and ended.is_set()):
+            if asks.is_set():  # an unconnected question ends at once
+                asks.clear()
+                handler = zenoh.handlers.Callback(hear, asks.set, indirect=False)
+                with contextlib.suppress(zenoh.ZError):  # it is being closed
+                    self._session.get(key, handler, timeout=left_s, express=True)
+            if answered.wait(min(left_s, RETRY_S)):
+                break
+        return answered.is_set()
 
     def locators(self) -> list[str]:
         """Return the locators of the connected peers."""
@@ -171,7 +185,7 @@ class Session:
                     said_s = time.monotonic()
                     _log.warning("the link cannot be opened again yet: %s", error)
                 with self._changed:
-                    self._changed.wait(_RETRY_S)
+                    self._changed.wait(RETRY_S)
 
 
 def _opened(settings: EndpointSettings, configure: Configure) -> zenoh.Session:
@@ -181,18 +195,29 @@ def _opened(settings: EndpointSettings, configure: Configure) -> zenoh.Session:
         LinkError: When the endpoint cannot be listened on or is not understood.
     """
     configuration = configure(settings)
-    # A reader for each connection: one that is slow, paused or waits for room at another connection holds up no other.
-    # With fewer, all of them can wait for a connection that is being closed, for ever (eclipse-zenoh/zenoh, issue 1876).
-    readers = configuration["transport"]["unicast"]["max_sessions"] + 1
-    os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {readers}))")  # read once in a process
     try:
-        return zenoh.open(zenoh.Config.from_json5(json.dumps(configuration)))
+        with _readers(configuration["transport"]["unicast"]["max_sessions"] + 1):
+            return zenoh.open(zenoh.Config.from_json5(json.dumps(configuration)))
     except zenoh.ZError as error:
         where = settings.endpoint
         first_line = str(error).split(" at /")[0].splitlines()[0][:200]
         why = listening_fault(settings.listen) if settings.listen else ""
         kind = PortTaken if "is in use" in why else LinkError
         raise kind(f"{where}: {why or f'cannot be opened ({first_line})'}") from error
+
+
+@contextlib.contextmanager
+def _readers(n: int) -> Iterator[None]:
+    """Have the transport begin with this many readers, if it begins in this block; child processes do not inherit it.
+
+    With one for each connection, one that is slow, paused or waits for room at another connection holds up no other.
+    With fewer, all can wait for a connection that is being closed, for ever (eclipse-zenoh/zenoh, issue 1876).
+    """
+    with _environment, contextlib.ExitStack() as ended:
+        if _RUNTIME not in os.environ:  # else it is the user's own
+            os.environ[_RUNTIME] = f"(rx: (worker_threads: {n}))"
+            ended.callback(os.environ.pop, _RUNTIME)
+        yield
 
 
 class ZenohRequest:

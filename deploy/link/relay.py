@@ -174,9 +174,13 @@ class Relay:
         log.info("outage: %s is over", kind)
 
     def rebind(self) -> None:
-        """Send datagrams to the remote site from other ports, as after a satellite hand-over."""
+        """Change the path, as a satellite hand-over does, or a NAT that forgets what it has carried.
+
+        Datagrams go on from other ports. The TCP connections carry nothing more and are not closed; new ones work.
+        """
         self._datagrams.rebind()
-        log.info("datagrams go on from other ports")
+        self._streams.forget()
+        log.info("datagrams go on from other ports, and the TCP connections are forgotten")
 
     def status(self) -> dict[str, Any]:
         """Return the settings, the outage, the traffic and the relay's own lateness, fit for JSON."""

@@ -94,6 +94,11 @@ class Streams:
             for connection in self._connections:
                 connection.stall(until_s=-math.inf)
 
+    def forget(self) -> None:
+        """Carry nothing more on the present connections, without closing them."""
+        for connection in self._connections:
+            connection.swallow()
+
     async def _serve(self, visitor: Visitor) -> None:
         if self._outage == "reset":
             self.refused += 1

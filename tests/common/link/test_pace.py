@@ -19,8 +19,8 @@ class Ends:
     def __init__(self, loss: float, seed: int = 0):
         self.now_s, self.loss, self.queue_s = 0.0, loss, 0.0
         self._random = random.Random(seed)
-        self.robot = StreamPace(lambda: self.now_s + 1234.5)
-        self.operator = StreamPace(lambda: 3.0 * 86400.0 + self.now_s)
+        self.robot = StreamPace(1.0, lambda: self.now_s + 1234.5)
+        self.operator = StreamPace(1.0, lambda: 3.0 * 86400.0 + self.now_s)
         self._on_the_way: list[tuple[float, StreamPace, str, bytes]] = []
 
     def run(self, duration_s: float) -> None:
@@ -83,7 +83,7 @@ def test_a_queue_slows_the_streams_down_until_it_is_empty():
 
 
 def test_marks_of_another_form_are_ignored():
-    pace = StreamPace()
+    pace = StreamPace(1.0)
     for mark in (b"", b"x", bytes(100)):
         pace.heard(TELEMETRY, mark)
     assert pace.round_trip_s is None

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farhand.common.link.outbox import SilenceGate
+from farhand.common.link.silence import Silence, SilenceGate
 
 FIRST_WINDOW_BYTES = 12_000
 OVERHEAD_BYTES = 100  # of the transport, generously
@@ -29,17 +29,18 @@ def sent(gate: SilenceGate, clock: Clock, n_bytes: int, hz: float, duration_s: f
 
 def test_all_go_out_while_the_other_site_is_heard():
     clock = Clock()
-    gate = SilenceGate(clock=clock)
+    silence = Silence(clock=clock)
+    gate = SilenceGate(silence)
     for _ in range(1000):
         clock.now_s += 0.04
-        gate.heard()
+        silence.heard()
         assert gate.lets_out(300)
 
 
 def test_what_goes_out_in_half_a_minute_of_silence_fits_the_first_congestion_window():
     clock = Clock()
-    reports = sent(SilenceGate(clock=clock), clock, 264, 25.0, 30.0)
-    heartbeats = sent(SilenceGate(clock=clock), clock, 40, 10.0, 30.0)
+    reports = sent(SilenceGate(Silence(clock=clock)), clock, 264, 25.0, 30.0)
+    heartbeats = sent(SilenceGate(Silence(clock=clock)), clock, 40, 10.0, 30.0)
     assert reports * (264 + OVERHEAD_BYTES) < FIRST_WINDOW_BYTES
     assert heartbeats * (40 + OVERHEAD_BYTES) < FIRST_WINDOW_BYTES
     assert heartbeats >= 3 * 25  # so the end of an outage is noticed within a third of a second
@@ -47,17 +48,18 @@ def test_what_goes_out_in_half_a_minute_of_silence_fits_the_first_congestion_win
 
 def test_the_first_thing_heard_opens_the_gate_at_once():
     clock = Clock()
-    gate = SilenceGate(clock=clock)
+    silence = Silence(clock=clock)
+    gate = SilenceGate(silence)
     sent(gate, clock, 264, 25.0, 20.0)
     assert not gate.lets_out(264)
-    gate.heard()
+    silence.heard()
     assert gate.lets_out(264)
 
 
 @pytest.mark.parametrize(("rate_bps", "passes"), [(0.0, False), (9600.0, True), (10e6, False)])
 def test_on_a_narrow_link_a_second_without_a_message_is_no_silence(rate_bps: float, passes: bool):
     clock = Clock()
-    gate = SilenceGate(rate_bps, clock)
+    gate = SilenceGate(Silence(rate_bps, clock))
     clock.now_s += 1.0
     assert gate.lets_out(264)  # the first probe
     assert gate.lets_out(264) is passes
@@ -67,12 +69,13 @@ def test_on_a_narrow_link_a_second_without_a_message_is_no_silence(rate_bps: flo
 @given(st.lists(st.tuples(st.floats(0.001, 2.0), st.integers(0, 1200), st.booleans()), max_size=200))
 def test_a_message_is_held_back_only_while_nothing_is_heard_and_another_went_out_just_before(steps):
     clock = Clock()
-    gate = SilenceGate(clock=clock)
+    silence = Silence(clock=clock)
+    gate = SilenceGate(silence)
     heard_s, passed_s = clock.now_s, {True: 0.0, False: 0.0}
     for pause_s, n_bytes, heard in steps:
         clock.now_s += pause_s
         if heard:
-            gate.heard()
+            silence.heard()
             heard_s = clock.now_s
         small = n_bytes < 128
         if gate.lets_out(n_bytes):
@@ -84,11 +87,12 @@ def test_a_message_is_held_back_only_while_nothing_is_heard_and_another_went_out
 
 def test_what_a_site_sends_in_half_a_minute_of_silence_beside_its_streams_fits_the_window_too():
     clock = Clock()
-    gate = SilenceGate(clock=clock)
+    silence = Silence(clock=clock)
+    gate = SilenceGate(silence)
     stops = questions = 0
     for _ in range(300):  # a stop that nobody acknowledges, and the lease asked for each second
         clock.now_s += 0.1
-        if gate.is_silent:
+        if silence.is_unusual:
             stops += gate.lets_stop()
             questions += gate.lets_ask()
     assert stops * (70 + OVERHEAD_BYTES) + questions * (160 + OVERHEAD_BYTES) < FIRST_WINDOW_BYTES

@@ -1,0 +1,108 @@
+"""Sessions of one site: one, and over QUIC another one for the streams of a site that connects."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import zenoh
+
+from farhand.common.errors import LinkError
+from farhand.common.link.endpoint import EndpointSettings, scheme_of
+from farhand.common.link.session import RETRY_S, Configure, Declare, Session
+from farhand.common.wire.keys import Channel
+
+
+class SiteSessions:
+    """Sessions of one site, which are opened and closed together.
+
+    Args:
+        settings: The endpoints.
+
+    Raises:
+        LinkError: When the endpoint cannot be listened on or is not understood.
+    """
+
+    def __init__(self, settings: EndpointSettings):
+        self.main = self._streams = Session(settings)
+        """Session of all that is not streamed."""
+        if settings.connect and scheme_of(settings.connect) == "quic":
+            # Streams have a window of their own, which nothing else fills, and so do commands.
+            self._streams = Session(settings)
+        self._all = (self._streams, self.main) if self._streams is not self.main else (self.main,)
+
+    def declare(self, channel: Channel, declare: Declare) -> None:
+        """Make a declaration on the session of a channel, and on each later one."""
+        self._of(channel).declare(declare)
+
+    def put(
+        self, channel: Channel, key: str, data: bytes, reliably: bool, blocks: bool, attachment: bytes | None
+    ) -> None:
+        """Put a message now, in the thread of its urgency alone, as it may wait for the network.
+
+        Args:
+            channel: Channel of the message.
+            key: Key of the message.
+            data: Bytes of the message.
+            reliably: Have the transport resend what was lost.
+            blocks: Wait for room in a full queue.
+            attachment: Bytes beside the message.
+        """
+        control, reliability = zenoh.CongestionControl, zenoh.Reliability
+        publisher = self._of(channel).publisher(
+            (key, reliably),
+            lambda session: session.declare_publisher(
+                key,
+                priority=getattr(zenoh.Priority, channel.urgency.value),
+                congestion_control=control.BLOCK if blocks else control.DROP,
+                express=not channel.is_large,
+                reliability=reliability.RELIABLE if reliably else reliability.BEST_EFFORT,
+            ),
+        )
+        publisher.put(data, attachment=attachment)
+
+    @property
+    def is_connected(self) -> bool:
+        """True if every session has a connection."""
+        return all(session.locators() for session in self._all)
+
+    def answers(self, key: str, timeout_s: float) -> bool:
+        """Decide whether a question is answered in time over every connection."""
+        return all(session.answers(key, timeout_s) for session in self._all)
+
+    def reopen(self) -> None:
+        """Open all sessions again in place."""
+        for session in self._all:
+            session.reopen()
+
+    def close(self) -> None:
+        """Close all sessions."""
+        for session in self._all:
+            session.close()
+
+    def _of(self, channel: Channel) -> Session:
+        return self._streams if channel.is_streamed else self.main
+
+
+def try_session(
+    settings: EndpointSettings, configure: Configure, key: str, timeout_s: float, ended: threading.Event
+) -> float | None:
+    """Open a session for one question alone; return the time until the answer [s], None without one.
+
+    Args:
+        settings: The endpoints.
+        configure: Returns the transport's configuration.
+        key: Key of the question.
+        timeout_s: Time limit of the answer [s].
+        ended: Ends the attempt early.
+    """
+    began_s = time.monotonic()
+    try:
+        session = Session(settings, configure)
+    except LinkError:  # such as certificates that are being replaced
+        ended.wait(RETRY_S)
+        return None
+    try:
+        return time.monotonic() - began_s if session.answers(key, timeout_s, ended) else None
+    finally:
+        session.close()
