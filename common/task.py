@@ -134,7 +134,7 @@ class ArmTask(Task, frozen=True, kw_only=True, tag="arm"):
     """
 
     skill: Literal["insert", "extract"]
-    """Whether the plug is inserted or extracted."""
+    """Kind of the task: the plug is inserted or extracted."""
     tracker: Literal["clean", "typical"] = "typical"
     """Quality of the robot's sight of its receptacle."""
     disturbances: Literal["calm", "typical", "rough"] = "calm"

@@ -73,7 +73,7 @@ class Words(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     drive: Text | None = None
     """Instruction for driving the robot, without a full stop."""
     arrived: Text | None = None
-    """What can be done after the arrival."""
+    """Advice after the arrival."""
 
 
 class Sample(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

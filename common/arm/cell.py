@@ -1,6 +1,6 @@
 """Cell: arm, plug, receptacle and water with their dimensions, and the layers of geoms that touch or are drawn.
 
-"Hot-stab-like": no conformity with any standard is claimed.
+Plug and receptacle are like those of a hot stab; no conformity with any standard is claimed.
 """
 
 from __future__ import annotations

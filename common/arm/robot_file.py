@@ -79,7 +79,7 @@ class Actuation(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     gravity_compensated: Fraction = 1.0
     """Share of the weight of arm and tool that drives and water carry."""
     self_collision: bool = False
-    """Whether the arm's links touch each other in the simulation."""
+    """True if the arm's links touch each other in the simulation."""
 
 
 class Avoid(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -130,7 +130,7 @@ class RobotFile(Struct, frozen=True, eq=False, kw_only=True, forbid_unknown_fiel
     base: Placed = Placed()
     """Pose of the model in its surroundings: x points to the receptacle, z up."""
     medium: Literal["water", "air"] = "air"
-    """What drags at the simulated arm; water takes the links' sizes from their inertias."""
+    """Medium that drags at the simulated arm; water takes the links' sizes from their inertias."""
     joints: Annotated[tuple[str, ...], Meta(min_length=MIN_JOINTS, max_length=MAX_JOINTS)]
     """Driven joints from the base to the tool: the order of all joint vectors."""
     frozen: dict[str, float] = {}

@@ -98,7 +98,7 @@ BLOB = Channel("op/blob", Urgency.BULK, must_arrive=True)
 CAMERA = Channel("op/camera", Urgency.EVENT, must_arrive=True)
 
 RIGHT = Channel("op/right", Urgency.EVENT, must_arrive=True)
-"""What a site may do, which the robot's end of the link itself answers, also to a site that may do nothing."""
+"""Question for the rights of a site, which the robot's end of the link itself answers, even to a site without any."""
 
 # From the robot
 STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True, both_ways=True)

@@ -83,7 +83,7 @@ class SceneDescription(Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     tip: Pose
     """Pose of the tool's tip in the last link."""
     held: tuple[Mesh, ...]
-    """What the tool holds, in the last link."""
+    """Object that the tool holds, in the last link."""
     home_rad: tuple[float, ...]
     """Joint angles at rest [rad]."""
     receptacle: tuple[Mesh, ...]

@@ -133,7 +133,7 @@ class ThrowAway:
     """
 
     folder: Path
-    """Where the folders `robot` and `operator` are made."""
+    """Folder in which the folders `robot` and `operator` are made."""
     san: tuple[str, ...] = ("127.0.0.1",)
     """Host names and addresses by which the robot is dialled, without port."""
     robot: str = "rov1"

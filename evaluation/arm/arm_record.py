@@ -30,7 +30,7 @@ _KINDS: dict[str, str] = {
     Code.JAMMED: "jammed too often",
     **dict.fromkeys((Code.TARGET_LOST, Code.TARGET_MOVED, Code.TARGET_TURNED), "perception lost"),
 }
-"""How the tables name the robot's reasons."""
+"""Names of the robot's reasons in the tables."""
 
 
 @dataclass

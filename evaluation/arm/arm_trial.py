@@ -44,7 +44,7 @@ class Conditions(ArmConditions):
         jump_within_m: Distance of the tip before the mouth at which the receptacle's step begins [m]; at
             its own time when not given.
         lost_s: Time for which the receptacle is out of sight, from 40 mm before the mouth on [s].
-        obeying: True if a refused preview keeps the operator from executing.
+        obeying: True if the operator does not execute after a refused preview.
     """
 
     jump_within_m: float | None = None
@@ -59,8 +59,8 @@ class Trial:
         model: The learned task.
         conditions: Conditions of the trial.
         seed: Seed of all random numbers.
-        placement: First place of everything; random when not given.
-        limit_s: Time after which it has failed [s].
+        placement: First placement of arm and receptacle; random when not given.
+        limit_s: Time after which the trial has failed [s].
         goal: Goal of the task; the seated plug when not given.
         arm: Name or file of the robot; empty for the usual one.
     """

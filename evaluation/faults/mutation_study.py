@@ -1,6 +1,6 @@
 """Mutations of every file, message and option value: each is refused in one line or accepted and right.
 
-Never a traceback, more than 5 s, or more than 200 MB: time and memory are bounded for each mutant by itself.
+Never a traceback, more than 5 s, or more than 200 MB: time and memory are bounded for each mutant separately.
 """
 
 from __future__ import annotations

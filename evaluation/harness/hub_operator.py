@@ -1,4 +1,4 @@
-"""Operator's end of a robot's link that keeps its lease as a site does, for many of them in one process."""
+"""Operator's end of a robot's link, which keeps its lease as a site does; one process may have many."""
 
 from __future__ import annotations
 
@@ -125,10 +125,8 @@ def drive(ends: Sequence[HubOperator], robot: str) -> HubOperator:
     Raises:
         ProcessFailed: When the robot does not follow.
     """
-    give_up_s, path = (
-        time.monotonic() + PATIENCE_S,
-        {ControlMode.DISARMED: Action.ARM, ControlMode.HOLD: Action.COUPLE},
-    )
+    give_up_s = time.monotonic() + PATIENCE_S
+    path = {ControlMode.DISARMED: Action.ARM, ControlMode.HOLD: Action.COUPLE}
     while time.monotonic() < give_up_s:
         for end in ends:
             if end.holds and end.robot == robot and end.newest is not None:

@@ -33,7 +33,7 @@ CAMERA: dict[str, Any] = {
     "type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, 0.0, 5.0), "fov": 0.35, "near": 0.1,
     "far": 50.0, "image_height": 560, "image_width": 900, "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 1.0, 0.0),
 }  # fmt: skip
-"""What a tab sends first: it counts as open from then on."""
+"""First message of a tab, which makes it open."""
 SUBPROTOCOL = Subprotocol(f"viser-v{version('viser')}")
 
 

@@ -23,7 +23,7 @@ _ENDED_BY_CTRL_C = (0, 130, 143, -signal.SIGINT, -signal.SIGTERM)
 _COLOUR = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 _LEVELS = {"INFO", "WARNING"}
 _INDENTED = " " * 8
-"""How the second line of a long record begins on a terminal."""
+"""Beginning of the second line of a long log record on a terminal."""
 
 
 class ProcessOutcome(NamedTuple):
@@ -68,7 +68,7 @@ class Started:
         self._settled, self._said = threading.Event(), threading.Condition()
         self.is_ready = False
         self.facts: dict[str, Any] = {}
-        """What it said when it was ready."""
+        """Facts of its ready line."""
         threading.Thread(target=self._await_ready, args=(ready,), daemon=True).start()
         self._reader = threading.Thread(target=self._read, args=(said,), daemon=True)
         if said is not None:

@@ -1,17 +1,17 @@
 """Freshness and silence: ages on the robot's clock alone, and silence while driving.
 
-An operator drives for 90 s (longer where the delay is long) while nothing is said about how the two sites'
-clocks stand. Once everything on the line waits for 2 to 8 s and then arrives at once; once the robot's process
-is started again; and four times, before and after that, somebody who recorded the inputs sends some again that
-are 16 s old or older.
+An operator drives for 90 s (longer where the delay is long); the clocks of the two sites agree, differ by an hour,
+or drift apart. During each drive everything on the line is held back once for 2 to 8 s and then arrives at once;
+the robot's process is restarted once; and four times, before and after that, an eavesdropper replays inputs that
+are at least 16 s old.
 The shipped supervisor judges every input that arrives, and so do three rules that compare the sender's
 wall clock with the receiver's: with the 0.1 s of MoveIt Servo, the 0.5 s of dimos, and 0.5 s more than the
 line's delay.
 
-*Stale motion*: an input counted that was really sent more than the delay and one second before. *False
-refusal*: an input of the present coupling that came in no more than the delay and the line's jitter, and
-did not count. An operator who is decoupled couples again: at first, after the outage and after the restart
-is three times; more would be a coupling that ended for nothing.
+*Stale motion*: an input was accepted although it had been sent more than the delay plus one second earlier. *False
+refusal*: an input of the present coupling was refused although it arrived within the delay and the line's jitter. An
+operator who is decoupled couples again, three times in all: at first, after the outage and after the restart. A
+further time would mean that a coupling ended without cause.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Both sites' own code in virtual time under random links, mishaps and operators: every invariant of `modes.md`.
+"""Both sites' own code in virtual time under random links, mishaps and operators: every invariant of the modes.
 
 Each trial is one seed: a random link (loss, bursts, duplicates, reorder, jitter, rate, changes of all of it),
 stalls and cuts, a silent operator, a console that hangs, restarts of either side, an operator who does random
@@ -54,7 +54,7 @@ def cases(trials: int | None, seed: int) -> list[Case]:
 
 def trial(case: Case) -> Case:
     """Run the schedule of one seed."""
-    logging.disable(logging.WARNING)  # refusals are the point of it, and are counted
+    logging.disable(logging.WARNING)  # refusals are expected, and are counted
     try:
         return _played(case["seed"])
     finally:

@@ -1,4 +1,4 @@
-"""Invariants of `modes.md`, each with its number there and its sentence, checked in every control period.
+"""Invariants of the modes, each with its number and its sentence, checked in every control period.
 
 They observe the robot from outside: what arrived and when it was sent, what was answered, the mode, where the
 robot is. None of them asks the checked code whether it was right.
@@ -166,7 +166,7 @@ class NoTimerMoves(Invariant):
     def violation(self, period: Period) -> str:
         """See `Invariant.violation`."""
         begins = period.after.mode in _MOVING and period.between.mode is not period.after.mode
-        return f"{period.between.mode} went to {period.after.mode} by itself" if begins else ""
+        return f"{period.between.mode} went to {period.after.mode} without a cause" if begins else ""
 
 
 class NothingStaleMoves(Invariant):

@@ -130,7 +130,7 @@ def _other_rules(before: Before, step: Step, accepted: bool | None, world: ModeW
     if accepted is False and step.action is not None and _should_accept(before, step, world):
         return f"{step.action} is allowed in {before.place}"
     if step.moves_time and mode not in _BY_ITSELF[before.mode]:
-        return f"{before.mode} does not become {mode} by itself"
+        return f"{before.mode} does not become {mode} without a cause"
     return ""
 
 

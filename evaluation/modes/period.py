@@ -1,6 +1,6 @@
 """One control period of a robot as seen from outside, and the interface of an invariant.
 
-Rules of `modes.md` outside its list of invariants that can be checked in every control period, too.
+With further rules of the modes that can be checked in every control period, beside the numbered invariants.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ class Invariant(ABC):
     """Property that holds in every control period."""
 
     number: str
-    """Number of the sentence in `modes.md`, in the order of its section on invariants."""
+    """Number of the invariant, see `invariants.py`."""
     sentence: str | None
     """Sentence."""
 

@@ -93,7 +93,7 @@ class ExecutionHistory:
         self._inquiries, self._library = inquiries, library
         self._asked = ""
         self.known = Executions()
-        """All of them; another object whenever something has changed."""
+        """All known executions; another object whenever something has changed."""
 
     def on_event(self, event: Event, at_s: float) -> None:
         """Process an event of the robot. Events that an outage held up may come after later ones.

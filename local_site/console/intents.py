@@ -65,7 +65,12 @@ class LoadSamples:
 
 @dataclass(frozen=True)
 class LearnFile:
-    """Request to learn the demonstration in a file; without content, it is too large to be taken."""
+    """Request to learn the demonstration in a file.
+
+    Args:
+        name: Name of the file.
+        content: Its bytes; empty for a file that is too large to be taken.
+    """
 
     label: ClassVar[str] = "upload"
     name: str

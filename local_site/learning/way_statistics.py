@@ -17,6 +17,7 @@ from farhand.common.model.way import N_COARSE, N_PHASES
 Array = NDArray[np.float64]
 
 COARSE = np.arange(0, N_PHASES + 1, N_PHASES // N_COARSE)
+"""Phases at which scatters are kept."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -163,7 +163,7 @@ class Revisions:
             self.faults = (fault,)
             return _Index()
         self.faults = (
-            f"{fault}; the {len(names)} demonstrations in the folder are revision 1: go to it, or begin anew",
+            f"{fault}; the {len(names)} demonstrations in the folder are revision 1: go to it, or start anew",
         )
         made = datetime.now(UTC).isoformat(timespec="seconds")
         return _Index(_SCHEMA, 0, 1, (Revision(1, 0, "", names, made, held=True),))

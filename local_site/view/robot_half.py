@@ -1,4 +1,4 @@
-"""What the robot's half of the page shows: the present, or a moment of this session that the operator looks at."""
+"""Robot's half of the page: it shows the present, or a moment of this session that the operator looks at."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Tabs:
         """Tab whose camera is at the view for teaching, with the view and the camera that it had before."""
         self._roles: dict[int, Html] = {}
         self._told: dict[int, str] = {}
-        """What a watching tab is told beside its role."""
+        """Text for a watching tab beside its role."""
 
         async def joined(client: viser.ClientHandle) -> None:
             async def moved(_camera: viser.CameraHandle) -> None:
@@ -101,7 +101,7 @@ class Tabs:
         self._draw_roles()
 
     def _follow_scene(self) -> None:
-        """Fit the views anew once the scene has another extent."""
+        """Fit the views again once the scene has another extent."""
         if self._scene.extent_m != self._extent_m:
             self._extent_m = self._scene.extent_m
             self._sizes.clear()

@@ -57,7 +57,7 @@ class _Arriving:
 
 
 class Uploads:
-    """Judge of the files that tabs send. Used by the server's thread.
+    """Filter of the files that tabs send. Used by the server's thread.
 
     Args:
         server: Owns the buttons.

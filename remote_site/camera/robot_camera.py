@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 
 class Shutter(Protocol):
-    """Interface of what takes pictures."""
+    """Interface of the camera that takes the pictures."""
 
     def take(self, wanted: Wanted) -> Still:
         """Take a picture; may take seconds.
@@ -44,11 +44,11 @@ class Shutter(Protocol):
         ...
 
     def interrupt(self) -> None:
-        """Let a picture that is being taken fail, and no other one begin; from any thread."""
+        """Make the present picture fail, and begin no other; from any thread."""
         ...
 
     def close(self) -> object:
-        """End it, in the thread that takes the pictures."""
+        """Close the camera, in the thread that takes the pictures."""
         ...
 
 
@@ -79,12 +79,12 @@ class RobotCamera:
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
 
     def start(self) -> None:
-        """Start taking pictures, whenever somebody looks. Without a camera each request is answered by that."""
+        """Start to take pictures, whenever somebody looks. Without a camera each request is answered with that reason."""
         if self._shutter is not None:
             self._thread.start()
 
     def observe(self, report: Telemetry, receptacle: Array | None) -> None:
-        """Take the robot's newest report, with the true pose of a simulated receptacle; never blocks, from the control loop."""
+        """Take the robot's newest report, with the true pose of a simulated receptacle. Called by the control loop; never blocks."""
         self._newest = report, receptacle
 
     def close(self) -> None:
@@ -140,7 +140,7 @@ class RobotCamera:
         self._shutter.close()
 
     def _next(self) -> Fit | None:
-        """Wait until a picture is due; None at the end."""
+        """Return the size of the next picture when it is due; None at the end."""
         with self._changed:
             while not self._closed:
                 fit, wait_s = self._plan.due(self._now_s())

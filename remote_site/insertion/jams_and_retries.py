@@ -53,7 +53,7 @@ class JamDetector:
     def stuck(
         self, depth_m: float, force_n: NDArray[np.float64], torque_nm: NDArray[np.float64], now_s: float
     ) -> Stuck:
-        """Return the cause that has stopped the plug for a second; restart the second when there is one.
+        """Return the cause that has stopped the plug for a second, NO while it moves on; after a cause the second starts again.
 
         Args:
             depth_m: Believed depth of the tip behind the mouth [m].

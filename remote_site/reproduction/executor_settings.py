@@ -1,7 +1,4 @@
-"""ExecutorSettings: parameters of an execution.
-
-Results of the executor: the control of one tick, and a predicted path.
-"""
+"""ExecutorSettings, the parameters of an execution; Control and Path, the results of the executor."""
 
 from __future__ import annotations
 

@@ -218,7 +218,7 @@ class ModeMachine:
             execution.go_on_with(self._plans.settings)
             self._plans.forget_commit()
         manoeuvre = self._motion.manoeuvre
-        # What the robot began by itself, it does for safety: as fast as it may.
+        # A manoeuvre without a command serves safety: it is not slowed.
         if manoeuvre is not None and manoeuvre.command is not None:
             manoeuvre.pace = command.pace
         self.complete(command, because(Code.PACE, pace=command.pace))

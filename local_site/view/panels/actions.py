@@ -114,7 +114,7 @@ class ActionLine:
         for _, handle in self._handles.values():
             handle.visible = False
         self.hidden: tuple[ButtonSpec, ...] = ()
-        """What the drawer must not offer: it is here, or not offered at all now."""
+        """Buttons that the drawer must not offer: they are here, or not offered at all now."""
 
     def draw(self, state: ConsoleState, past: bool = False) -> None:
         """Show the actions of the present state; those that need its picture only while that is shown."""

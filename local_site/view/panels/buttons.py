@@ -123,7 +123,7 @@ ROBOT = (
 )  # fmt: skip
 CONTROL = (ASK, HAND_OVER, ONLY_WATCH)
 NEED_THE_PRESENT = (ARM, COUPLE, PREVIEW, EXECUTE, RESUME, RETRACT, GO_TO_READY, RESET)
-"""What sets the robot in motion, or leads to that: asked for only by who sees the robot as it is now."""
+"""Buttons that set the robot in motion, or lead to that: enabled only in tabs that show the robot as it is now."""
 EVERY = (*TEACH, SEND_LIBRARY, *LIBRARY, *ROBOT, *CONTROL)
 
 

@@ -17,11 +17,11 @@ from farhand.local_site.view.scene.palette import Rgb
 Array = NDArray[np.float64]
 
 GRID_Z_M, MODEL_Z_M, LINE_Z_M, TARGET_Z_M, MARK_Z_M, MAT_Z_M = 0.001, 0.002, 0.005, 0.006, 0.008, 0.01
-"""What lies over what; the mat over all of it, so that nothing hangs over the edge of a board [m]."""
+"""Heights that decide which drawing covers which; the mat over all of it, so that nothing hangs over the edge of a board [m]."""
 HIDDEN_Z_M, ASIDE_Z_M = -0.05, -0.06
-"""What takes drags lies under the boards: viser would draw an arrow and an outline on it [m]."""
+"""Height of the surfaces that take drags, under the boards: viser would draw an arrow and an outline on it [m]."""
 _UNCHANGED_M = 5e-4
-"""What moved less than this has not moved: sending it would make the browser draw for nothing."""
+"""Least motion that is sent: a smaller one would make the browser draw for nothing."""
 
 
 def add_flat(
@@ -67,7 +67,7 @@ def show(node: viser.SceneNodeHandle, visible: bool) -> None:
 Limits = tuple[float, float]
 
 UNCHANGED: Limits = (5e-4, 2e-3)
-"""What moved less than this has not moved: sending it would make the browser draw for nothing [m, rad]."""
+"""Least motion that is sent: a smaller one would make the browser draw for nothing [m, rad]."""
 SEEN_UNCHANGED: Limits = (2e-3, 2e-2)
 """The same of what is seen with noise: a pixel or so [m, rad]."""
 NO_SHADOW: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}

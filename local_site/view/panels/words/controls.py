@@ -138,7 +138,7 @@ def high(name: str, height_m: tuple[float, ...]) -> str:
 
 NOTHING_FOLLOWS = "nothing follows your hand now: press Record to teach, or Couple to drive"
 BEFORE_THE_END = "before the end of the motion"
-"""Where a preview ends that does not reach the end of the motion."""
+"""Mark at the end of a preview that does not reach the end of the motion."""
 NO_REVISION, NO_DEMONSTRATION, NO_PROFILE = "nothing was taught yet", "none yet", "custom"
 """Texts of a choice that has nothing to choose."""
 SPANS: tuple[str, ...] = ("2 min", "15 min", "Session")
