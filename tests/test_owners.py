@@ -87,7 +87,7 @@ OWNERS: dict[str, tuple[str, dict[str, str]]] = {
             "common/link/path_probe.py": "the wait for an answer",
             "common/link/quic.py": "the silence of the path while this computer is awake",
             "common/link/site_sessions.py": "the wait for an answer",
-            "common/link/silence.py": "the silence of the path while this computer is awake",
+            "common/link/budget.py": "the silence of the path while this computer is awake",
             "common/link/session.py": "how often a reason is logged",
             "common/log.py": "how often a line is logged",
             "deploy/process_discovery.py": "the wait for an answer",

@@ -1,12 +1,16 @@
-"""Budget of each flow on a narrow link, so that commands and stops never wait behind a report.
+"""Budget of each flow on a narrow link, so that commands and stops never wait behind a report, and during a silence.
 
 Streams of which only the newest message counts get a share of the rate and skip what does not fit. Bulk is
 sent in parts, each requested when the previous one was confirmed. Pictures come after everything else, and have a share
-as well. The rest of the rate is for commands, stops and their acknowledgements, which are never delayed.
+as well. The rest of the rate is for commands, stops and their acknowledgements, which are never delayed. While the other site is
+silent, a gate reduces the sending to small probes, so that the end of an outage is detected at once.
 """
 
 from __future__ import annotations
 
+import threading
+import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from farhand.common.wire import keys
@@ -69,3 +73,98 @@ def period_s(channel: Channel, wanted_hz: float, n_bytes: int, rate_bps: float) 
     """
     budget = budget_bytes_s(channel, rate_bps)
     return max(1.0 / wanted_hz, (n_bytes + OVERHEAD_BYTES) / budget if budget else 0.0)
+
+
+_LEAST_SILENCE_S, _REPORTS = 0.5, 3.0
+"""Silence that is usual on every link [s], and as a number of reports, which come rarely over a narrow one."""
+_REPORT_BYTES, _REPORT_HZ = 264, 25.0
+_OUTAGE, _DOUBTED = 2.0, 3.0
+"""Silence that is an outage, and silence after which the other end is asked whether it is there; in usual silences."""
+_SMALL_BYTES = 200
+_SMALL_PAUSE_S, _LARGE_PAUSE_S, _STOP_PAUSE_S, _QUESTION_PAUSE_S = 1 / 3, 5.0, 0.6, 2.0
+"""Pauses between probes. In half a minute, after which QUIC gives the connection up, they stay within 12 kB, its first window."""
+
+
+class Silence:
+    """Silence of the other site, with the thresholds of one link, for any thread.
+
+    Args:
+        rate_bps: Capacity of the link [bit/s]; 0: more than enough. On a narrow link messages are rarer,
+            and silence is longer.
+        clock: Returns the time, on a clock that does not go back [s].
+    """
+
+    def __init__(self, rate_bps: float = 0.0, clock: Callable[[], float] = time.monotonic):
+        self.clock = clock
+        """Clock of the silence."""
+        self.usual_s = max(
+            _LEAST_SILENCE_S, _REPORTS * period_s(keys.TELEMETRY, _REPORT_HZ, _REPORT_BYTES, rate_bps)
+        )
+        """Longest silence that is usual [s]."""
+        self._heard_s = clock()
+
+    def heard(self) -> None:
+        """Note the arrival of a message."""
+        self._heard_s = self.clock()
+
+    @property
+    def lasts_s(self) -> float:
+        """Time since the last arrival, or since the start [s]."""
+        return self.clock() - self._heard_s
+
+    @property
+    def is_unusual(self) -> bool:
+        """True while the silence is longer than usual."""
+        return self.lasts_s > self.usual_s
+
+    @property
+    def outage_s(self) -> float:
+        """Silence that is an outage, and no loss of single messages [s]."""
+        return _OUTAGE * self.usual_s
+
+    @property
+    def doubted_s(self) -> float:
+        """Silence after which the other end is asked whether it is still there [s]."""
+        return _DOUBTED * self.usual_s
+
+
+class SilenceGate:
+    """Gate that passes all messages while the other site is heard, and few small ones while it is not.
+
+    Over QUIC, data sent into an outage stays unacknowledged and fills the congestion window. Then only the
+    transport's own probes leave, at intervals that double each time: the link would be found open after a
+    time as long as the outage was.
+
+    Args:
+        silence: Silence of the other site.
+    """
+
+    def __init__(self, silence: Silence):
+        self._silence, self._lock = silence, threading.Lock()
+        self._probed_s: dict[float, float] = {}
+
+    def lets_out(self, n_bytes: int) -> bool:
+        """Decide whether a replaceable message may be sent now.
+
+        Args:
+            n_bytes: Size of the message, with the transport's own bytes [B].
+        """
+        return self._is_due(_SMALL_PAUSE_S if n_bytes < _SMALL_BYTES else _LARGE_PAUSE_S)
+
+    def lets_stop(self) -> bool:
+        """Decide whether a stop may be repeated now."""
+        return self._is_due(_STOP_PAUSE_S)
+
+    def lets_ask(self) -> bool:
+        """Decide whether a periodic question may be asked now."""
+        return self._is_due(_QUESTION_PAUSE_S)
+
+    def _is_due(self, pause_s: float) -> bool:
+        with self._lock:
+            if not self._silence.is_unusual:
+                return True
+            now_s = self._silence.clock()
+            if now_s - self._probed_s.get(pause_s, -pause_s) < pause_s:
+                return False
+            self._probed_s[pause_s] = now_s
+            return True

@@ -16,7 +16,7 @@ from typing import Any
 import zenoh
 
 from farhand.common.link.access import AccessWatch
-from farhand.common.link.budget import OVERHEAD_BYTES
+from farhand.common.link.budget import OVERHEAD_BYTES, Silence
 from farhand.common.link.certificates import check_site_certificate
 from farhand.common.link.connection_faults import DeafListeners
 from farhand.common.link.copies import Once, Question
@@ -27,7 +27,6 @@ from farhand.common.link.path_probe import Path, PathProbe
 from farhand.common.link.quic import QuicDelivery, copy_of, site_in
 from farhand.common.link.refusals import Refusals, serve_rights
 from farhand.common.link.session import ZenohRequest, in_reader, reply_to
-from farhand.common.link.silence import Silence
 from farhand.common.link.site_sessions import SiteSessions
 from farhand.common.log import loop_logger
 from farhand.common.wire import keys

@@ -21,9 +21,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from farhand.common.address import endpoint_address
+from farhand.common.link.budget import Silence
 from farhand.common.link.endpoint import EndpointSettings, scheme_of
 from farhand.common.link.session import Configure
-from farhand.common.link.silence import Silence
 from farhand.common.link.site_sessions import try_session
 
 _ANSWER_S, _ANSWER_ROUND_TRIPS = 0.5, 2.0

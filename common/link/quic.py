@@ -14,9 +14,9 @@ from typing import Any
 
 import zenoh
 
+from farhand.common.link.budget import Silence, SilenceGate
 from farhand.common.link.copies import ID_BYTES, Copies, Question
 from farhand.common.link.pace import SHARES, StreamPace
-from farhand.common.link.silence import Silence, SilenceGate
 from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel
 

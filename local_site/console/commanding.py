@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import partial
 
 from farhand.common.link.interface import Link
-from farhand.common.link.report_age import LinkMonitor
 from farhand.common.mode_table import Action
 from farhand.common.wire import keys
 from farhand.common.wire.codec import encode
@@ -25,6 +24,7 @@ from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.local_site.console.console_state import Pending
 from farhand.local_site.exchange.notices import Notice
+from farhand.local_site.exchange.report_age import LinkMonitor
 from farhand.local_site.exchange.requests import Requests
 
 _HEARTBEAT_S = 0.1

@@ -17,7 +17,6 @@ from farhand.common.event_loop import EventLoop
 from farhand.common.json_lines import JsonLinesFile
 from farhand.common.link.budget import limit_flows
 from farhand.common.link.interface import Link
-from farhand.common.link.report_age import LinkMonitor
 from farhand.common.mode_table import Action
 from farhand.common.wire import keys
 from farhand.common.wire.messages import (
@@ -44,6 +43,7 @@ from farhand.local_site.exchange.camera import CameraWatch
 from farhand.local_site.exchange.fetching import KnownScenes
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.notices import Notice, Notices
+from farhand.local_site.exchange.report_age import LinkMonitor
 from farhand.local_site.exchange.reports import EventFollower, Reports, listen
 from farhand.local_site.exchange.requests import Requests
 from farhand.local_site.exchange.stop_sender import StopLane

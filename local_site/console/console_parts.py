@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from farhand.common.link.report_age import LinkMonitor
 from farhand.local_site.console.catalogue import RobotCatalogue
 from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.console.console_state import ConsoleState, TaskStanding
@@ -14,6 +13,7 @@ from farhand.local_site.console.teaching import Teaching
 from farhand.local_site.exchange.camera import CameraWatch
 from farhand.local_site.exchange.model_sender import ModelSender
 from farhand.local_site.exchange.notices import Notices
+from farhand.local_site.exchange.report_age import LinkMonitor
 from farhand.local_site.exchange.reports import Reports
 from farhand.local_site.exchange.stop_sender import StopLane
 from farhand.local_site.teaching.library import Library

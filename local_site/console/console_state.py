@@ -8,7 +8,6 @@ import numpy as np
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from farhand.common.link.report_age import LinkView
 from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
@@ -19,6 +18,7 @@ from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console.executions import Executions
 from farhand.local_site.exchange.camera import CameraState
 from farhand.local_site.exchange.notices import Notice
+from farhand.local_site.exchange.report_age import LinkView
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.lesson import LearnedModel

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from farhand.common.link.report_age import LinkHealth, LinkMonitor
 from farhand.common.wire import keys
 from farhand.common.wire.messages import CameraPicture, CameraReply, CameraRequest, Telemetry
 from farhand.common.wire.reasons import Code, Reason
+from farhand.local_site.exchange.report_age import LinkHealth, LinkMonitor
 from farhand.local_site.exchange.requests import Requests
 
 _PERIOD_S, _REFUSED_PERIOD_S = 1.0, 15.0

@@ -1,7 +1,7 @@
 """Reception of the robot's reports: its newest state and path, and every event once.
 
 Events lost in an outage are requested again by their numbers. Each message is handled in the console's thread. Its
-age is measured in `farhand.common.link.report_age`.
+age is measured in `farhand.local_site.exchange.report_age`.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import TypeVar
 from farhand.common.errors import InvalidMessage
 from farhand.common.event_loop import Job
 from farhand.common.link.interface import Link
-from farhand.common.link.report_age import LinkMonitor
 from farhand.common.log import loop_logger
 from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.keys import Channel
 from farhand.common.wire.messages import Event, EventsReply, EventsRequest, Message, PlannedPath, Telemetry
+from farhand.local_site.exchange.report_age import LinkMonitor
 from farhand.local_site.exchange.requests import Requests
 
 _log = loop_logger(__name__)

@@ -11,10 +11,10 @@ import numpy as np
 from msgspec import UNSET
 from numpy.typing import NDArray
 
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import PlannedPath, Telemetry
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.teaching.lesson import LearnedModel
 from farhand.local_site.view.redraw import moved
 from farhand.local_site.view.scene.ghost import tip_in_frame

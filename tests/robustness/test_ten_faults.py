@@ -15,13 +15,13 @@ import pytest
 from msgspec import structs
 
 from farhand.common.json_lines import JsonLinesFile
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.manifold import Manifold
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import StopAck, Telemetry
 from farhand.local_site.console import intents
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.teaching.recording import RawRecording
 from tests.meeting import Meeting, Site
 from tests.messages import said

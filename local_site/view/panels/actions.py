@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import viser
 
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import ControlMode
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.view.panels import buttons
 from farhand.local_site.view.panels.buttons import ButtonSpec, OnPress
 from farhand.local_site.view.panels.html import Html, element

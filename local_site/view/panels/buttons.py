@@ -8,12 +8,12 @@ from typing import Literal
 
 import viser
 
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import Wish
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intent_permission import refusal_of
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.view.panels.words.controls import Label
 
 _PENDING_ICON = viser.Icon.HOURGLASS

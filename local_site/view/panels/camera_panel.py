@@ -10,12 +10,12 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import CameraPicture
 from farhand.common.wire.reason_words import sentence
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.view.panels.choices import HIDDEN, Act
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words.controls import CAMERA, CAMERA_ALT, Hint, Layer

@@ -8,12 +8,12 @@ from functools import partial
 import viser
 
 from farhand.common.clock import elapsed_s
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import Action, ControlMode
 from farhand.common.task import PointTask
 from farhand.common.wire.messages import SLOWEST_PACE
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState, TaskStanding
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.view.panels.html import Html, element, text
 from farhand.local_site.view.panels.words.controls import Field, Hint
 from farhand.local_site.view.panels.words.lists import standing_words

@@ -11,9 +11,9 @@ from collections.abc import Callable
 import viser
 from msgspec import UNSET
 
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.wire.messages import Telemetry
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.exchange.reports import PLAN_GOOD_S
 from farhand.local_site.view.panels.html import Html, element, text
 from farhand.local_site.view.panels.words.controls import CELLS, RECORDING, ROBOTS, YOURS

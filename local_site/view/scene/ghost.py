@@ -14,13 +14,13 @@ from msgspec import UNSET
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import ControlMode
 from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import PlannedPath, Telemetry
 from farhand.common.wire.motion_encoding import points_of
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.teaching.goal import goal_miss
 from farhand.local_site.view.panels.words.controls import BEFORE_THE_END, scene_name
 

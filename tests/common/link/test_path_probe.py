@@ -11,11 +11,11 @@ import pytest
 
 from farhand.common.address import free_port
 from farhand.common.impairment.impairment import LinkSettings
-from farhand.common.link import silence
+from farhand.common.link import budget
+from farhand.common.link.budget import Silence
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
 from farhand.common.link.link import ZenohLink
 from farhand.common.link.path_probe import Path, PathProbe, probe
-from farhand.common.link.silence import Silence
 from farhand.common.wire import keys
 from farhand.deploy.link.relay import Relay
 from farhand.deploy.pki.registry import Registry
@@ -165,7 +165,7 @@ class Talk:
 def talk(
     request: pytest.FixtureRequest, registry: Registry, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[Talk]:
-    monkeypatch.setattr(silence, "_LEAST_S", LEAST_S)
+    monkeypatch.setattr(budget, "_LEAST_SILENCE_S", LEAST_S)
     talk = Talk(request.param, registry)
     yield talk
     talk.close()

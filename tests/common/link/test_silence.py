@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farhand.common.link.silence import Silence, SilenceGate
+from farhand.common.link.budget import Silence, SilenceGate
 
 FIRST_WINDOW_BYTES = 12_000
 OVERHEAD_BYTES = 100  # of the transport, generously

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 import pytest
 from msgspec.structs import replace
 
-from farhand.common.link.report_age import LinkMonitor
 from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import (
     Command,
@@ -22,6 +21,7 @@ from farhand.common.wire.reason_words import PRESS_AGAIN, sentence
 from farhand.common.wire.reasons import Code, because, in_words
 from farhand.local_site.console.commanding import Commanding
 from farhand.local_site.exchange.notices import Notice
+from farhand.local_site.exchange.report_age import LinkMonitor
 from farhand.local_site.exchange.requests import Requests
 from tests.local_site.robot_end import LEASE_ID, PATIENCE_S, RobotEnd
 from tests.loopback import joined

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from farhand.common.link.interface import Request
-from farhand.common.link.report_age import LinkMonitor
 from farhand.common.mode_table import ControlMode
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode, encode
@@ -13,6 +12,7 @@ from farhand.common.wire.messages import CameraPicture, CameraReply, CameraReque
 from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Code, Reason, because
 from farhand.local_site.exchange.camera import CameraWatch
+from farhand.local_site.exchange.report_age import LinkMonitor
 from farhand.local_site.exchange.requests import Requests
 from tests.loopback import OperatorsEnd, RobotsEnd
 

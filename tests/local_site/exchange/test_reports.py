@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from farhand.common.link.report_age import LinkMonitor
 from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import PlannedPath, Stamp, Telemetry
+from farhand.local_site.exchange.report_age import LinkMonitor
 from farhand.local_site.exchange.reports import Reports
 
 

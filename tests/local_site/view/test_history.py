@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import ArmState, Stamp, Telemetry
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.view import history
 from farhand.local_site.view.history import AT_REST_S, MOST_MOMENTS, History, as_it_was
 from farhand.local_site.view.panels import buttons

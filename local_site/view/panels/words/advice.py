@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.way import OUTSIDE, chosen_way
 from farhand.common.task import ArmTask
 from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.reason_words import PRESS_AGAIN
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.view.panels.words.tasks import Words, words_of
 from farhand.local_site.view.scene.ghost import is_cut, preview_miss
 from farhand.local_site.workcell.hand_motion import can_centre

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from farhand.common.link.fleet import RobotAtHub
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import ControlMode, Phase
 from farhand.common.wire.messages import Telemetry
 from farhand.common.wire.reason_words import sentence
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.history import Moment
 from farhand.local_site.view.panels.words.tasks import Words

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from farhand.common.link.report_age import LinkHealth, LinkView
 from farhand.common.mode_table import ControlMode
 from farhand.common.wire.messages import CameraPicture, Stamp, Telemetry
 from farhand.common.wire.reasons import Code, because
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.camera import CameraState
+from farhand.local_site.exchange.report_age import LinkHealth, LinkView
 from farhand.local_site.view.panels.camera_panel import _over, _picture, is_old, picture_age_s
 
 ROBOT = Telemetry(

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from farhand.common.link.report_age import LinkHealth, LinkView
 from farhand.common.mode_table import Action, ControlMode
 from farhand.common.wire.messages import Stamp, Telemetry
 from farhand.common.wire.reason_words import sentence
@@ -18,6 +17,7 @@ from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intent_permission import command_refusal
 from farhand.local_site.exchange.notices import Notice
+from farhand.local_site.exchange.report_age import LinkHealth, LinkView
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.buttons import END, ROBOT
 from farhand.local_site.view.panels.status_strip import _alarm, _cells

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from farhand.common.link.report_age import LinkHealth
 from farhand.common.mode_table import ControlMode
 from farhand.local_site import view
 from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.view.panels.words.status import stop_does_words
 from tests.local_site.view.panels.test_truth import OK, ROBOT_IN
 

@@ -5,9 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from farhand.common.link.report_age import LinkHealth, LinkMonitor
 from farhand.common.mode_table import ControlMode
 from farhand.common.wire.messages import Stamp, Telemetry
+from farhand.local_site.exchange.report_age import LinkHealth, LinkMonitor
 
 
 def report(seq: int, boot: str = "one", echo: int = 0, held_ms: float = 0.0) -> Telemetry:
