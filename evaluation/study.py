@@ -8,6 +8,7 @@ A study is a module of this package, named in `STUDIES`, with three functions an
     draw(results, out_dir)  -> names of the figures that it made there
 
 A study with real processes says `ONE_AT_A_TIME = True`: its cases would disturb each other.
+A study that takes hours says `GOES_ON = True`: stopped, the same command goes on where it was. Its results are plain JSON.
 A study of the arm says `TAKES_ROBOT = True`; then each case names the `arm` and the `own_arm` that the command line names.
 
 Seeds that were used for tuning never report: `reporting_seeds` and `tuning_seeds` cannot overlap.
@@ -29,7 +30,7 @@ from rich.progress import track
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.parent_process import end_with_parent
-from farhand.evaluation.study_record import Case, StudyRecord, try_writing
+from farhand.evaluation.study_record import Case, FinishedTrials, StudyRecord, try_writing
 
 STUDIES = {
     "planar": "farhand.evaluation.paper.planar",
@@ -150,16 +151,20 @@ def run(
     which = _names_of(arms)
     out_dir = Path(out_dir) / which
     try_writing(out_dir)
+    finished = FinishedTrials(name, out_dir) if getattr(study, "GOES_ON", False) else None
     results = _run_all(
         name, study.trial, [{**case, **arms} for case in chosen(study.cases(trials, seed), only)],
-        one_at_a_time=getattr(study, "ONE_AT_A_TIME", False),
+        getattr(study, "ONE_AT_A_TIME", False), finished,
     )  # fmt: skip
     summary, markdown = study.summarise(results)
     out_dir.mkdir(parents=True, exist_ok=True)
     figures = getattr(study, "draw", lambda results, out_dir: [])(results, out_dir)
     title, _, text = markdown.partition("\n")
     titled = "\n".join([f"{title}: {which}" if which else title, text])
-    return StudyRecord(name, command, seed, results, summary).write(out_dir, titled, figures)
+    path = StudyRecord(name, command, seed, results, summary).write(out_dir, titled, figures)
+    if finished is not None:
+        finished.forget()
+    return path
 
 
 def _names_of(arms: dict[str, str]) -> str:
@@ -197,19 +202,29 @@ def by_value(results: list[Case], key: str, values: Iterable[str]) -> dict[str, 
 
 
 def _run_all(
-    name: str, trial: Callable[[Case], Case], cases: list[Case], one_at_a_time: bool = False
-) -> list[Case]:  # fmt: skip
+    name: str,
+    trial: Callable[[Case], Case],
+    cases: list[Case],
+    one_at_a_time: bool = False,
+    finished: FinishedTrials | None = None,
+) -> list[Case]:
     """Run the cases in other processes, in any order, and return their results in the cases' order."""
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):  # for the children, before they import numpy
         os.environ.setdefault(variable, "1")
-    results: dict[int, Case] = {}
+    earlier = {number: finished.get(case) for number, case in enumerate(cases)} if finished else {}
+    results = {number: result for number, result in earlier.items() if result is not None}
     context = multiprocessing.get_context("spawn")
     n_workers = 1 if one_at_a_time else min(os.cpu_count() or 1, len(cases))
     with ProcessPoolExecutor(n_workers, context, end_with_parent, (os.getpid(),)) as pool:
-        numbers = {pool.submit(trial, case): number for number, case in enumerate(cases)}
+        numbers = {
+            pool.submit(trial, case): number for number, case in enumerate(cases) if number not in results
+        }
         try:
-            for future in _shown(name, as_completed(numbers), len(cases)):
-                results[numbers[future]] = future.result()
+            for future in _shown(name, as_completed(numbers), len(numbers)):
+                number = numbers[future]
+                results[number] = future.result()
+                if finished is not None:
+                    finished.add(cases[number], results[number])
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             for worker in multiprocessing.active_children():  # its trial may take minutes more

@@ -1,7 +1,11 @@
-"""Record of a study: `DIR/STUDY.json` with every trial, `DIR/STUDY.md` with tables and figures."""
+"""Record of a study: `DIR/STUDY.json` with every trial, `DIR/STUDY.md` with tables and figures.
+
+Until then the results of a long study are in `DIR/STUDY.trials.jsonl`.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import importlib.metadata
 import json
 import math
@@ -13,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import farhand
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.whole_file import write_whole
 
@@ -70,6 +75,61 @@ class StudyRecord:
         shown = "".join(f"\n\n![{file}]({file})" for file in figures)
         write_whole(path.with_suffix(".md"), f"{markdown.rstrip()}{shown}\n\n{_footer(record)}\n".encode())
         return path
+
+
+class FinishedTrials:
+    """Results of a study that may be stopped, `DIR/STUDY.trials.jsonl`, until its record is written.
+
+    Only results of the same code count: the first line tells its hash.
+
+    Args:
+        study: Name of the study.
+        out_dir: Folder of the record; made when missing.
+    """
+
+    def __init__(self, study: str, out_dir: Path):
+        out_dir.mkdir(parents=True, exist_ok=True)
+        self._path, self._results = out_dir / f"{study}.trials.jsonl", dict[str, Case]()
+        first = {"code": _code_hash()}
+        if self._path.exists():
+            lines = self._path.read_bytes().split(b"\n")[
+                :-1
+            ]  # the last one is empty, or its writer was killed
+            if lines and json.loads(lines[0]) == first:
+                self._results = {_key(line["case"]): line["result"] for line in map(json.loads, lines[1:])}
+        kept = ({"case": json.loads(key), "result": result} for key, result in self._results.items())
+        write_whole(self._path, b"".join(map(_line, (first, *kept))))
+
+    def get(self, case: Case) -> Case | None:
+        """Return the result of a case, None when it was not run."""
+        return self._results.get(_key(case))
+
+    def add(self, case: Case, result: Case) -> None:
+        """Keep the result of a case."""
+        with self._path.open("ab") as file:
+            file.write(_line({"case": case, "result": result}))
+
+    def forget(self) -> None:
+        """Remove the file, as the record has everything."""
+        self._path.unlink()
+
+
+def _key(case: Case) -> str:
+    return json.dumps(case, sort_keys=True)
+
+
+def _line(values: Case) -> bytes:
+    return json.dumps(values, allow_nan=False).encode() + b"\n"
+
+
+def _code_hash() -> str:
+    """Return the hash of all shipped code."""
+    package = Path(farhand.__file__).parent
+    files = (Path(folder) / name for folder, _, names in os.walk(package, followlinks=True) for name in names)
+    hashed = hashlib.sha256()
+    for file in sorted(file for file in files if file.suffix in (".py", ".toml")):
+        hashed.update(f"{file.relative_to(package)} ".encode() + file.read_bytes())
+    return hashed.hexdigest()
 
 
 def try_writing(out_dir: Path) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import os
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal
@@ -199,7 +200,8 @@ class RobotFile(Struct, frozen=True, eq=False, kw_only=True, forbid_unknown_fiel
             if found is None or not found.submodule_search_locations:
                 raise self.invalid(field, f"an installed Python package, got {package!r}: pip install it")
             path = Path(found.submodule_search_locations[0]) / inside
-        if not (path.is_file() if field == "model" else path.is_dir()):
+        is_there = os.path.isfile if field == "model" else os.path.isdir  # a name that no disk takes is none
+        if not is_there(path):
             kind = "an MJCF or URDF file" if field == "model" else "a folder"
             raise self.invalid(field, f"{kind} that exists, got {path}")
         return path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -71,7 +72,7 @@ def _read(robot: RobotFile) -> MjSpec:
     )
     for mesh in spec.meshes:
         file = Path(mesh.file).name if spec.strippath else mesh.file
-        if file and not (folder / file).is_file():
+        if file and not os.path.isfile(folder / file):  # a name that no disk takes is none
             raise robot.invalid("assets", f"the folder with the mesh {file}, got {folder}")
         mesh.file = file  # a part of another model would keep the path
     spec.meshdir = str(folder)

@@ -6,7 +6,6 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-import msgpack
 import msgspec
 import numpy as np
 from msgspec import inspect
@@ -16,7 +15,7 @@ from farhand.common.wire.codec import decode, encode, leaves
 from farhand.common.wire.messages import Message, Stamp
 from farhand.common.wire.motion_encoding import RecordedMotion, packed_row
 from farhand.evaluation.faults.bounds import WrongResult
-from farhand.evaluation.faults.mutants import Random, bytes_mutant, tree_mutant
+from farhand.evaluation.faults.mutants import Random, packed_mutant
 
 Decode = Callable[[bytes], bool]
 _TEXTS = ("ann", "planar", "rov1", "0" * 64, "", "0" * 32, "1.0", "127.0.0.1")
@@ -36,16 +35,7 @@ def attempts(name: str) -> Callable[[Random], bool]:
     sound, take = kinds()[name]
     if not take(sound):
         raise WrongResult(f"a sound one is refused: {name}")
-    return lambda random: take(_mutant(random, sound))
-
-
-def _mutant(random: Random, data: bytes) -> bytes:
-    if random.random() < 0.4:
-        return bytes_mutant(random, data)
-    try:
-        return msgpack.packb(tree_mutant(random, msgpack.unpackb(data))) or b""
-    except (ValueError, OverflowError):  # what MessagePack does not have
-        return bytes_mutant(random, data)
+    return lambda random: take(packed_mutant(random, sound))
 
 
 def _decoder(kind: type[Message]) -> Decode:

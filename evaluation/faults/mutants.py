@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from io import BytesIO
 from typing import Any
 
+import msgpack
 import numpy as np
 from numpy.typing import NDArray
 
@@ -102,6 +104,35 @@ def _numbers_mutant(random: Random, data: bytes) -> bytes:
 
 def _factor(random: Random) -> float:
     return _FACTORS[int(random.integers(0, len(_FACTORS)))]
+
+
+def packed_mutant(random: Random, data: bytes) -> bytes:
+    """Return MessagePack with one value changed; or with changed bytes."""
+    return _coded_mutant(random, data, msgpack.unpackb, msgpack.packb)
+
+
+def json_mutant(random: Random, data: bytes) -> bytes:
+    """Return JSON with one value changed; or with changed bytes."""
+    return _coded_mutant(random, data, json.loads, lambda tree: json.dumps(tree).encode())
+
+
+def _coded_mutant(
+    random: Random, data: bytes, decode: Callable[[bytes], Any], encode: Callable[[Any], Any]
+) -> bytes:
+    if random.random() < 0.4:
+        return bytes_mutant(random, data)
+    try:
+        return encode(tree_mutant(random, decode(data))) or b""
+    except (TypeError, ValueError, OverflowError):  # what the code does not have
+        return bytes_mutant(random, data)
+
+
+def lines_mutant(random: Random, data: bytes) -> bytes:
+    """Return lines of JSON of which one is a mutant."""
+    lines = data.splitlines() or [b"{}"]
+    at = int(random.integers(0, len(lines)))
+    lines[at] = json_mutant(random, lines[at])
+    return b"\n".join(lines)
 
 
 def array_mutant(random: Random, array: NDArray) -> NDArray:

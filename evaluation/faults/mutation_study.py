@@ -26,6 +26,7 @@ from farhand.evaluation.metrics.tables import table
 
 Case = dict[str, Any]
 
+GOES_ON = True
 N_MUTATIONS = 100_000
 _CHUNK = 1000
 OPTIONS = "option values"
@@ -44,8 +45,8 @@ def cases(trials: int | None, seed: int) -> list[Case]:
     n = N_MUTATIONS if trials is None else trials
     return [
         {"kind": kind, "seed": seed, "first": first, "n": min(_CHUNK, n - first)}
-        for first in range(0, n, _CHUNK)
         for kind in KINDS
+        for first in range(0, n, _CHUNK)
     ]
 
 

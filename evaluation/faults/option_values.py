@@ -21,7 +21,7 @@ from farhand.deploy.cli import COMMANDS
 from farhand.deploy.outcome import status_of
 from farhand.evaluation.faults.bounds import WrongResult
 from farhand.evaluation.faults.mutants import Random, bytes_mutant
-from farhand.evaluation.faults.subjects import sound_files, write_identities
+from farhand.evaluation.faults.sound_files import sound_files, write_identities
 
 _TASK, _SEED = {"task": "planar"}, {"seed": "3"}
 _PLACES = {"data-dir": "data"}
