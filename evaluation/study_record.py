@@ -119,7 +119,7 @@ def _key(case: Case) -> str:
 
 
 def _line(values: Case) -> bytes:
-    return json.dumps(values, allow_nan=False).encode() + b"\n"
+    return json.dumps(values).encode() + b"\n"
 
 
 def _code_hash() -> str:

@@ -9,58 +9,25 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
+import numpy as np
 import tyro
 
 from farhand.deploy.cli import COMMANDS
 from farhand.deploy.outcome import status_of
 from farhand.evaluation.faults.bounds import WrongResult
+from farhand.evaluation.faults.command_lines import LINES, Line
 from farhand.evaluation.faults.mutants import Random, bytes_mutant
-from farhand.evaluation.faults.sound_files import sound_files, write_identities
+from farhand.evaluation.faults.sound_files import authority_files, sound_files, write_identities
 
-_TASK, _SEED = {"task": "planar"}, {"seed": "3"}
-_PLACES = {"data-dir": "data"}
-LINES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
-    "up": ((), {**_TASK, **_SEED, **_PLACES, "link": "lan", "port": "0"}),
-    "demo": ((), {**_TASK, **_SEED, **_PLACES, "link": "lan", "outage": "stall:10@0.2", "json": "r.json"}),
-    "local": (
-        (),
-        {
-            **_TASK, **_SEED, **_PLACES, "config": "local.toml", "connect": "quic/127.0.0.1:7447", "certificates": "shore-1",
-            "link-rate-bps": "1e6", "link-control": "127.0.0.1:7449", "port": "0", "site-name": "shore-1", "connect-timeout-s": "5",
-        },
-    ),
-    "remote": (
-        (),
-        {**_TASK, **_SEED, **_PLACES, "config": "remote.toml", "listen": "quic/127.0.0.1:7447", "certificates": "rov1", "sites": "sites.json", "link-rate-bps": "1e6"},
-    ),
-    "link": (
-        (),
-        {**_SEED, "listen": "127.0.0.1:0", "target": "127.0.0.1:7447", "control": "127.0.0.1:0", "profile": "geo"},
-    ),
-    "learn": (("d.npz",), {"out": "out.model", "max-distance-m": "0.1"}),
-    "rollout": (("m.farhand",), {"like": "d.npz", "out": "out.npz"}),
-    "model": (("show", "m.farhand"), {"figure": "f.png"}),
-    "import": (
-        ("r.npz",),
-        {
-            "out": "imported", "kind": "lasa", "columns": "x=2", "motion": "", "frames": "goal=0.5,0.5", "only": "1",
-            "rotation": "xyz", "rate-hz": "60", "length-unit": "mm", "time-unit": "s", "delimiter": "comma",
-        },
-    ),
-    "samples": ((), {**_SEED, "out": "samples", "task": "hot-stab", "n": "2"}),
-    "evaluate": (("planar",), {**_SEED, "trials": "3", "out": "results"}),
-    "robot": (("check", "jaco"), {**_SEED, "candidates": "1"}),
-    "status": ((), {"of": "all"}),
-}  # fmt: skip
-"""Of each command: its positional arguments, and a sound value of each of its options."""
-_OPTIONS = tuple((command, option) for command, (_, values) in LINES.items() for option in values)
-_FILES = ("data-dir", "json", "config", "out", "like", "figure")
+_CHANGES = tuple((line, what) for line in LINES for what in line.changeable)
+_FILES = ("data-dir", "json", "config", "remote-config", "out", "like", "figure", "folder", 0)
 _VALUES = (
     "", " ", "-1", "0", "-0.0", "nan", "inf", "-inf", "1e999", "1e308", "1e-320", "9" * 30, "-" + "9" * 30, "1_000", "0x10",
     "٣", "\udcff", "a\nb", "\u202e", "../evil", "~", "~nobody/x", "x" * 300, "=", ",", "planar,planar", "planar,hot-stab",
@@ -70,15 +37,15 @@ _VALUES = (
 )  # fmt: skip
 
 
-_ANSWERS = {"status": (0, 3, 4)}
+_ANSWERS = {"status": (0, 3, 4), "robot check": (0, 1), "robot place": (0, 1), "pki show": (0, 3)}
 """Exit statuses that are no refusals, where there are more than success: 0."""
 
 
 class _Reached(BaseException):
-    """A study's trials would begin."""
+    """A study's trials, or the work of a hub, would begin."""
 
 
-def value_mutant(random: Random, option: str, value: str) -> str:
+def value_mutant(random: Random, option: str | int, value: str) -> str:
     """Return another value of an option, as a process can be given it: without a zero byte, and within the folder."""
     if random.random() < 0.4:
         value = _VALUES[int(random.integers(0, len(_VALUES)))]
@@ -90,26 +57,26 @@ def value_mutant(random: Random, option: str, value: str) -> str:
 
 def attempts(folder: Path) -> Callable[[Random], bool]:
     """Return what gives one mutant to a command, after the sound values were accepted."""
-    for command, (_, values) in LINES.items():
-        if not _run(command, values, folder):
-            raise WrongResult(f"sound values are refused: {command}")
+    for line in LINES:
+        if not _run(line, line.arguments(), folder):
+            raise WrongResult(f"sound values are refused: {line}")
 
     def attempt(random: Random) -> bool:
-        command, option = _OPTIONS[int(random.integers(0, len(_OPTIONS)))]
-        values = LINES[command][1]
-        return _run(command, {**values, option: value_mutant(random, option, values[option])}, folder)
+        line, what = _CHANGES[int(random.integers(0, len(_CHANGES)))]
+        sound = line.positional[what] if isinstance(what, int) else line.values[what]
+        return _run(line, line.arguments(what, value_mutant(random, what, sound)), folder)
 
     return attempt
 
 
-def _run(command: str, values: dict[str, str], folder: Path) -> bool:
-    positional, arguments = LINES[command][0], [f"--{name}={value}" for name, value in values.items()]
+def _run(line: Line, arguments: list[str], folder: Path) -> bool:
+    command = line.command.split()[0]
     said, errors = io.StringIO(), io.StringIO()
     with _surroundings(folder), contextlib.redirect_stdout(said), contextlib.redirect_stderr(errors):
         try:
             chosen = tyro.cli(
                 COMMANDS[command],
-                args=[*positional, *arguments],
+                args=arguments,
                 config=(tyro.conf.FlagCreatePairsOff, tyro.conf.HelptextFromCommentsOff),
             )
             status = status_of(chosen)
@@ -120,10 +87,10 @@ def _run(command: str, values: dict[str, str], folder: Path) -> bool:
                 raise WrongResult(f"{command} ends with {end.code!r}") from None
             return False
     lines = errors.getvalue().splitlines()
-    if status in _ANSWERS.get(command, (0,)):
+    if status in _ANSWERS.get(line.command, (0,)):
         return True
     if len(lines) != 1 or not lines[0].startswith("farhand: "):
-        raise WrongResult(f"{command} {arguments} ends with {status} and {errors.getvalue()!r}")
+        raise WrongResult(f"{line.command} {arguments} ends with {status} and {errors.getvalue()!r}")
     return False
 
 
@@ -131,11 +98,7 @@ def _run(command: str, values: dict[str, str], folder: Path) -> bool:
 def _surroundings(folder: Path) -> Iterator[None]:
     """Prepare a folder with valid files, and replace everything that runs for long."""
     here, deep = Path.cwd(), folder / "a" / "b"
-    deep.mkdir(parents=True, exist_ok=True)
-    write_identities(deep)
-    for name, content in sound_files().items():
-        if not (deep / name).is_file():
-            (deep / name).write_bytes(content)
+    _furnish(folder, deep)
     environment = {"HOME": str(folder), "XDG_DATA_HOME": str(folder), "XDG_RUNTIME_DIR": str(folder)}
     os.chdir(deep)
     try:
@@ -146,6 +109,30 @@ def _surroundings(folder: Path) -> Iterator[None]:
     finally:
         os.chdir(here)
         sys.unraisablehook = sys.__unraisablehook__
+
+
+def _furnish(folder: Path, deep: Path) -> None:
+    """Write the sound files, and remove what an earlier command has made: its lock would refuse the next one."""
+    sound = {**sound_files(), **{f"pki/{name}": content for name, content in authority_files().items()}}
+    for file in folder.iterdir():
+        if file.name != "a":
+            _remove(file)
+    deep.mkdir(parents=True, exist_ok=True)
+    for file in deep.iterdir():
+        if file.name not in sound:
+            _remove(file)
+    write_identities(deep)
+    for name, content in sound.items():
+        if not (deep / name).is_file():
+            (deep / name).parent.mkdir(parents=True, exist_ok=True)
+            (deep / name).write_bytes(content)
+
+
+def _remove(file: Path) -> None:
+    if file.is_dir() and not file.is_symlink():
+        shutil.rmtree(file)
+    else:
+        file.unlink()
 
 
 def _nothing(*_: Any, **__: Any) -> None:
@@ -170,13 +157,35 @@ def _one_demonstration(_seed: int, _cell: Any) -> Any:
     return Demonstration.load("d.npz")
 
 
+def _searched(robot: Any, *_: Any) -> Any:
+    from farhand.common.arm.placing import Place
+
+    return Place(robot, 1, 1, 0.1)
+
+
+class _NothingDrawn(contextlib.nullcontext):
+    """In place of a renderer, for machines that have none."""
+
+    def __init__(self, *_: Any):
+        super().__init__(self)
+
+    def render_around(self, _: Any) -> Any:
+        """Return a small picture."""
+        return np.zeros((8, 8, 3), np.uint8)
+
+
 _STAND_INS: dict[str, Any] = {
     "farhand.local_site.site.LocalSite.run": _nothing,
     "farhand.local_site.site.LocalSite.run_script": _succeed,
     "farhand.remote_site.site.RemoteSite.run": _nothing,
+    "farhand.deploy.fleet.consoles._run": _zero,
+    "farhand.common.link.hub.Hub": _reached,
+    "farhand.deploy.fleet.hub_status.Fleet": _reached,
     "farhand.deploy.link.link_process.run_link": _zero,
     "farhand.deploy.up._together": _zero,
     "farhand.evaluation.study._run_all": _reached,
+    "farhand.deploy.robots_report.search": _searched,
+    "farhand.deploy.robots_report.Renderer": _NothingDrawn,
     "farhand.local_site.workcell.operator_arm.DEMONSTRATIONS": dict.fromkeys(
         ("hot-stab", "hot-stab-removal"), _one_demonstration
     ),

@@ -137,31 +137,29 @@ def events() -> tuple[bytes, ...]:
 
 
 @cache
-def _identities() -> dict[str, bytes]:
-    """Make the certificates and the list of sites that the sites' files name."""
+def authority_files() -> dict[str, bytes]:
+    """Return the files of an authority that has issued the certificates that the sites' files name, by their paths."""
     with tempfile.TemporaryDirectory(dir=temporary_folder()) as name:
-        registry = Registry.create(Path(name), "sound")
-        folders = (
-            registry.issue("rov1", "robot", ("127.0.0.1",), 365),
-            registry.issue("shore-1", "operator", (), 90),
-        )
-        made = {RIGHTS_FILE: (Path(name) / RIGHTS_FILE).read_bytes()}
-        for folder in folders:
-            made |= {f"{folder.name}/{file.name}": file.read_bytes() for file in folder.iterdir()}
-        return made
+        folder = Path(name) / "authority"
+        registry = Registry.create(folder, "sound")
+        registry.issue("rov1", "robot", ("127.0.0.1",), 365)
+        registry.issue("shore-1", "operator", (), 90)
+        files = (file for file in folder.rglob("*") if file.is_file())
+        return {str(file.relative_to(folder)): file.read_bytes() for file in files}
 
 
 def rights() -> tuple[bytes, ...]:
     """Return an authority's list of who may command."""
-    return (_identities()[RIGHTS_FILE],)
+    return (authority_files()[RIGHTS_FILE],)
 
 
 def write_identities(folder: Path) -> None:
     """Write certificates and the list of sites into a folder, unless they are there."""
-    for name, content in _identities().items():
-        if not (folder / name).exists():
-            (folder / name).parent.mkdir(exist_ok=True)
-            (folder / name).write_bytes(content)
+    for name, content in authority_files().items():
+        place = folder / name.removeprefix("sites/")
+        if name.startswith("sites") and not place.exists():
+            place.parent.mkdir(exist_ok=True)
+            place.write_bytes(content)
 
 
 def sound_files() -> dict[str, bytes]:
@@ -173,4 +171,5 @@ def sound_files() -> dict[str, bytes]:
         "d.npz": demonstrations()[0],
         "m.farhand": models()[0],
         "r.npz": recordings()[0],
+        "r.csv": columns()[0],
     }

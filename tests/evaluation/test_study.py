@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 
 from farhand.common.errors import InvalidConfiguration
-from farhand.evaluation import study
+from farhand.evaluation import study, study_record
 from farhand.evaluation.live import neighbours
 from farhand.evaluation.study import chosen, reporting_seeds, run, tuning_seeds
+from farhand.evaluation.study_record import FinishedTrials
+from tests.evaluation import coins
 from tests.farhand_process import await_end
 
 
 @pytest.fixture(autouse=True)
-def coins(monkeypatch: pytest.MonkeyPatch) -> None:
+def known(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(study.STUDIES, "coins", "tests.evaluation.coins")
 
 
@@ -87,6 +89,44 @@ def test_a_trial_that_fails_ends_the_study_and_leaves_nothing(tmp_path):
     with pytest.raises(InvalidConfiguration, match="coin: edge: a side"):
         run("coins", 3, 13, tmp_path / "results", "")
     assert not (tmp_path / "results").exists()
+
+
+def test_a_long_study_that_was_stopped_goes_on_where_it_was_and_leaves_its_record_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def stopped(_results: list[dict]) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(coins, "GOES_ON", True, raising=False)
+    kept = tmp_path / "coins.trials.jsonl"
+    with monkeypatch.context() as at_first:
+        at_first.setattr(coins, "summarise", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            run("coins", 3, 0, tmp_path, "")
+    before = {trial["seed"]: trial for trial in map(_result, kept.read_bytes().splitlines()[1:])}
+    kept.write_bytes(kept.read_bytes() + b'{"case": {"seed": 100')  # its writer was killed in the middle
+
+    trials = json.loads(run("coins", 5, 0, tmp_path, "").read_text())["trials"]
+    assert [trial["seed"] for trial in trials] == list(reporting_seeds(0, 5))
+    assert len(before) == 3 and [t["process"] for t in trials[:3]] == [
+        before[t["seed"]]["process"] for t in trials[:3]
+    ]
+    assert {trial["process"] for trial in trials[3:]}.isdisjoint(t["process"] for t in before.values())
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["coins.json", "coins.md"]
+
+
+def test_of_a_study_that_was_stopped_nothing_counts_once_the_code_is_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    case = {"seed": 1}
+    FinishedTrials("coins", tmp_path).add(case, {"success": True})
+    assert FinishedTrials("coins", tmp_path).get(case) == {"success": True}
+    monkeypatch.setattr(study_record, "_code_hash", lambda: "another")
+    assert FinishedTrials("coins", tmp_path).get(case) is None
+
+
+def _result(line: bytes) -> dict:
+    return json.loads(line)["result"]
 
 
 @pytest.mark.parametrize(

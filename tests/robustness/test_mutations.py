@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
+import re
 import signal
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
+import tyro
 
 from farhand.common.errors import InvalidConfiguration
+from farhand.deploy.cli import COMMANDS
+from farhand.evaluation.faults import bounds
 from farhand.evaluation.faults import mutation_study as mutations
 from farhand.evaluation.faults.bounds import MOST_MB, AttemptOutcome, WrongResult, bounded, guarded, peak_mb
+from farhand.evaluation.faults.command_lines import LINES, Line
+
+_FLAGS = {"--help", "--insecure", "--preview", "--forget", "--observer"}
 
 
 @pytest.mark.parametrize("kind", mutations.KINDS)
@@ -23,7 +33,28 @@ def test_mutants_are_refused_in_one_line_or_accepted_and_right(kind: str):
     assert result["counts"].get("accepted", 0) > 0, "some change nothing that matters"
 
 
-def test_what_goes_wrong_is_found():
+def test_every_option_of_every_command_is_given_other_values():
+    def takes(line: Line) -> set[str]:
+        return {f"--{name}" for name in (*line.values, *line.flags)}
+
+    for name, command in COMMANDS.items():
+        lines = [line for line in LINES if line.command.split()[0] == name]
+        for words in {tuple(line.command.split()[1:]) for line in lines} if name == "pki" else {()}:
+            assert "--help" in options_of(command, words)
+            given = [line for line in lines if tuple(line.command.split()[1:]) == words or not words]
+            assert options_of(command, words) - set().union(*map(takes, given)) <= _FLAGS, (name, words)
+
+
+def options_of(command: Any, words: tuple[str, ...]) -> set[str]:
+    """Return the options that the help of a command names."""
+    with pytest.raises(SystemExit), contextlib.redirect_stdout(io.StringIO()) as said:
+        tyro.cli(command, args=[*words, "--help"], config=(tyro.conf.FlagCreatePairsOff,))
+    return set(re.findall(r"^\S (?:-h, )?(--[a-z][a-z-]*)", said.getvalue(), re.MULTILINE))
+
+
+def test_what_goes_wrong_is_found(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(bounds, "LONGEST_S", 0.3)
+
     def hang() -> bool:
         while True:
             pass
