@@ -49,7 +49,7 @@ def options_of(command: Any, words: tuple[str, ...]) -> set[str]:
     """Return the options that the help of a command names."""
     with pytest.raises(SystemExit), contextlib.redirect_stdout(io.StringIO()) as said:
         tyro.cli(command, args=[*words, "--help"], config=(tyro.conf.FlagCreatePairsOff,))
-    return set(re.findall(r"^\S (?:-h, )?(--[a-z][a-z-]*)", said.getvalue(), re.MULTILINE))
+    return set(re.findall(r"^\W{1,3}(?:-h, )?(--[a-z][a-z-]*)", said.getvalue(), re.MULTILINE))
 
 
 def test_what_goes_wrong_is_found(monkeypatch: pytest.MonkeyPatch):
