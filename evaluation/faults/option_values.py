@@ -160,7 +160,7 @@ def _one_demonstration(_seed: int, _cell: Any) -> Any:
 def _searched(robot: Any, *_: Any) -> Any:
     from farhand.common.arm.placing import Place
 
-    return Place(robot, 1, 1, 0.1)
+    return Place(robot, 0.1, 1, 1)
 
 
 class _NothingDrawn(contextlib.nullcontext):
