@@ -32,7 +32,7 @@ class TimelineStep(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """The same for the other direction."""
 
 
-class Timeline:
+class LinkTimeline:
     """Settings of the link over time. Before the first step, the base settings apply.
 
     Args:
@@ -153,13 +153,13 @@ class LinkProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         """The profile's two directions, without its timeline."""
         return LinkSettings(uplink=self.uplink, downlink=self.downlink)
 
-    def over_time(self, source: str = "link") -> Timeline:
+    def over_time(self, source: str = "link") -> LinkTimeline:
         """Return the profile's settings with its timeline.
 
         Raises:
             InvalidConfiguration: A step is malformed; names it. A loaded profile has none of these.
         """
-        return Timeline(self.settings, self.timeline, self.repeat_s, source)
+        return LinkTimeline(self.settings, self.timeline, self.repeat_s, source)
 
 
 def load_profiles(path: Path) -> dict[str, LinkProfile]:

@@ -15,7 +15,7 @@ from farhand.common.link.outbox import SendQueue
 from farhand.common.wire.keys import Channel, Urgency
 
 
-class Kind(Enum):
+class PacketKind(Enum):
     """Kind of a packet."""
 
     PUT = auto()
@@ -35,7 +35,7 @@ class Packet:
         number: Number of the question that it asks or answers.
     """
 
-    kind: Kind
+    kind: PacketKind
     channel: Channel
     data: bytes
     sent_s: float

@@ -13,7 +13,7 @@ from itertools import count
 
 from farhand.common.clock import VirtualTime
 from farhand.common.impairment.impairment import LinkSettings
-from farhand.common.impairment.virtual_direction import Kind, OneWay, Packet
+from farhand.common.impairment.virtual_direction import OneWay, Packet, PacketKind
 from farhand.common.link.interface import Answered, Deliver, Request
 from farhand.common.wire.keys import Channel
 
@@ -48,7 +48,7 @@ class VirtualEnd:
 
     def send(self, channel: Channel, data: bytes) -> None:
         """See `Link.send`."""
-        self._put(Packet(Kind.PUT, channel, data, self._time.now_s()))
+        self._put(Packet(PacketKind.PUT, channel, data, self._time.now_s()))
 
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
         """See `Link.subscribe`."""
@@ -67,7 +67,7 @@ class VirtualEnd:
         number = next(self._numbers)
         self._asking[number] = answered
         self._time.call_later(timeout_s if self._out.up else 0.0, partial(self._end, number, None))
-        self._put(Packet(Kind.QUESTION, channel, data, self._time.now_s(), number))
+        self._put(Packet(PacketKind.QUESTION, channel, data, self._time.now_s(), number))
 
     def close(self) -> None:
         """See `Link.close`."""
@@ -81,16 +81,16 @@ class VirtualEnd:
     def _receive(self, packet: Packet) -> None:
         if self._closed:
             return
-        if packet.kind is Kind.PUT:
+        if packet.kind is PacketKind.PUT:
             for deliver in self._subscribers[packet.channel]:
                 deliver(packet.data)
-        elif packet.kind is Kind.ANSWER:
+        elif packet.kind is PacketKind.ANSWER:
             self._end(packet.number, packet.data)
         elif (handle := self._servers.get(packet.channel)) is not None:
             handle(_VirtualRequest(packet, self._answer))
 
     def _answer(self, question: Packet, data: bytes) -> None:
-        self._put(Packet(Kind.ANSWER, question.channel, data, self._time.now_s(), question.number))
+        self._put(Packet(PacketKind.ANSWER, question.channel, data, self._time.now_s(), question.number))
 
     def _end(self, number: int, data: bytes | None) -> None:
         if (answered := self._asking.pop(number, None)) is not None:

@@ -21,7 +21,7 @@ import msgspec
 from farhand.common.address import Address, bind, show_address
 from farhand.common.errors import InvalidConfiguration, PortTaken
 from farhand.common.impairment.impairment import LinkSettings, Outage
-from farhand.common.impairment.link_profile import Timeline
+from farhand.common.impairment.link_profile import LinkTimeline
 from farhand.deploy.link.datagrams import Datagrams
 from farhand.deploy.link.relay_connection import SOCKET_BUFFER_BYTES
 from farhand.deploy.link.relay_pipe import Meter
@@ -39,7 +39,7 @@ class TimelinePlayer:
         self._apply = apply
         self._next: asyncio.TimerHandle | None = None
 
-    def play(self, timeline: Timeline) -> None:
+    def play(self, timeline: LinkTimeline) -> None:
         """Begin a timeline now, instead of the one under way."""
         self.stop()
         self._take(timeline, asyncio.get_running_loop().time(), 0.0)
@@ -50,7 +50,7 @@ class TimelinePlayer:
             self._next.cancel()
         self._next = None
 
-    def _take(self, timeline: Timeline, began_s: float, elapsed_s: float) -> None:
+    def _take(self, timeline: LinkTimeline, began_s: float, elapsed_s: float) -> None:
         self._apply(timeline.at(elapsed_s))
         if (next_s := timeline.next_change_s(elapsed_s)) is not None:
             loop = asyncio.get_running_loop()
@@ -80,12 +80,12 @@ class Relay:
         self,
         listen: Address,
         target: Address,
-        settings: LinkSettings | Timeline,
+        settings: LinkSettings | LinkTimeline,
         seed: int = 0,
         profile: str = "custom",
     ):
         self._listen, self._target = listen, target
-        self._timeline = settings if isinstance(settings, Timeline) else Timeline(settings)
+        self._timeline = settings if isinstance(settings, LinkTimeline) else LinkTimeline(settings)
         self._settings, self._profile = self._timeline.at(0.0), profile
         self._player = TimelinePlayer(self._apply)
         self._meters = (Meter(), Meter())
@@ -128,9 +128,9 @@ class Relay:
         await self._streams.stop()
         await self._datagrams.stop()
 
-    def change(self, settings: LinkSettings | Timeline, profile: str = "custom") -> None:
+    def change(self, settings: LinkSettings | LinkTimeline, profile: str = "custom") -> None:
         """Replace the settings for what is sent from now on; a timeline begins now."""
-        self._timeline = settings if isinstance(settings, Timeline) else Timeline(settings)
+        self._timeline = settings if isinstance(settings, LinkTimeline) else LinkTimeline(settings)
         self._profile = profile
         for warning in self._timeline.base.short_queues():
             log.warning(warning)

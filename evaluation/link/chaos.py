@@ -11,7 +11,7 @@ from typing import Literal
 import msgspec
 
 from farhand.common.impairment.impairment import DirectionSettings, Distribution, LinkSettings
-from farhand.common.impairment.link_profile import Timeline, TimelineStep
+from farhand.common.impairment.link_profile import LinkTimeline, TimelineStep
 from farhand.common.impairment.virtual_direction import Packet
 from farhand.common.mode_table import Action, ControlMode, allowed_actions
 from farhand.common.wire import keys
@@ -53,7 +53,7 @@ class Schedule:
         mishaps: Further faults.
     """
 
-    timeline: Timeline
+    timeline: LinkTimeline
     mishaps: tuple[Mishap, ...]
 
 
@@ -70,7 +70,7 @@ def random_schedule(seed: int) -> Schedule:
         Mishap(random.choice(_KINDS), random.uniform(_CALM_S, DURATION_S), random.uniform(0.3, 6.0))
         for _ in range(random.randint(0, 5))
     ]
-    return Schedule(Timeline(base, steps), tuple(sorted(mishaps, key=lambda mishap: mishap.at_s)))
+    return Schedule(LinkTimeline(base, steps), tuple(sorted(mishaps, key=lambda mishap: mishap.at_s)))
 
 
 def _direction(random: Random, seed: int) -> DirectionSettings:

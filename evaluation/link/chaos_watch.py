@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 
-from farhand.common.impairment.virtual_direction import Kind, Packet
+from farhand.common.impairment.virtual_direction import Packet, PacketKind
 from farhand.common.mode_table import ControlMode
 from farhand.common.task import Task
 from farhand.common.wire import keys
@@ -47,7 +47,7 @@ class ChaosWatch:
     def on_packet(self, packet: Packet) -> None:
         """Record a packet that reaches the robot."""
         kind = _WATCHED.get(packet.channel.key)
-        if kind is not None and packet.kind is not Kind.ANSWER:
+        if kind is not None and packet.kind is not PacketKind.ANSWER:
             self._arrived.append(Arrived(decode(packet.data, kind), packet.sent_s, self._now_s()))
 
     def before(self, robot: Robot) -> None:

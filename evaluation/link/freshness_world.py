@@ -69,7 +69,7 @@ class Report:
     coupling_id: int
 
 
-class Line:
+class DelayedLine:
     """One direction of the line: delivers in order, and runs each item's action at the other end."""
 
     def __init__(self, delay_s: float, seed: int):
@@ -101,7 +101,7 @@ class DrivingWorld:
     def __init__(self, delay_s: float, seed: int, on_arrival: Callable[[MessageArrival], None]):
         self.now_s, self._tick, self._boots = 100.0, 0, 0
         self._on_arrival = on_arrival
-        self.up, self.down = Line(delay_s, 2 * seed), Line(delay_s, 2 * seed + 1)
+        self.up, self.down = DelayedLine(delay_s, 2 * seed), DelayedLine(delay_s, 2 * seed + 1)
         self._plant = PointPlant(np.array(_TASK.start_m), np.ones(2), 0.6, 4.0)
         self.shown: Report | None = None
         self.lease_id = ""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from farhand.common.errors import FarhandError
-from farhand.common.impairment.link_profile import LinkProfile, Timeline, find_profile, load_profiles
+from farhand.common.impairment.link_profile import LinkProfile, LinkTimeline, find_profile, load_profiles
 from farhand.common.impairment.virtual_direction import Packet
 from farhand.common.link.budget import OVERHEAD_BYTES
 from farhand.common.link.endpoint import EndpointSettings
@@ -193,7 +193,7 @@ def age_and_rate(arrivals: list[tuple[float, float]], from_s: float, until_s: fl
     return {"rate_hz": n / (until_s - from_s), "age_p50_s": float(p50), "age_p95_s": float(p95)}
 
 
-def _play(sites: VirtualSites, timeline: Timeline, began_s: float, elapsed_s: float = 0.0) -> None:
+def _play(sites: VirtualSites, timeline: LinkTimeline, began_s: float, elapsed_s: float = 0.0) -> None:
     """Apply the timeline's settings, each at its time."""
     sites.link.change(timeline.at(elapsed_s))
     if (next_s := timeline.next_change_s(elapsed_s)) is not None:

@@ -23,7 +23,13 @@ from farhand.common.model.gaussian_product import frame_shares, idle_frames
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.evaluation.metrics.motion_metrics import dtw_rms
 from farhand.evaluation.metrics.tables import rate, spread, table, write_figure
-from farhand.evaluation.paper.handle_task import LAMBDA_M, N_DEMONSTRATIONS, Scene, demonstrate, random_scene
+from farhand.evaluation.paper.handle_task import (
+    LAMBDA_M,
+    N_DEMONSTRATIONS,
+    HandleScene,
+    demonstrate,
+    random_scene,
+)
 from farhand.evaluation.study import Case, reporting_seeds
 from farhand.local_site.learning.dp_means import FRAME_RULES
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
@@ -96,7 +102,7 @@ def taught(random: np.random.Generator, names: tuple[str, ...], settings: Learne
     return learner.model()
 
 
-def _angles_deg(scene: Scene, path: Array) -> tuple[float, float]:
+def _angles_deg(scene: HandleScene, path: Array) -> tuple[float, float]:
     """Return the angles of the first 5 cm with the base's axis, and of the last with the handle's."""
     left = path[np.argmax(np.linalg.norm(path - path[0], axis=1) > _OVER_M)] - path[0]
     came = path[-1 - np.argmax(np.linalg.norm(path[::-1] - path[-1], axis=1) > _OVER_M)] - path[-1]

@@ -33,7 +33,7 @@ _N_PATH = 400
 
 
 @dataclass(frozen=True)
-class Scene:
+class HandleScene:
     """Task frames of one scene.
 
     Args:
@@ -60,9 +60,9 @@ class Scene:
         return (1 - s) ** 3 * begin + 3 * (1 - s) ** 2 * s * out + 3 * (1 - s) * s**2 * before + s**3 * end
 
 
-def random_scene(random: np.random.Generator) -> Scene:
+def random_scene(random: np.random.Generator) -> HandleScene:
     """Draw base, handle and bystanders within reach, with reasonable rotations."""
-    return Scene(
+    return HandleScene(
         _random_frame(random, np.zeros(2), 0.4 * _REACH_M),
         _random_frame(random, _HANDLE_M, _REACH_M),
         _random_frame(random, 0.5 * _HANDLE_M, 2.0 * _REACH_M),
@@ -71,7 +71,7 @@ def random_scene(random: np.random.Generator) -> Scene:
 
 
 def demonstrate(
-    random: np.random.Generator, scene: Scene, names: tuple[str, ...], sensor: Sensor = TRACKER
+    random: np.random.Generator, scene: HandleScene, names: tuple[str, ...], sensor: Sensor = TRACKER
 ) -> Demonstration:
     """Return one demonstration in a scene, seen from the frames of these names; the last is the goal's."""
     noise = random.spawn(1)[0]

@@ -17,7 +17,13 @@ from matplotlib.figure import Figure
 
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
-from farhand.evaluation.paper.handle_task import LAMBDA_M, N_DEMONSTRATIONS, Scene, demonstrate, random_scene
+from farhand.evaluation.paper.handle_task import (
+    LAMBDA_M,
+    N_DEMONSTRATIONS,
+    HandleScene,
+    demonstrate,
+    random_scene,
+)
 from farhand.local_site.learning.online_learner import LearnerSettings, OnlineLearner
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.remote_site.reproduction.point_rollout import Rollout, roll_out
@@ -48,7 +54,7 @@ def learn_from_each_frame(shown: list[Demonstration]) -> TPHSMM:
     return learner.model()
 
 
-def reach(model: TPHSMM, scene: Scene, drift_m_s: float = 0.0) -> Rollout:
+def reach(model: TPHSMM, scene: HandleScene, drift_m_s: float = 0.0) -> Rollout:
     """Execute the model from the base, while the handle drifts away along its own x axis."""
 
     def frames_at(time_s: float) -> list[TaskFrame]:

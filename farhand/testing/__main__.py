@@ -24,7 +24,7 @@ from farhand.remote_site.robots.installed import (
     NO_CAMERA,
     PERCEPTION,
     PLANT,
-    Kind,
+    DriverKind,
     make_driver,
 )
 
@@ -76,7 +76,7 @@ class DriverTrial:
             )
         return max(self._check(kind, config, task, cell) for kind in chosen)
 
-    def _check(self, kind: Kind, config: RemoteConfig, task: AnyTask, cell: Cell | None) -> int:
+    def _check(self, kind: DriverKind, config: RemoteConfig, task: AnyTask, cell: Cell | None) -> int:
         driver = make_driver(kind, config, task, cell)
         label = f"{kind.field} {kind.choice(config).use!r}"
         try:
@@ -88,7 +88,9 @@ class DriverTrial:
         return 0
 
 
-def _check_of(kind: Kind, task: AnyTask, cell: Cell | None, pace: dict[str, Any]) -> Callable[[Any], None]:
+def _check_of(
+    kind: DriverKind, task: AnyTask, cell: Cell | None, pace: dict[str, Any]
+) -> Callable[[Any], None]:
     """Return the check of a kind of driver, for a task."""
     from farhand import testing
 

@@ -47,7 +47,7 @@ def refusal_of(intent: intents.Intent, state: ConsoleState) -> Reason | None:
             return _sending_refusal(intent, state)
         case intents.Choose(task):
             return _choice_refusal(task, state)
-        case intents.Align() | intents.Centre() | intents.Step() | intents.ResetArm():
+        case intents.Align() | intents.Centre() | intents.StepArm() | intents.ResetArm():
             return _arm_refusal(intent, state)
         case intents.Hand() | intents.DragTarget() | intents.AutoSend() | intents.WatchCamera():
             return None

@@ -235,7 +235,7 @@ class Centre:
 
 
 @dataclass(frozen=True)
-class Step:
+class StepArm:
     """Request for a step of the operator's arm.
 
     Args:
@@ -260,7 +260,7 @@ class DragTarget:
 
 
 Send = SendModel | SendLibrary | AutoSend
-MoveHand = Align | Centre | Step
+MoveHand = Align | Centre | StepArm
 Teach = (
     RecordDemonstration
     | EndDemonstration

@@ -79,7 +79,7 @@ class Teaching:
                 number = self._task.demonstration_names.index(name) + 1
                 self._task.remove(name)
                 self._tell("delete demonstration", f"demonstration {number} was deleted: Undo brings it back")
-            case intents.ResetArm() | intents.Align() | intents.Centre() | intents.Step():
+            case intents.ResetArm() | intents.Align() | intents.Centre() | intents.StepArm():
                 self._move_arm(intent)
 
     def choose(self, name: str) -> None:
@@ -190,7 +190,7 @@ class Teaching:
             case intents.Centre():
                 self._place.lead(centre)
                 self._tell("centre", "your plug moves onto the axis of the bore, and turns along it")
-            case intents.Step(nudge):
+            case intents.StepArm(nudge):
                 self._place.lead(nudge)
 
     def _go_back(self, intent: intents.SelectRevision | intents.StartAnew | intents.Delete) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidDemonstration
-from farhand.local_site.recordings.headers import Label, label
+from farhand.local_site.recordings.headers import ColumnLabel, label
 from farhand.local_site.recordings.options import ImportOptions
 
 Array = NDArray[np.float64]
@@ -121,7 +121,7 @@ def assign(table: Table, options: ImportOptions) -> Roles:
     return Roles(time, whole, [header for n, header in enumerate(table.headers) if n not in used])
 
 
-def _the_one(table: Table, found: Label, before: int | None, index: int) -> int:
+def _the_one(table: Table, found: ColumnLabel, before: int | None, index: int) -> int:
     if before is None or found.role == "frame":
         return index
     both = table.headers[before], table.headers[index]

@@ -50,7 +50,7 @@ _KNOWN = (
 )  # fmt: skip
 
 
-class Label(NamedTuple):
+class ColumnLabel(NamedTuple):
     """Meaning of a header: a role of `options.ROLES`, the body, and the unit or an empty string."""
 
     role: str
@@ -58,13 +58,13 @@ class Label(NamedTuple):
     unit: str
 
 
-def label(header: str) -> Label | None:
+def label(header: str) -> ColumnLabel | None:
     """Return what a header says, or None for a column that is no part of a pose or time."""
     text, unit = _bracketed_unit(header.replace("Rigid Body", "RigidBody"))
     words = [part for word in re.split(r"[^0-9A-Za-zµ°]+", text) if word for part in _split(word)]
     number = _NUMBERS.get("_".join(words).lower())
     if number or not words:
-        return Label(number, "", "") if number else None
+        return ColumnLabel(number, "", "") if number else None
     if not unit and unit_kind(words[-1]) and (len(words) > 1 or words[-1] in UNITS["time"]):
         unit = words.pop()
     if any(word in _OTHER for word in words):
@@ -72,9 +72,9 @@ def label(header: str) -> Label | None:
     rest = [word for word in words if word not in _FILLING]
     body = "_".join(word for word in rest if word not in _KNOWN and not word.isdigit())
     if not body and (not rest or set(rest) <= _TIMES or set(rest) & _NANOSECONDS):
-        return Label("nanosec" if set(rest) & _NANOSECONDS else "t", "", unit) if rest or unit else None
+        return ColumnLabel("nanosec" if set(rest) & _NANOSECONDS else "t", "", unit) if rest or unit else None
     role = _role(rest)
-    return Label(role, body, unit) if role else None
+    return ColumnLabel(role, body, unit) if role else None
 
 
 def _role(words: list[str]) -> str | None:

@@ -21,7 +21,7 @@ from farhand.remote_site.interface.plant import Plant, check_state
 from farhand.remote_site.interface.sensing import Perception, check_frames
 
 
-class Kind(NamedTuple):
+class DriverKind(NamedTuple):
     """Kind of driver.
 
     Args:
@@ -39,10 +39,10 @@ class Kind(NamedTuple):
         return getattr(config, self.field)
 
 
-PLANT = Kind("plant", "farhand.plants", ("read", "accelerate", "follow", "brake"))
-ARM_DRIVER = Kind("arm_driver", "farhand.arm_drivers", ("read", "command"))
-PERCEPTION = Kind("perception", "farhand.perceptions", ("observe",))
-CAMERA = Kind("camera", "farhand.cameras", ("capture",))
+PLANT = DriverKind("plant", "farhand.plants", ("read", "accelerate", "follow", "brake"))
+ARM_DRIVER = DriverKind("arm_driver", "farhand.arm_drivers", ("read", "command"))
+PERCEPTION = DriverKind("perception", "farhand.perceptions", ("observe",))
+CAMERA = DriverKind("camera", "farhand.cameras", ("capture",))
 """Camera, which is imported and made in a process of its own alone."""
 NO_CAMERA = "none"
 """Name that stands for no camera."""
@@ -66,7 +66,7 @@ class Drivers(NamedTuple):
 SIMULATED = Drivers()
 
 
-def installed(kind: Kind) -> list[str]:
+def installed(kind: DriverKind) -> list[str]:
     """Return the names of the installed drivers of a kind."""
     return sorted({point.name for point in entry_points(group=kind.group)})
 
@@ -126,7 +126,7 @@ def in_operation(config: RemoteConfig, task: AnyTask, cell: Cell | None, now_s: 
         yield Drivers(*drivers)
 
 
-def make_driver(kind: Kind, config: RemoteConfig, task: AnyTask, cell: Cell | None) -> Any:
+def make_driver(kind: DriverKind, config: RemoteConfig, task: AnyTask, cell: Cell | None) -> Any:
     """Make the configured driver of a kind; None for the simulated one.
 
     Args:
@@ -152,7 +152,7 @@ def make_driver(kind: Kind, config: RemoteConfig, task: AnyTask, cell: Cell | No
     return driver
 
 
-def _look(kind: Kind, driver: Any, task: AnyTask, cell: Cell | None, now_s: float) -> None:
+def _look(kind: DriverKind, driver: Any, task: AnyTask, cell: Cell | None, now_s: float) -> None:
     """Check a first measurement."""
     if kind is PERCEPTION:
         if (frames := driver.observe(now_s)) is not None:
@@ -167,13 +167,13 @@ def _look(kind: Kind, driver: Any, task: AnyTask, cell: Cell | None, now_s: floa
         raise InvalidInput("plant", "read", "finite numbers only")
 
 
-def _load(kind: Kind, name: str) -> Callable[[Any, dict[str, Any]], Any]:
+def _load(kind: DriverKind, name: str) -> Callable[[Any, dict[str, Any]], Any]:
     point = _found(kind, name)
     with _told(kind, name, "cannot be imported"):
         return point.load()
 
 
-def _found(kind: Kind, name: str) -> EntryPoint:
+def _found(kind: DriverKind, name: str) -> EntryPoint:
     point = _entry_point(kind, name)
     if point is None:
         known = ", ".join(installed(kind)) or "there is none: install the package that brings it along"
@@ -182,7 +182,7 @@ def _found(kind: Kind, name: str) -> EntryPoint:
     return point
 
 
-def _entry_point(kind: Kind, name: str) -> EntryPoint | None:
+def _entry_point(kind: DriverKind, name: str) -> EntryPoint | None:
     """Return the entry point of a name; None without one.
 
     Raises:
@@ -195,14 +195,14 @@ def _entry_point(kind: Kind, name: str) -> EntryPoint | None:
     return next(iter(found.values()), None)
 
 
-def _label(kind: Kind, name: str) -> str:
+def _label(kind: DriverKind, name: str) -> str:
     point = _entry_point(kind, name)
     where = f" ({point.value})" if point is not None else ""
     return f"{kind.field} {name!r}{where}"
 
 
 @contextmanager
-def _told(kind: Kind, name: str, failed: str) -> Iterator[None]:
+def _told(kind: DriverKind, name: str, failed: str) -> Iterator[None]:
     """Tell any error of foreign code in one line with its own words."""
     try:
         yield

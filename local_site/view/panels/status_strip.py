@@ -41,7 +41,7 @@ from farhand.local_site.view.panels.words.status import (
     stop_does_words,
     stop_words,
 )
-from farhand.local_site.view.panels.words.tasks import Words, local_words, words_of
+from farhand.local_site.view.panels.words.tasks import TaskWords, local_words, words_of
 from farhand.local_site.view.scene.ghost import Ghost, RobotPicture, reported_tip
 
 _AGE_STEP_S, _AGE_PERIOD_S = 0.07, 0.5
@@ -152,7 +152,7 @@ def _model_title(state: ConsoleState) -> str:
     return element("task", state.task.name) if len(state.tasks) > 1 else CELLS["model"]
 
 
-def _remote_words(state: ConsoleState, picture: RobotPicture, age: str, words: Words) -> str:
+def _remote_words(state: ConsoleState, picture: RobotPicture, age: str, words: TaskWords) -> str:
     robot = state.robot
     if picture.then_s is not None:
         return element("seen", as_it_was_words(picture.now_s - picture.then_s), "fh-old")

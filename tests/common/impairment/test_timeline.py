@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from farhand.common.errors import InvalidConfiguration
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
-from farhand.common.impairment.link_profile import Timeline, TimelineStep
+from farhand.common.impairment.link_profile import LinkTimeline, TimelineStep
 
 BASE = LinkSettings(uplink=DirectionSettings(delay_ms=100))
 
@@ -24,32 +24,32 @@ def steps(*times_s: float) -> tuple[TimelineStep, ...]:
     )
 
 
-def delay_ms(timeline: Timeline, elapsed_s: float) -> float:
+def delay_ms(timeline: LinkTimeline, elapsed_s: float) -> float:
     return timeline.at(elapsed_s).uplink.delay_ms
 
 
 def test_each_step_holds_until_the_next_and_the_last_for_ever():
-    timeline = Timeline(BASE, steps(1.0, 3.0))
+    timeline = LinkTimeline(BASE, steps(1.0, 3.0))
     assert [delay_ms(timeline, t) for t in (0.0, 0.99, 1.0, 2.99, 3.0, 1e6)] == [100, 100, 1, 1, 2, 2]
     assert [timeline.next_change_s(t) for t in (0.0, 1.0, 3.0)] == [1.0, 3.0, None]
 
 
 def test_what_a_step_does_not_name_is_the_bases():
-    timeline = Timeline(BASE, (TimelineStep(at_s=1.0, downlink={"delay_ms": 7}),))
+    timeline = LinkTimeline(BASE, (TimelineStep(at_s=1.0, downlink={"delay_ms": 7}),))
     assert timeline.at(2.0) == LinkSettings(
         uplink=DirectionSettings(delay_ms=100), downlink=DirectionSettings(delay_ms=7)
     )
 
 
 def test_a_timeline_that_repeats_begins_anew_with_the_base():
-    timeline = Timeline(BASE, steps(1.0, 3.0), repeat_s=4.0)
+    timeline = LinkTimeline(BASE, steps(1.0, 3.0), repeat_s=4.0)
     assert [delay_ms(timeline, 40.0 + t) for t in (0.0, 1.0, 3.5, 4.0)] == [100, 1, 2, 100]
     assert [timeline.next_change_s(t) for t in (40.0, 41.0, 43.0)] == [41.0, 43.0, 44.0]
 
 
 def test_settings_without_steps_never_change():
-    assert Timeline(BASE).next_change_s(0.0) is None
-    assert Timeline(BASE, repeat_s=5.0).next_change_s(0.0) is None
+    assert LinkTimeline(BASE).next_change_s(0.0) is None
+    assert LinkTimeline(BASE, repeat_s=5.0).next_change_s(0.0) is None
 
 
 @settings(deadline=None, derandomize=True, max_examples=200)
@@ -61,7 +61,7 @@ def test_settings_without_steps_never_change():
 def test_following_the_changes_misses_none_and_always_goes_on(times_s, longer_s, begin_s):
     times_s = sorted(times_s)
     repeat_s = times_s[-1] + longer_s if longer_s else 0.0
-    timeline = Timeline(BASE, steps(*times_s), repeat_s)
+    timeline = LinkTimeline(BASE, steps(*times_s), repeat_s)
     now_s = begin_s
     for _ in range(20):
         following_s = timeline.next_change_s(now_s)
@@ -87,5 +87,5 @@ def test_following_the_changes_misses_none_and_always_goes_on(times_s, longer_s,
 )
 def test_a_malformed_step_is_refused_by_name(wrong, repeat_s, field, says):
     with pytest.raises(InvalidConfiguration, match=says) as caught:
-        Timeline(BASE, wrong, repeat_s, "links.toml")
+        LinkTimeline(BASE, wrong, repeat_s, "links.toml")
     assert (caught.value.source, caught.value.field) == ("links.toml", field)

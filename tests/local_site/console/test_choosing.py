@@ -125,7 +125,7 @@ def test_a_demonstration_begins_at_a_new_place_only_where_the_arm_stands_at_the_
             it.until(lambda p: not p.recording)
 
         def push() -> None:
-            it.console.submit(intents.Step(Nudge((0.0, 0.0, 0.05))))
+            it.console.submit(intents.StepArm(Nudge((0.0, 0.0, 0.05))))
             it.until(lambda p: bool(p.strokes))
 
         assert record() == 0
@@ -137,5 +137,5 @@ def test_a_demonstration_begins_at_a_new_place_only_where_the_arm_stands_at_the_
         assert it.told("recording a demonstration from a new place").recording
         push()
         discard()
-        it.console.submit(intents.Step(Nudge((0.0, 0.0, -0.05))))  # and then it is led away by hand
+        it.console.submit(intents.StepArm(Nudge((0.0, 0.0, -0.05))))  # and then it is led away by hand
         assert record() == 1

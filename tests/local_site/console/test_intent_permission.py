@@ -112,7 +112,7 @@ LOCAL: tuple[intents.Intent, ...] = (
     intents.ResetArm(),
     intents.Align(),
     intents.Centre(),
-    intents.Step(Nudge((0.005, 0.0, 0.0))),
+    intents.StepArm(Nudge((0.005, 0.0, 0.0))),
     intents.SendModel(),
     intents.SendLibrary(),
     intents.Choose("nowhere"),

@@ -9,7 +9,7 @@ from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.reason_words import PRESS_AGAIN
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.report_age import LinkHealth
-from farhand.local_site.view.panels.words.tasks import Words, words_of
+from farhand.local_site.view.panels.words.tasks import TaskWords, words_of
 from farhand.local_site.view.scene.ghost import is_cut, preview_miss
 from farhand.local_site.workcell.hand_motion import can_centre
 
@@ -70,7 +70,7 @@ def miss_words(state: ConsoleState) -> str:
     return f"Not learned: it ends {state.miss}. Undo it, Keep anyway, or go on: "
 
 
-def _recording_advice(state: ConsoleState, words: Words) -> str:
+def _recording_advice(state: ConsoleState, words: TaskWords) -> str:
     """Return the next step of a demonstration; with a plug, by its place."""
     arm, task = state.own_arm, state.task
     if arm is None or not isinstance(task, ArmTask):
@@ -99,7 +99,7 @@ def _lost_advice(state: ConsoleState) -> str:
     return f"Nothing new is heard of the robot: only STOP is sent, until it arrives.{meanwhile}"
 
 
-def _moving_advice(state: ConsoleState, words: Words) -> str:
+def _moving_advice(state: ConsoleState, words: TaskWords) -> str:
     """Return the advice during a motion of the robot, also a paused one."""
     match state.mode:
         case ControlMode.DIRECT if state.robot_records:
@@ -117,7 +117,7 @@ def _moving_advice(state: ConsoleState, words: Words) -> str:
     return ""
 
 
-def _teaching_advice(state: ConsoleState, words: Words) -> str:
+def _teaching_advice(state: ConsoleState, words: TaskWords) -> str:
     learned = state.learned
     if not state.standing.robot_does:
         return f"This robot does not do {state.task.name}: choose another task under Library."

@@ -12,7 +12,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.report_age import LinkHealth
 from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.history import Moment
-from farhand.local_site.view.panels.words.tasks import Words
+from farhand.local_site.view.panels.words.tasks import TaskWords
 from farhand.local_site.view.scene.ghost import Ghost, RobotPicture
 
 LINK_WORDS = {
@@ -168,7 +168,7 @@ def recording_words(state: ConsoleState) -> str:
     return "" if state.fetching is None else f" · fetching {state.fetching:.0%}"
 
 
-def motion_words(robot: Telemetry, ghost: Ghost | None, words: Words) -> str:
+def motion_words(robot: Telemetry, ghost: Ghost | None, words: TaskWords) -> str:
     """Return what the robot is doing, and when it should be done."""
     if robot.waiting:
         return " · waiting for input"

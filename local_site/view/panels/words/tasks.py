@@ -14,7 +14,7 @@ from farhand.local_site.workcell.arm_view import ArmView
 
 
 @dataclass(frozen=True)
-class Words:
+class TaskWords:
     """Parts of sentences.
 
     Args:
@@ -36,7 +36,7 @@ class Words:
     arrived: str
 
 
-_BOARD = Words(
+_BOARD = TaskWords(
     own="your board",
     recording="draw to {target}",
     driving="your hand drives the robot: drag here",
@@ -45,7 +45,7 @@ _BOARD = Words(
     target="the {frame}",
     arrived="Press Execute again, or Clutch to end.",
 )
-_INSERT = Words(
+_INSERT = TaskWords(
     own="your arm",
     recording="drag the arrows, into {target}",
     driving="your hand drives the robot: drag the arrows",
@@ -63,20 +63,20 @@ _EXTRACT = replace(
 _ARM = {"insert": _INSERT, "extract": _EXTRACT}
 
 
-def words_of(task: AnyTask) -> Words:
+def words_of(task: AnyTask) -> TaskWords:
     """Return the texts for a task: its own words, else the usual ones of its kind."""
     usual = _ARM[task.skill] if isinstance(task, ArmTask) else _BOARD
     own = {name: text for name, text in structs.asdict(task.words).items() if text is not None}
     target = own.pop("target", usual.target.format(frame=task.frame_names[-1]))
     said = {name: text.format(target=target) for name, text in asdict(replace(usual, target=target)).items()}
-    return Words(**said | own)
+    return TaskWords(**said | own)
 
 
 _IN_M, _BESIDE_M = 0.005, 0.020
 """From this depth on, and at most so far beside the axis, the plug counts as in the receptacle [m]."""
 
 
-def local_words(state: ConsoleState, words: Words) -> str:
+def local_words(state: ConsoleState, words: TaskWords) -> str:
     """Return a short text on the workcell, as HTML."""
     arm = state.own_arm
     if arm is not None and (arm.held or state.recording or _is_in(arm)):

@@ -103,7 +103,7 @@ class Jog:
             nudge = Nudge((0.0, 0.0, 0.0), _triple(_STEP_RAD * _turning(axes) @ steps))
         else:
             nudge = Nudge(_triple(_STEP_M * axes @ steps))
-        self._submit(intents.Step(nudge))
+        self._submit(intents.StepArm(nudge))
 
     def _moved(self, pose: Array, move: Array, axes: Array, speed: Array, duration_s: float) -> Array:
         if not self.turns():

@@ -32,13 +32,13 @@ class Hand:
     def __init__(self, state: ConsoleState, turns: bool = False):
         self.state = replace(state, own_arm=ARM, recording=True)
         self.led: list[tuple[str, np.ndarray]] = []
-        self.steps: list[intents.Step] = []
+        self.steps: list[intents.StepArm] = []
         self.jog = Jog(lambda phase, pose: self.led.append((phase, pose)), self._ask, lambda: turns)
         self.now_s = 100.0
         self.jog.step(self.state, self.now_s)
 
     def _ask(self, intent: intents.Intent) -> None:
-        assert isinstance(intent, intents.Step)
+        assert isinstance(intent, intents.StepArm)
         self.steps.append(intent)
 
     def hear(self, text: str) -> None:
