@@ -9,6 +9,7 @@ from farhand.common.wire.motion_encoding import points_of
 from farhand.common.wire.reason_words import PRESS_AGAIN
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.report_age import LinkHealth
+from farhand.local_site.view.panels.words.status import without_link_words
 from farhand.local_site.view.panels.words.tasks import TaskWords, words_of
 from farhand.local_site.view.scene.ghost import is_cut, preview_miss
 from farhand.local_site.workcell.hand_motion import can_centre
@@ -16,7 +17,7 @@ from farhand.local_site.workcell.hand_motion import can_centre
 _REFUSAL_S = 12.0
 _IN_BORE_M, _BOTTOM_M = 0.015, 0.010
 """A plug at most so far beside the axis is before the mouth, or in the bore; what stops it near the bottom is no jam [m]."""
-_WITHOUT_LINK = {"continue": "goes on to its end", "hold": "pauses", "retract": "retracts"}
+_WITHOUT_LINK = {"continue": "also without the link", "hold": "and pauses without the link", "retract": "and retracts without the link"}
 _ASKED = frozenset(map(str, Action)) | {
     "record", "end", "undo", "load samples", "samples", "recover", "go to", "start anew", "delete", "delete demonstration", "upload", "send model",
     "send library", "new place", "align", "centre", "step",
@@ -49,7 +50,7 @@ def advice(state: ConsoleState) -> str:
     if state.asked_by:
         return f"{state.asked_by} asks for the control of the robot: press Hand over, or go on."
     if state.link.health is LinkHealth.LOST and not state.recording:
-        return _lost_advice(state)
+        return f"Nothing new is heard of the robot: only STOP is sent, until it arrives. {without_link_words(state, words.target)}"
     if state.mode is ControlMode.STOPPED:
         return f"Stopped{_why_stopped(state)}. Press Reset when it is safe to go on."
     if state.recording:
@@ -92,13 +93,6 @@ def _recording_advice(state: ConsoleState, words: TaskWords) -> str:
     return f"{words.teach}. Once it is near the mouth, Centre does the rest of the way to the axis."
 
 
-def _lost_advice(state: ConsoleState) -> str:
-    """Return what can be done while nothing new is heard of the robot, and what it does meanwhile."""
-    executes = state.mode in (ControlMode.AUTONOMOUS, ControlMode.PAUSED)
-    meanwhile = f" Without the link the execution {_WITHOUT_LINK[state.task.lost_link]}." if executes else ""
-    return f"Nothing new is heard of the robot: only STOP is sent, until it arrives.{meanwhile}"
-
-
 def _moving_advice(state: ConsoleState, words: TaskWords) -> str:
     """Return the advice during a motion of the robot, also a paused one."""
     match state.mode:
@@ -113,7 +107,7 @@ def _moving_advice(state: ConsoleState, words: TaskWords) -> str:
         case ControlMode.AUTONOMOUS if state.phase is not Phase.APPROACHING:
             return f"The robot is {state.phase}. Abort ends it where it is."
         case ControlMode.AUTONOMOUS:
-            return "The robot executes the model on its own, whatever the link does. Abort ends it."
+            return f"The robot executes the model on its own, {_WITHOUT_LINK[state.task.lost_link]}. Abort ends it."
     return ""
 
 

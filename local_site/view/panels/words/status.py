@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from farhand.common.link.fleet import RobotAtHub
-from farhand.common.mode_table import ControlMode, Phase
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.wire.messages import Telemetry
 from farhand.common.wire.reason_words import sentence
 from farhand.local_site.console.console_state import ConsoleState
@@ -26,7 +26,14 @@ HOLDERS = {ControlMode.DIRECT: "OPERATOR", ControlMode.AUTONOMOUS: "REMOTE MPC"}
 SHOWN_ROBOT, PAGE_OF = "the robot of this page", "the page of {name}"
 _SILENT_S = 10.0
 """Age from which the newest report of another robot does not tell its mode any more [s]."""
-_LOST_LINK = {"continue": "goes on", "hold": "pauses", "retract": "retracts"}
+_IF_LOST = {"continue": "goes on", "hold": "pauses", "retract": "retracts"}
+_POLICY = {
+    "continue": "its task lets an execution go on to its end without the link",
+    "hold": "its task pauses an execution without the link",
+    "retract": "its task has an execution retract without the link",
+}
+_MANOEUVRES = (Phase.RETRACTING, Phase.GOING_TO_READY, Phase.BACKING_OFF)
+"""Phases in which the robot moves without executing a model: the task's policy for a lost link is not about them."""
 
 
 def stop_words(stop: StopStatus, state: ConsoleState, ghost: Ghost | None, now_s: float) -> str:
@@ -143,11 +150,40 @@ def lease_words(state: ConsoleState) -> str:
 
 
 def silence_words(state: ConsoleState, now_s: float) -> str:
-    """Return what an execution does without a link, or for how long the robot was silent."""
+    """Return what the robot does if the link is lost, by its present mode, or for how long it was silent."""
     link = state.link
-    if link.health is LinkHealth.OK or math.isinf(link.silent_s):
-        return f"if lost: {_LOST_LINK[state.task.lost_link]}"
-    return f"silent for {math.floor(link.silent_s + now_s - state.now_s)} s"
+    if link.health is not LinkHealth.OK and not math.isinf(link.silent_s):
+        return f"silent for {math.floor(link.silent_s + now_s - state.now_s)} s"
+    if state.mode is ControlMode.AUTONOMOUS:
+        return f"if lost: {'goes on' if state.phase in _MANOEUVRES else _IF_LOST[state.task.lost_link]}"
+    return f"if lost: {'holds' if state.mode is ControlMode.DIRECT else 'stands'}" if state.mode else ""
+
+
+def without_link_words(state: ConsoleState, target: str) -> str:
+    """Return what the robot was doing when last heard, and what that becomes without the link; empty before a report.
+
+    Args:
+        state: State of the console.
+        target: Name of the robot's target.
+    """
+    match state.mode:
+        case None:
+            return ""
+        case ControlMode.AUTONOMOUS if state.phase in _MANOEUVRES:
+            becomes = "this ends without the link as with it, and the robot holds then"
+        case ControlMode.AUTONOMOUS if state.phase.at_end and state.task.lost_link == "continue":
+            becomes = f"without the link it stays there and tracks {target}"
+        case ControlMode.AUTONOMOUS:
+            becomes = _POLICY[state.task.lost_link]
+        case ControlMode.DIRECT:
+            becomes = "without the link no hand moves it, and it holds"
+        case ControlMode.PAUSED if state.task.blind_retract:
+            becomes = "it stays so, but retracts after a minute without sight of its target"
+        case _:
+            becomes = "it stays so without the link"
+    was = f"{state.mode.name}, {state.phase}" if state.phase else state.mode.name
+    sent = ", ".join(action for action in state.pending if action is not Action.STOP)
+    return f"When last heard it was {was}: {becomes}.{f' It may have received since: {sent}.' if sent else ''}"
 
 
 def model_words(state: ConsoleState) -> str:

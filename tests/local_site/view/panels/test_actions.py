@@ -38,7 +38,6 @@ def test_a10_without_a_link_nothing_is_offered_that_could_only_be_refused_later(
         assert labels(taught, mode, link=LOST) == []
         lost = replace(taught, robot=structs.replace(ROBOT_IN, mode=mode), link=LOST)
         assert "only STOP is sent, until it arrives" in advice(lost)
-    assert "the execution goes on to its end" in advice(replace(taught, robot=ROBOT_IN, link=LOST))
 
 
 def test_while_a_demonstration_is_recorded_it_is_ended_or_discarded(taught: ConsoleState) -> None:

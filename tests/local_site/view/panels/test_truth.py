@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
-from farhand.common.mode_table import Action, ControlMode
+from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.wire.messages import Stamp, Telemetry
 from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Code
 from farhand.local_site.console import intents
-from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.console.console_state import ConsoleState, Pending
 from farhand.local_site.console.intent_permission import command_refusal
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.exchange.report_age import LinkHealth, LinkView
@@ -22,6 +22,7 @@ from farhand.local_site.exchange.stop_sender import StopStatus
 from farhand.local_site.view.panels.buttons import END, ROBOT
 from farhand.local_site.view.panels.status_strip import _alarm, _cells
 from farhand.local_site.view.panels.words.advice import advice, miss_words, refusal
+from farhand.local_site.view.panels.words.status import silence_words
 from farhand.local_site.workcell.held_arm import HeldArm
 from tests.cells import JACO
 from tests.local_site.robot_end import desk
@@ -131,3 +132,53 @@ def test_a14_a_recording_that_is_thrown_away_is_not_called_a_demonstration(tmp_p
         it.console.submit(intents.RecordDemonstration())
         it.console.submit(intents.Undo())
         it.told("undo: the recording under way was discarded")
+
+
+@pytest.mark.parametrize(
+    ("mode", "phase", "policy", "becomes", "short"),
+    [
+        ("DISARMED", "", "continue", "DISARMED: it stays so", "stands"),
+        ("HOLD", "", "retract", "HOLD: it stays so", "stands"),
+        ("PAUSED", "", "retract", "PAUSED: it stays so", "stands"),
+        ("STOPPED", "", "continue", "STOPPED: it stays so", "stands"),
+        ("DIRECT", "", "continue", "DIRECT: without the link no hand moves it, and it holds", "holds"),
+        ("AUTONOMOUS", "approaching", "continue", "AUTONOMOUS, approaching: its task lets an execution go on to its end", "goes on"),
+        ("AUTONOMOUS", "recovering", "continue", "its task lets an execution go on to its end", "goes on"),
+        ("AUTONOMOUS", "approaching", "hold", "its task pauses an execution", "pauses"),
+        ("AUTONOMOUS", "arrived", "continue", "arrived: without the link it stays there and tracks the U", "goes on"),
+        ("AUTONOMOUS", "seated", "hold", "seated: its task pauses an execution", "pauses"),
+        ("AUTONOMOUS", "arrived", "retract", "arrived: its task has an execution retract", "retracts"),
+        ("AUTONOMOUS", "retracting", "hold", "retracting: this ends without the link as with it", "goes on"),
+        ("AUTONOMOUS", "going to ready", "retract", "this ends without the link as with it", "goes on"),
+        ("AUTONOMOUS", "backing off", "continue", "this ends without the link as with it", "goes on"),
+    ],
+)  # fmt: skip
+def test_without_a_link_the_page_says_what_was_last_heard_and_what_that_mode_becomes(
+    nothing_yet: ConsoleState, mode: str, phase: str, policy: str, becomes: str, short: str
+) -> None:
+    task = structs.replace(nothing_yet.task, lost_link=policy, retract_m=(0.0, 0.1))
+    robot = structs.replace(ROBOT_IN, mode=ControlMode[mode], phase=Phase(phase))
+    state = replace(seen(nothing_yet, task=task), robot=robot)
+    words = advice(state)
+    assert words.startswith("Nothing new is heard of the robot: only STOP is sent") and becomes in words
+    assert f"When last heard it was {mode}" in words
+    if not (mode == "AUTONOMOUS" and phase in ("approaching", "recovering")):
+        assert "to its end" not in words
+    assert silence_words(state, 100.0) == "silent for 9 s"
+    assert silence_words(replace(state, link=OK), 100.0) == f"if lost: {short}"
+
+
+def test_without_a_link_what_was_sent_before_is_not_forgotten(nothing_yet: ConsoleState) -> None:
+    sent = {Action.EXECUTE: Pending("1", 95.0), Action.STOP: Pending("2", 99.0)}
+    held = structs.replace(ROBOT_IN, mode=ControlMode.HOLD)
+    state = replace(seen(nothing_yet, pending=sent), robot=held)
+    assert advice(state).endswith("It may have received since: execute.")
+
+
+def test_an_execution_is_not_said_to_go_on_where_its_task_ends_it_with_the_link(
+    nothing_yet: ConsoleState,
+) -> None:
+    robot = structs.replace(ROBOT_IN, phase=Phase.APPROACHING)
+    for policy, told in (("continue", "also without the link"), ("hold", "pauses"), ("retract", "retracts")):
+        task = structs.replace(nothing_yet.task, lost_link=policy, retract_m=(0.0, 0.1))
+        assert told in advice(replace(nothing_yet, now_s=100.0, robot=robot, link=OK, task=task))
