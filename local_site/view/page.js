@@ -1,6 +1,7 @@
 // The page's own part: STOP, which nothing hides; what stays in a narrow window; and word of a server that is silent.
 if (!window.farhand) {
   const LOOK_MS = 200;
+  const SMALL_PX = 620; // less room than this has none for the two cards beside each other
   const SILENT_AFTER_LOOKS = 8; // not a time: a page that was busy itself has not heard what it could hear
   const words = window.farhandWords;
   const farhand = (window.farhand = { beat: null, heard: performance.now(), looks: 0 });
@@ -80,6 +81,7 @@ if (!window.farhand) {
     const open = document.body.toggleAttribute("data-drawer");
     menu.setAttribute("aria-expanded", open);
     show(menu, open ? words.close : words.more);
+    makeRoom();
   });
   const tabs = add("div", { id: "fh-tabs", role: "tablist", "aria-label": words.details });
   const select = (name) => {
@@ -138,11 +140,29 @@ if (!window.farhand) {
     }
   };
 
-  // Where the advice takes more than one line, what lies over the canvas makes room; the canvas keeps its size, and its view
+  // What lies over the canvas makes room for what grows: the advice, a second row of chips, an alarm, the words of the robot,
+  // the drawer. The canvas keeps its size, and its view.
+  const folder = (name) => document.querySelector(`.fh-here-${name}`)?.closest("[data-with-border]");
+  const shownHeight = (element) => (element?.checkVisibility() ? element.offsetHeight : 0);
+  const heightOf = (selector) => shownHeight(document.querySelector(selector));
+  const gap = (height) => (height ? height + 6 : 0);
   const makeRoom = () => {
-    const line = document.querySelector(".fh-here-actions")?.closest("[data-with-border]");
-    if (line) document.documentElement.style.setProperty("--fh-grown", `${line.offsetHeight}px`);
+    const set = (name, size) => document.documentElement.style.setProperty(`--fh-${name}`, `${size}px`);
+    const drawer = document.body.hasAttribute("data-drawer") ? document.querySelector("[data-dock-region]") : null;
+    const room = innerWidth - (drawer?.offsetWidth ?? 0);
+    set("room", room); // first: how many lines a text takes depends on it
+    const views = folder("view"), legend = folder("legend");
+    const stacked = (views?.offsetWidth ?? 0) + (legend?.offsetWidth ?? 0) + 24 > room;
+    document.body.toggleAttribute("data-stacked", stacked);
+    document.body.toggleAttribute("data-small", room < SMALL_PX);
+    const [high, low] = [shownHeight(views), shownHeight(legend)];
+    const sizes = {
+      grown: shownHeight(folder("actions")), views: high, chips: stacked ? high + 6 + low : Math.max(high, low),
+      robots: gap(heightOf(".fh-robots")), alarm: gap(heightOf(".fh-alarm")), own: heightOf(".fh-local"), its: heightOf(".fh-remote"),
+    };
+    for (const [name, size] of Object.entries(sizes)) set(name, size);
   };
+  addEventListener("resize", makeRoom);
 
   const look = () => {
     makeRoom();

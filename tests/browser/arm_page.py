@@ -27,7 +27,6 @@ Array = NDArray[np.float64]
 
 _COLUMN_M = (0.0, 0.0, 0.12)
 """A place on every arm of this kind, whatever its joints [m]."""
-_FRAMES = 600
 _GRIP_M = 0.93 * SIZE_M
 """Where an arrow is taken hold of, from the plug's tip: by its head, away from the arcs [m]."""
 
@@ -68,15 +67,14 @@ class ArmPage(OperatorPage):
 
     def await_scene(self) -> None:
         """Wait until both arms are drawn where they belong: blue left and amber right."""
-        for _ in range(_FRAMES):
+
+        def misplaced() -> str:
             picture = picture_of(self.page.screenshot())
-            local, remote = (
-                blueness(picture, self.arm_pixel(self.columns_m[remote], remote)) for remote in (False, True)
-            )
-            if local > 40 and -remote > 40:
-                return
-            self.next_frame()
-        raise AssertionError("the arms are not drawn where they belong")
+            own, robot = (blueness(picture, self.arm_pixel(self.columns_m[it], it)) for it in (False, True))
+            right = own > 40 and -robot > 40
+            return "" if right else f"the arms are not drawn where they belong: {own}, {robot}"
+
+        self.draw_until(misplaced)
 
     def arm_pixel(self, at_m: ArrayLike, remote: bool = False) -> Point:
         """Where a point is on the page, seen from the base of one of the arms [px]."""

@@ -16,32 +16,36 @@ if TYPE_CHECKING:
     from tests.browser.operator_page import OperatorPage, Point
 
 _INSIDE_M = 0.03
-_FRAMES = 600
 
 
 def await_boards(tab: OperatorPage) -> None:
     """Wait until both boards are drawn where they belong: blue left and brown right."""
     corners = [(x, y) for x in (_INSIDE_M, 1.0 - _INSIDE_M) for y in (_INSIDE_M, 1.0 - _INSIDE_M)]
-    for _ in range(_FRAMES):
+
+    def misplaced() -> str:
         picture = picture_of(tab.page.screenshot())
         blue = [blueness(picture, tab.pixel(corner)) for corner in corners]
         brown = [-blueness(picture, tab.pixel(corner, remote=True)) for corner in corners]
-        if min(*blue, *brown) > 15:
-            return
-        tab.next_frame()
-    raise AssertionError("the boards are not drawn where they belong")
+        wrong = min(*blue, *brown) <= 15
+        return f"the boards are not drawn where they belong: {blue}, {brown}" if wrong else ""
+
+    tab.draw_until(misplaced)
 
 
 def await_point(tab: OperatorPage, at_m: Point, within_m: float = 0.03) -> Point:
     """Wait until the amber point is seen near a place of the remote board; returns where it is [m]."""
     _hide_trace(tab)
-    seen: Point | None = None
-    for _ in range(_FRAMES):
-        seen = seen_point(tab)
-        if seen is not None and math.dist(seen, at_m) <= within_m:
-            return seen
-        tab.next_frame()
-    raise AssertionError(f"the robot's point was expected at {at_m}, and seen at {seen}")
+    seen = at_m
+
+    def elsewhere() -> str:
+        nonlocal seen
+        if (found := seen_point(tab)) is not None and math.dist(found, at_m) <= within_m:
+            seen = found
+            return ""
+        return f"the robot's point was expected at {at_m}, and seen at {found}"
+
+    tab.draw_until(elsewhere)
+    return seen
 
 
 def _hide_trace(tab: OperatorPage) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 from playwright.sync_api import Browser, Locator, Page, Playwright, expect
@@ -220,6 +220,13 @@ class OperatorPage:
         """Drag along these points of a board [m]."""
         with self.hold(points, remote):
             pass
+
+    def draw_until(self, fault: Callable[[], object]) -> None:
+        """Look again whenever the browser has drawn, until there is no fault; at the deadline the last one is told."""
+        give_up_s = time.monotonic() + WAIT_MS / 1e3
+        while found := fault():
+            assert time.monotonic() < give_up_s, found
+            self.next_frame()
 
     def next_frame(self) -> None:
         """Wait until the browser draws again."""

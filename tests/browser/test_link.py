@@ -48,7 +48,7 @@ def test_a_link_that_dies_and_comes_back_interrupts_neither_the_robot_nor_the_op
     tab.says("link", "LOST")
     tab.says("silence", re.compile(r"silent for \d+ s"))
     tab.says("mode", "AUTONOMOUS")
-    assert "OLD" in tab.tp("seen").inner_text()
+    expect(tab.tp("seen")).to_contain_text("OLD", timeout=WAIT_MS)
     expect(popups).to_have_count(0)
     tab.says("link", "OK")
     tab.says("phase", "ARRIVED")

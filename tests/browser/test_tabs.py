@@ -8,16 +8,21 @@ from tests.browser.conftest import NewTab
 from tests.browser.operator_page import WAIT_MS, OperatorPage
 
 
-def told(tab: OperatorPage) -> list[str]:
-    return [tab.tp(name).inner_text() for name in ("mode", "holder", "demos", "components", "model")]
+def told(tab: OperatorPage) -> dict[str, str]:
+    return {name: tab.tp(name).inner_text() for name in ("mode", "holder", "demos", "components", "model")}
 
 
-def test_a_second_tab_watches_until_the_first_is_closed(tab: OperatorPage, new_tab: NewTab) -> None:
+def await_told(tab: OperatorPage, before: dict[str, str]) -> None:
+    for name, words in before.items():
+        tab.says(name, words)
+
+
+def test_a12_a_second_tab_watches_until_the_first_is_closed(tab: OperatorPage, new_tab: NewTab) -> None:
     tab.taught()
     tab.command("Arm", "HOLD")
     watching = new_tab()
     watching.says("session", "watching")
-    assert told(watching) == told(tab)
+    await_told(watching, told(tab))
     expect(watching.tp("role")).to_contain_text("This tab watches")
     watching.button("Disarm").dispatch_event("click")  # it is not to be seen, but a script may press it
     expect(watching.tp("role")).to_contain_text("this tab only watches", timeout=WAIT_MS)
@@ -46,7 +51,7 @@ def test_a_reload_keeps_everything(tab: OperatorPage) -> None:
     before = told(tab)
     tab.page.reload()
     tab.settle()
-    assert told(tab) == before
+    await_told(tab, before)
     tab.command("Disarm", "DISARMED")
 
 

@@ -55,6 +55,7 @@ def test_every_action_is_reached_by_tab_and_has_a_name(browser: Browser, tmp_pat
         tab.get_by_role("button", name="Skip the tour").click()
         expect(tab.get_by_role("slider", name="Look back [s]")).to_be_visible(timeout=WAIT_MS)
         tab.get_by_role("button", name="More", exact=True).click()
+        expect(tab.get_by_role("button", name="Only watch", exact=True)).to_be_visible(timeout=WAIT_MS)
         offered = set(tab.evaluate(OFFERED))
         assert (
             "" not in offered and {"STOP", "Record", "Help", "Timeline", "Speed [%]", "Only watch"} <= offered

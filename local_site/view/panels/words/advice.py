@@ -17,7 +17,11 @@ from farhand.local_site.workcell.hand_motion import can_centre
 _REFUSAL_S = 12.0
 _IN_BORE_M, _BOTTOM_M = 0.015, 0.010
 """A plug at most so far beside the axis is before the mouth, or in the bore; what stops it near the bottom is no jam [m]."""
-_WITHOUT_LINK = {"continue": "also without the link", "hold": "and pauses without the link", "retract": "and retracts without the link"}
+_WITHOUT_LINK = {
+    "continue": "also without the link",
+    "hold": "and pauses without the link",
+    "retract": "and retracts without the link",
+}
 _ASKED = frozenset(map(str, Action)) | {
     "record", "end", "undo", "load samples", "samples", "recover", "go to", "start anew", "delete", "delete demonstration", "upload", "send model",
     "send library", "new place", "align", "centre", "step",

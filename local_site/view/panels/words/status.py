@@ -183,7 +183,9 @@ def without_link_words(state: ConsoleState, target: str) -> str:
             becomes = "it stays so without the link"
     was = f"{state.mode.name}, {state.phase}" if state.phase else state.mode.name
     sent = ", ".join(action for action in state.pending if action is not Action.STOP)
-    return f"When last heard it was {was}: {becomes}.{f' It may have received since: {sent}.' if sent else ''}"
+    return (
+        f"When last heard it was {was}: {becomes}.{f' It may have received since: {sent}.' if sent else ''}"
+    )
 
 
 def model_words(state: ConsoleState) -> str:
