@@ -62,7 +62,7 @@ class Landmark(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 class Words(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Words of the page about a task; what is None is told in the usual words of its kind."""
+    """Words of the page about a task; for None the page has the usual words of its kind."""
 
     target: Text | None = None
     """Name of the goal, with its article."""

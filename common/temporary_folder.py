@@ -1,4 +1,4 @@
-"""The folder for temporary files, this user's own in it, and what is said when there is none."""
+"""Folder for temporary files, this user's own folder in it, and the error when no such folder can be written."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from farhand.common.errors import FarhandError
 
 
 class NoTemporaryFolder(FarhandError):
-    """Temporary files have no place."""
+    """Error when temporary files cannot be written."""
 
 
 def temporary_folder() -> Path:

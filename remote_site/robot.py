@@ -147,7 +147,7 @@ class Robot:
         self._ticks += 1
 
     def take_path(self, request: PlanRequest, path: PlannedPath | None, note: Reason | None) -> None:
-        """Take a rollout, or the reason why there is none (see `planner.answer`); from any thread."""
+        """Take a rollout, or the reason why there is none (see `preview_worker.py`); from any thread."""
         if path is not None:  # it would delay the reports on a narrow link for seconds
             path = thinned(path, part_bytes(self._config.link.rate_bps))
         self._inbox.put_own(partial(self.supervisor.on_path, request, path, note))

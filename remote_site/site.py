@@ -1,4 +1,4 @@
-"""Remote process: the robot with its transport, its files, its planner's thread and its control loop.
+"""Remote process: the robot with its transport, its files, the preview worker's thread and its control loop.
 
 Durations and lateness of control periods, as numbers that are written once a minute.
 """
@@ -35,7 +35,7 @@ from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.driver import call_all, halts_of
 from farhand.remote_site.interface.embodiment import Embodiment
 from farhand.remote_site.motion.model_trial import ModelTrials
-from farhand.remote_site.motion.preview_worker import Planner, PlanRequest
+from farhand.remote_site.motion.preview_worker import PlanRequest, PreviewWorker
 from farhand.remote_site.reproduction.warm_up import warm_up
 from farhand.remote_site.robot import Robot
 from farhand.remote_site.robots.embodiments import embodiment_of
@@ -162,7 +162,7 @@ class RemoteSite:
             LinkError: When the endpoint cannot be opened.
             DriverFailed: When a driver of the user's own cannot be started.
         """
-        # The planner and the link's threads must not delay a control tick.
+        # The preview worker and the link's threads must not delay a control tick.
         sys.setswitchinterval(5e-4)
         self.warm_up()
         claim = Claim(self._data_dir, "the state of its robot")
@@ -198,15 +198,15 @@ class RemoteSite:
         link = ZenohLink(structs.replace(self._config.link, site=EVERY_SITE), self.tell_refused)
 
         def take_path(request: PlanRequest, path: PlannedPath | None, note: Reason | None) -> None:
-            robot.take_path(request, path, note)  # needs the planner first
+            robot.take_path(request, path, note)  # needs the worker first
 
-        planner, trials = Planner(take_path), ModelTrials()
+        previews, trials = PreviewWorker(take_path), ModelTrials()
         shutter = camera_of(self._config, self._tasks.first, self._cell)
         camera = RobotCamera(link, boot.clock, self._config.link.rate_bps, shutter)
         hardware = boot.embodiment.hardware
         try:
             robot = Robot(
-                self._config, self._tasks, boot.clock, link, planner.request, event_log.append,
+                self._config, self._tasks, boot.clock, link, previews.request, event_log.append,
                 boot.remembered, boot.embodiment, try_model=trials.submit_trial, observe=camera.observe,
             )  # fmt: skip
             for reason in boot.reasons:
@@ -222,7 +222,7 @@ class RemoteSite:
             )  # first: nobody controls the machine any more
             camera.close()
             trials.close()
-            planner.close()
+            previews.close()
             link.close()
 
     def _loop(

@@ -59,7 +59,7 @@ def _arm_spec(robot: RobotFile) -> MjSpec:
 
 
 def _read(robot: RobotFile) -> MjSpec:
-    """Read the model; a URDF without what is only seen, whose files MuJoCo cannot read."""
+    """Read the model; leave out the visual meshes of a URDF, whose files MuJoCo cannot read."""
     path = robot.path("model")
     try:
         spec = mujoco.MjSpec.from_file(str(path))

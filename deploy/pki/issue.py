@@ -136,7 +136,7 @@ class Issued:
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """Names and addresses by which it may be dialled; none when they are unknown."""
+        """Names and addresses by which the site may be dialled; empty while they are unknown."""
         return hosts_of(self.certificate) if self.certificate is not None else ()
 
     def fault(self, now: datetime) -> str:

@@ -83,7 +83,7 @@ class DelayedLine:
         self._things.append(arrive)
 
     def deliver(self, now_s: float) -> None:
-        """Deliver what is due."""
+        """Deliver the messages that are due."""
         while self.line.next_due_s is not None and self.line.next_due_s <= now_s:
             self.line.pop()
             self._things.popleft()()

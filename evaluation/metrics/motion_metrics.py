@@ -74,7 +74,7 @@ def arc_rms(a: Array, b: Array, n_points: int = 100) -> float:
 
 
 def end_direction_deg(a: Array, b: Array, n_points: int = 100) -> float:
-    """Angle between the directions in which two motions cover the last tenth of their lengths."""
+    """Return the angle between the directions in which two motions cover the last tenth of their lengths."""
     last = n_points // 10
     chords = [path[-1] - path[-1 - last] for path in (resampled_by_length(one, n_points) for one in (a, b))]
     lengths = [float(np.linalg.norm(c)) for c in chords]
@@ -86,7 +86,7 @@ def end_direction_deg(a: Array, b: Array, n_points: int = 100) -> float:
 def spectral_arc_length(
     time_s: Array, position: Array, cutoff_hz: float = 10.0, threshold: float = 0.05
 ) -> float:
-    """Smoothness of a motion: arc length of the normalised spectrum of its speed, negative.
+    """Return the smoothness of a motion: arc length of the normalised spectrum of its speed, negative.
 
     The nearer to zero the smoother; a minimum-jerk stroke has about -1.4, whatever its length and duration
     (SPARC, Balasubramanian et al. 2015).
@@ -128,25 +128,25 @@ def mean_turns(taught: Sequence[Rotation], start: Rotation) -> Rotation:
 
 
 def turn_rms_deg(a: Rotation, b: Rotation) -> float:
-    """Root mean square angle between orientations."""
+    """Return the root mean square angle between orientations."""
     return float(np.degrees(np.sqrt(np.mean((a.inv() * b).magnitude() ** 2))))
 
 
 def resampled_by_length(points: Array, n_points: int = 200) -> Array:
-    """Points equally far apart along a path, its first and last among them. Shape (n_points, D)."""
+    """Return points equally far apart along a path, its first and last among them. Shape (n_points, D)."""
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     at = np.linspace(0.0, travelled[-1], n_points)
     return np.stack([np.interp(at, travelled, axis) for axis in points.T], axis=1)
 
 
 def dtw_rms(one: Array, other: Array) -> float:
-    """Root mean square of the distances along the warping path of two resampled motions [m]."""
+    """Return the root mean square of the distances along the warping path of two resampled motions [m]."""
     squares, steps = _warp(resampled_by_length(one), resampled_by_length(other))
     return float(np.sqrt(squares / steps))
 
 
 def warping_path(one: Array, other: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Indices of the points that dynamic time warping puts beside each other, from first to last."""
+    """Return the indices of the points that dynamic time warping puts beside each other, from first to last."""
     cost = _costs(np.ascontiguousarray(one), np.ascontiguousarray(other))
     i, j = len(one), len(other)
     pairs = []
@@ -159,7 +159,7 @@ def warping_path(one: Array, other: Array) -> tuple[NDArray[np.int64], NDArray[n
 
 @kernel
 def _costs(a, b):
-    """Least sum of squared distances up to each pair of points. Shape (n + 1, m + 1)."""
+    """Return the least sum of squared distances up to each pair of points. Shape (n + 1, m + 1)."""
     cost = np.full((a.shape[0] + 1, b.shape[0] + 1), np.inf)
     cost[0, 0] = 0.0
     for i in range(a.shape[0]):
@@ -171,7 +171,7 @@ def _costs(a, b):
 
 @kernel
 def _warp(a, b):
-    """Least sum of squared distances over warping paths, and the length of the path that has it."""
+    """Return the least sum of squared distances over warping paths, and the length of the path that has it."""
     n, m = a.shape[0], b.shape[0]
     cost, length = np.full((n + 1, m + 1), np.inf), np.zeros((n + 1, m + 1))
     cost[0, 0] = 0.0

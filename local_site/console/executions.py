@@ -19,7 +19,7 @@ _GIVE_UP_S = 60.0
 
 @dataclass(frozen=True)
 class ReportedExecution:
-    """Execution as the robot has told of it.
+    """Execution as the robot has reported it.
 
     Args:
         command_id: Id of the command that began it.

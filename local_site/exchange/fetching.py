@@ -197,7 +197,7 @@ class RobotScene:
                 self._fetcher.fetch(sha256, partial(self._on_content, self._known, sha256))
 
     def _look(self, known: KnownScenes) -> None:
-        """Take the best of what is known."""
+        """Take the best known description."""
         whole = known.get(self._sha256)
         self._whole = whole is not None
         self.description = whole or (known.get(self._sketch_sha256) if self._sketch_sha256 else None)

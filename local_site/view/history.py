@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 MOVING_S, AT_REST_S = 0.2, 1.0
 """Time between two moments while the robot moves, and at rest [s]."""
 MOST_MOMENTS = 6000
-"""So many moments are kept; beyond them the older half is thinned, so that a session of any length is kept whole."""
+"""Largest number of kept moments; beyond it the older half is thinned, so that a session of any length is kept whole."""
 _EXECUTES = (ControlMode.AUTONOMOUS, ControlMode.PAUSED)
 _ON_ITS_WAY_BACK = (Phase.RETRACTING, Phase.GOING_TO_READY)
 

@@ -82,7 +82,7 @@ def answer(request: PlanRequest) -> tuple[PlannedPath | None, Reason | None]:
     return (plan(request), found.warning) if found.refusal is None else (None, found.refusal)
 
 
-class Planner(Worker[PlanRequest]):
+class PreviewWorker(Worker[PlanRequest]):
     """Worker; of several waiting requests it serves only the newest preview and the newest commit.
 
     Args:

@@ -83,7 +83,7 @@ def shape_of(model: MjModel, geom: int, most_corners: int | None = None) -> Shap
 
 
 def _hull(vertices: Array, n_corners: int) -> Shape:
-    """Return the convex hull of the outermost points in so many directions."""
+    """Return the convex hull of the outermost points in a number of directions."""
     k = np.arange(n_corners) + 0.5
     polar, azimuth = np.arccos(1.0 - 2.0 * k / n_corners), np.pi * (1.0 + np.sqrt(5.0)) * k
     directions = np.stack([np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)])

@@ -158,7 +158,7 @@ class Simulation:
 
     @property
     def deflection_m(self) -> float:
-        """Distance of the receptacle from the rest of its spring [m]."""
+        """Return the distance of the receptacle from the rest of its spring [m]."""
         return self._spring.deflection_m(self._data)
 
     def model_and_data(self) -> tuple[MjModel, MjData]:

@@ -152,7 +152,7 @@ class TaskChoice:
 
 
 class Standings:
-    """List of how far each task is: how often it was taught, and whether the robot has its model.
+    """List of the tasks: how often each was taught, and whether the robot has its model.
 
     Args:
         gui: GUI of the server.

@@ -1,4 +1,4 @@
-"""Drawer of the page: what is possible, but not the next step."""
+"""Drawer of the page: actions that are possible, but not the next step."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ from farhand.local_site.view.panels.words.controls import BEFORE_THE_END, scene_
 Array = NDArray[np.float64]
 
 _MOST_POINTS = 200
-"""So many points of a path a message carries."""
+"""Largest number of points of a path in a message."""
 _UNMOVED_M = 2e-3
 
 

@@ -15,7 +15,7 @@ from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Reason
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.model_trial import StoredModel
-from farhand.remote_site.motion.preview_worker import MAX_POINTS, STEP_S, Planner, PlanRequest, plan
+from farhand.remote_site.motion.preview_worker import MAX_POINTS, STEP_S, PlanRequest, PreviewWorker, plan
 from farhand.remote_site.reproduction.executor import ExecutorSettings
 from tests.remote_site.bench import Bench
 from tests.remote_site.planar import TASK
@@ -62,9 +62,9 @@ def test_planning_changes_nothing_of_the_execution():
 
 
 @pytest.fixture
-def worker() -> Iterator[tuple[Planner, queue.SimpleQueue[Delivered]]]:
+def worker() -> Iterator[tuple[PreviewWorker, queue.SimpleQueue[Delivered]]]:
     delivered: queue.SimpleQueue[Delivered] = queue.SimpleQueue()
-    planner = Planner(lambda *result: delivered.put(result))
+    planner = PreviewWorker(lambda *result: delivered.put(result))
     yield planner, delivered
     planner.close()
 
@@ -100,7 +100,7 @@ def test_of_what_waits_only_the_newest_preview_and_commit_are_planned():
         if len(delivered) == 3:
             all_done.set()
 
-    planner, request = Planner(deliver), a_request()
+    planner, request = PreviewWorker(deliver), a_request()
     planner.request(replace(request, path_id=1))
     assert begun.wait(PATIENCE_S)
     for path_id in range(2, 8):

@@ -220,7 +220,7 @@ def motion_words(robot: Telemetry, ghost: Ghost | None, words: TaskWords) -> str
 
 
 def error_words(picture: RobotPicture) -> str:
-    """Return how far the ghost was from where the robot has reported to have been; empty while that is unknown."""
+    """Return the distance of the ghost from the pose that the robot then reported; empty while it is unknown."""
     return "" if picture.error_m is None else f"ghost {1e3 * picture.error_m:.0f} mm off"
 
 
