@@ -93,10 +93,11 @@ class PlantMemory:
         """Reason why the newest state could not be written; None if it was."""
         self.unknown_place: Reason | None = None
         """Reason why `load` found no state although one was stored, for the operator."""
-        self._box: Mailbox[PlantState] = Mailbox()
+        self._box: Mailbox[PlantState | None] = Mailbox()
         self._wanted = threading.Event()
         self._closed = False
         self._newest: PlantState | None = None
+        self._place_lost = False
         self._thread = threading.Thread(target=self._run, name="plant memory", daemon=True)
         self._thread.start()
 
@@ -104,8 +105,8 @@ class PlantMemory:
         """Return the state stored by this process or an earlier one, or None when none fits."""
         if self._newest is not None:
             return self._newest
-        if not self._path.exists():
-            if self._stale.exists():
+        if self._place_lost or not self._path.exists():
+            if self._place_lost or self._stale.exists():
                 self.unknown_place = because(Code.PLACE_NOT_KEPT)
             return None
         try:
@@ -127,10 +128,21 @@ class PlantMemory:
         return self._path.with_suffix(".stale")
 
     def remember(self, state: PlantState) -> None:
-        """Queue a state for writing, unless it is unchanged. Never blocks."""
-        if not state.is_like(self._newest):
-            self._newest = state
-            self._box.put(state)
+        """Queue a state for writing, unless it is unchanged. Never blocks.
+
+        After an impossible one, as of a broken sensor, the place is not known: it could not be read again.
+        """
+        try:
+            state.check()
+        except InvalidConfiguration:
+            is_news = not self._place_lost
+            self._newest, self._place_lost = None, True
+        else:
+            is_news = not state.is_like(self._newest)
+            self._place_lost = False
+            self._newest = state if is_news else self._newest
+        if is_news:
+            self._box.put(self._newest)
             self._wanted.set()
 
     def close(self) -> None:
@@ -151,14 +163,23 @@ class PlantMemory:
                     self.error = None
                 except OSError as error:
                     self.error = error
-                    with contextlib.suppress(OSError):  # an older state would now be false
-                        self._path.replace(self._stale)
+                    self._set_aside()
                     _log.warning(
                         "the robot's state could not be written to %s: %s", self._path, error.strerror
                     )
 
-    def _write(self, state: PlantState) -> None:
+    def _write(self, state: PlantState | None) -> None:
+        if state is None:
+            self._set_aside()
+            return
         self._path.parent.mkdir(parents=True, exist_ok=True)
         new = self._path.with_suffix(".new")
         new.write_bytes(msgspec.json.encode(state))
         new.replace(self._path)
+
+    def _set_aside(self) -> None:
+        """Keep the file under another name, which says that the place is not known: an older state would now be false."""
+        with contextlib.suppress(OSError):
+            self._stale.parent.mkdir(parents=True, exist_ok=True)
+            self._stale.touch()
+            self._path.replace(self._stale)

@@ -185,6 +185,15 @@ MISTAKES = {
     "a link of no mass": (changed('mass="1" diaginertia="0.01 0.01 0.005"', 'mass="1e-8" diaginertia="1e-11 1e-11 1e-11"', model=True) | {"hand": "1e-8"}, "links of 0.001 to 1000 kg: lower, which nod moves, weighs"),
     "no such mesh": (changed('<geom name="hand" type="ellipsoid" size="0.03 0.04 0.05"/>', '<geom name="hand" type="mesh" mesh="palm"/>', model=True), "assets: the folder with the mesh palm.stl"),
     "no such model": (changed('"small.xml"', '"large.xml"'), "model: an MJCF or URDF file that exists, got"),
+    "a model's name that no disk takes": (
+        changed('"small.xml"', f'"{"x" * 300}.xml"'), "model: an MJCF or URDF file that exists, got",
+    ),
+    "a folder's name that no disk takes": (
+        changed('model = "small.xml"', f'model = "small.xml"\nassets = "{"x" * 300}"'), "assets: a folder that exists, got",
+    ),
+    "a zero byte in a name": (
+        changed('"small.xml"', '"small\\u0000.xml"'), "model: text without line feeds or other characters that cannot be shown",
+    ),
     "no XML": ({"model": "not XML"}, "model: an MJCF or URDF file that MuJoCo reads"),
     "no such package": (changed('"small.xml"', '"package:no_such_arms:arm.xml"'), "model: an installed Python package, got 'no_such_arms': pip install it"),
     "a quaternion that is none": (changed('body = "hand"', 'body = "hand"\nquat_wxyz = [1, 1, 0, 0]'), "quat_wxyz: four numbers of length 1, w first, got"),

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import errno
 import logging
+import math
 import os
 from pathlib import Path
 
@@ -138,6 +139,38 @@ def test_a_place_that_could_not_be_kept_is_set_aside_and_told(file: Path, monkey
     later = PlantMemory(file)
     assert later.load(2) is None and "could not be saved" in sentence(later.unknown_place)
     later.remember(PlantState((0.3, 0.3)))
+    later.close()
+    assert remembered(file) == PlantState((0.3, 0.3))
+
+
+_ARM = ArmMemory((0.1,) * 6, (0.8, 0.0, 0.4, 0.5, 0.5, -0.5, 0.5), 12.25, (1.0,) * 6)
+IMPOSSIBLE = {
+    "not a number": PlantState((math.nan, 0.2)),
+    "infinite": PlantState((0.1, -math.inf)),
+    "beyond every workspace": PlantState((0.1, 1e300)),
+    "a joint that is not a number": PlantState(
+        (0.1, 0.2), "", structs.replace(_ARM, joints_rad=(math.nan,) * 6)
+    ),
+    "no orientation": PlantState((0.1, 0.2), "", structs.replace(_ARM, receptacle=(0.0,) * 7)),
+}
+
+
+@pytest.mark.parametrize("state", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
+def test_what_could_not_be_read_again_is_not_written_and_the_place_is_said_to_be_unknown(
+    file: Path, state: PlantState, caplog: pytest.LogCaptureFixture
+):
+    memory = PlantMemory(file)
+    memory.remember(PlantState((0.1, 0.2)))
+    memory.remember(state)
+    assert memory.load(2) is None  # a robot that starts again in the same process, as after a suspend
+    assert "could not be saved" in sentence(memory.unknown_place)
+    memory.close()
+    later = PlantMemory(file)
+    assert later.load(2) is None and "could not be saved" in sentence(later.unknown_place)
+    assert "not understood" not in caplog.text
+    later.remember(state)
+    later.remember(PlantState((0.3, 0.3)))  # the sensor is back
+    assert later.load(2) == PlantState((0.3, 0.3))
     later.close()
     assert remembered(file) == PlantState((0.3, 0.3))
 
