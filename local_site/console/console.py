@@ -83,6 +83,8 @@ class Console:
         known: KnownScenes | None = None,
     ):
         self._library, self._link, self._now_s = library, link, now_s
+        self.rate_bps = rate_bps
+        """Capacity of the link, as it was told at the start [bit/s]; 0 for more than enough."""
         self.owner = EventLoop("console", PERIOD_S, self._tick, self._redraw, now_s)
         """Runs everything here, one call after the other."""
         self._notices, monitor = Notices(log), LinkMonitor()

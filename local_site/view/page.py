@@ -84,7 +84,7 @@ class Page:
         self._shown: ConsoleState = console.picture
         self._sessions = Sessions()
         self._server = PageServer(access, port, self._sessions, self._refused)
-        self._worker = LinkWorker(control) if control is not None else None
+        self._worker = LinkWorker(control, console.rate_bps) if control is not None else None
         self._build_head(self._server.gui, task)
         self._build_foot(self._server.gui)
         self._robots = RobotChoice(self._server.gui, robots)

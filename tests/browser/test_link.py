@@ -82,6 +82,11 @@ def test_loss_and_a_change_of_ports_are_offered_over_datagrams_and_a_tcp_connect
                     tab.press("Change ports")
                     await_status(control, lambda status: status["rebinds"] == 1)
                     expect(tab.slider("Loss [%]")).to_have_value("10", timeout=WAIT_MS)
+                    tab.says("too-slow", "")
+                    control.profile("acoustic")  # as any other program may, too
+                    tab.says(
+                        "too-slow", re.compile("^This link carries 9600 bit/s and the sites were told more")
+                    )
                 tab.page.context.close()
                 assert tab.problems == []
         finally:

@@ -20,7 +20,7 @@ from farhand.common.log import loop_logger
 from farhand.local_site.view.panels.choices import Act
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words.controls import NO_PROFILE, Field, Folder, Hint, Label
-from farhand.local_site.view.panels.words.lists import cut_words, link_name, loss_words
+from farhand.local_site.view.panels.words.lists import cut_words, link_name, loss_words, too_slow_words
 
 _log = loop_logger(__name__)
 
@@ -35,10 +35,11 @@ class LinkWorker:
 
     Args:
         control: Control socket of the link process.
+        told_bps: Capacity of the link that the sites were told [bit/s]; 0 for more than enough.
     """
 
-    def __init__(self, control: RelayControl):
-        self._control = control
+    def __init__(self, control: RelayControl, told_bps: float = 0.0):
+        self._control, self.told_bps = control, told_bps
         self._requests: Mailbox[Request] = Mailbox(_KEEP)
         self._closed = threading.Event()
         self.status: dict[str, Any] | None = None
@@ -110,7 +111,7 @@ class LinkPanel:
                 Field.LOSS, *LOSS_PERCENT, step=0.5, initial_value=0.0, visible=False,
                 hint=Hint.LOSS,
             )  # fmt: skip
-            self._without_loss = Html(gui)
+            self._without_loss, self._too_slow = Html(gui), Html(gui)
             self._cut_s = gui.add_slider(Field.CUT_FOR, *CUT_S, step=1.0, initial_value=5.0)
             self._cut = gui.add_button(Label.CUT, color="orange")
             self._rebind = gui.add_button(
@@ -143,6 +144,13 @@ class LinkPanel:
         cut = "" if outage["kind"] == "none" else cut_words(outage["remaining_s"])
         self._state.show(element("cut", self._worker.problem or cut, "fh-cut", tag="div"))
         self._offer_loss(status)
+        rates = [
+            way["rate_bps"]
+            for way in status["settings"].values()
+            if isinstance(way, dict) and way.get("rate_bps")
+        ]
+        slow = too_slow_words(min(rates, default=0.0), self._worker.told_bps)
+        self._too_slow.show(element("too-slow", slow, "fh-hint fh-bad", tag="div"))
         if now_s - self._changed_s > _SETTLE_S:
             settings = status["settings"]["uplink"]
             _set(self._profile, status.get("profile") or NO_PROFILE)

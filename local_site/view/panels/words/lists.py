@@ -24,6 +24,8 @@ ROLE_WORDS = {
     Role.WATCHING: "This tab watches: another one is active. STOP works here too. Take over makes this one active.",
     Role.FREE: "No tab is active: act here to take over.",
 }
+_ENOUGH_BPS = 1e6
+"""Capacity at which everything that the sites send has room, whatever they were told [bit/s]."""
 
 
 def loss_words(transport: str, in_bursts: bool) -> str:
@@ -38,6 +40,21 @@ def loss_words(transport: str, in_bursts: bool) -> str:
     if transport == "udp" and in_bursts:
         return "Loss comes in bursts, as set at the link's control socket; the slider replaces them."
     return ""
+
+
+def too_slow_words(rate_bps: float, told_bps: float) -> str:
+    """Return a warning of a link that carries less than the sites were told; empty without one.
+
+    Args:
+        rate_bps: Capacity of the simulated link [bit/s]; 0 for more than enough.
+        told_bps: Capacity that the sites were told at their start [bit/s]; 0 for more than enough.
+    """
+    if not 0.0 < rate_bps < _ENOUGH_BPS or 0.0 < told_bps <= rate_bps:
+        return ""
+    return (
+        f"This link carries {rate_bps:g} bit/s and the sites were told more, so that what they send comes later and later: "
+        f"start both with --link-rate-bps={rate_bps:g}."
+    )
 
 
 def count_words(executions: Executions) -> str:

@@ -15,6 +15,7 @@ from farhand.common.mode_table import ControlMode
 from farhand.local_site import view
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.report_age import LinkHealth
+from farhand.local_site.view.panels.words.lists import too_slow_words
 from farhand.local_site.view.panels.words.status import stop_does_words
 from tests.local_site.view.panels.test_truth import OK, ROBOT_IN
 
@@ -88,3 +89,14 @@ def test_stop_says_what_it_would_do(
     link = replace(OK, health=health)
     state = replace(nothing_yet, robot=structs.replace(ROBOT_IN, mode=mode), link=link)
     assert stop_does_words(state) == words
+
+
+@pytest.mark.parametrize(
+    ("rate_bps", "told_bps", "warns"),
+    [(9600.0, 0.0, True), (9600.0, 1e7, True), (9600.0, 9600.0, False), (1e7, 0.0, False), (0.0, 0.0, False)],
+)
+def test_a1_a_link_that_carries_less_than_the_sites_were_told_is_said_to_be_late(
+    rate_bps: float, told_bps: float, warns: bool
+) -> None:
+    words = too_slow_words(rate_bps, told_bps)
+    assert bool(words) is warns and ("--link-rate-bps=9600" in words) is warns

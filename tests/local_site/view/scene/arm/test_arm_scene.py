@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import viser
 
@@ -21,6 +22,7 @@ from farhand.local_site.view.sessions import Sessions
 from tests.cells import JACO
 from tests.local_site.exchange.test_robot_scene import report
 from tests.local_site.robot_end import HOT_STAB
+from tests.local_site.view.panels.test_truth import LOST
 
 OWN = describe(JACO)
 OTHER = describe(Cell(robot=JACO.robot, plug=Plug(radius_m=0.015)))
@@ -49,6 +51,17 @@ def test_the_robot_is_drawn_once_it_is_known_and_drawn_anew_when_another_one_is_
         seen.append(instances(server))
     assert seen == [{"arms": 1}, {"arms": 1, "robot": 1}, {"arms": 2}, {"arms": 1, "robot": 1}]
     assert any(name.startswith("/remote/receptacle") for name in server.scene._handle_from_node_name)
+
+
+def test_a8_each_arm_has_its_name_in_space_beside_it_however_the_camera_turns(server, nothing_yet):
+    scene = ArmScene(server.scene, OWN, lambda intent: None, lambda tab, do: None)
+    late = replace(nothing_yet, robot_scene=OWN, robot=report(), now_s=20.0, link=LOST)
+    scene.draw(late, RobotPicture(late, 25.0))
+    nodes = server.scene._handle_from_node_name
+    labels = {name: node.text for name, node in nodes.items() if isinstance(node, viser.LabelHandle)}
+    assert labels == {"/local/name": "YOUR ARM (simulation)", "/remote/name": "ROBOT, 15 s ago"}
+    own, robot = (np.asarray(nodes[name].position) for name in ("/local", "/remote"))
+    assert np.linalg.norm(robot - own) > 1.0, "each name belongs to the node of its own arm"
 
 
 def test_the_page_says_what_it_waits_for(nothing_yet: ConsoleState):
