@@ -9,7 +9,10 @@ import pytest
 from msgspec import structs
 
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
+from farhand.common.impairment.link_profile import find_profile, load_profiles
 from farhand.common.task import TaskSet
+from farhand.common.wire.messages import EventsRequest
+from farhand.deploy.link.link_process import PROFILES_FILE
 from farhand.deploy.places import find_task
 from farhand.evaluation.harness.virtual_job import do_job
 from farhand.evaluation.harness.virtual_sites import VirtualSites
@@ -73,3 +76,18 @@ def test_several_tasks_are_taught_and_done_one_after_the_other(tmp_path: Path):
     texts = [event["text"] for event in result["events"]]
     assert [text for text in texts if text.startswith("task ")] == ["task other", "task planar", "task other"]
     assert sum("execute:" in text for text in texts) == 2 and sum("drove" in text for text in texts) == 1
+
+
+def test_the_same_seed_teaches_the_same_model_and_passes_through_the_same_modes(tmp_path: Path):
+    def run(folder: str, seed: int) -> tuple[str, bytes, list[tuple[str, str, str]]]:
+        settings = find_profile(load_profiles(PROFILES_FILE), "geo").settings
+        library = Library(TaskSet([find_task("planar")]), tmp_path / folder)
+        sites = VirtualSites(library, settings, RemoteConfig(seed=seed))
+        result = do_job(sites, settings, None, seed)
+        supervisor = sites.robot.supervisor
+        told = supervisor.events.answer(EventsRequest()).events
+        end = supervisor.sensing.effector.point.tobytes()
+        return result["model_sha256"], end, [(event.kind, event.mode, event.reason.code) for event in told]
+
+    assert run("first", 3) == run("second", 3)
+    assert run("third", 4)[:2] != run("fourth", 3)[:2]
