@@ -46,9 +46,9 @@ def hot_stab_model(name: str = "hot-stab") -> TPHSMM:
 
 
 @functools.cache
-def seated() -> PlantState:
+def seated(cell: Cell = JACO) -> PlantState:
     """What is remembered of a robot that has just inserted its plug."""
-    bench = ArmBench().executing()
+    bench = ArmBench(cell=cell).executing()
     bench.run_until(Phase.SEATED)
     bench.run(1.0)
     return bench.remembered

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from msgspec import structs
@@ -12,7 +14,9 @@ from farhand.common.errors import InvalidConfiguration
 from farhand.common.mode_table import Action, ControlMode, Phase
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.messages import StopAck
+from farhand.deploy.places import find_robot
 from farhand.remote_site.config import RemoteConfig
+from farhand.remote_site.robots.plant_memory import PlantMemory
 from farhand.remote_site.robots.simulated_arm import SimulatedArm
 from farhand.remote_site.robots.simulated_environment import SLIDE_M_S
 from tests.cells import JACO
@@ -62,10 +66,16 @@ def test_the_plug_is_taken_out_again_by_a_robot_that_extracts():
     assert report.peak_force_n is not None and report.peak_force_n < 60.0
 
 
-def test_a_restarted_robot_finds_its_plug_in_the_bore_and_holds_it_disarmed():
-    state = seated()
-    assert state.arm is not None
-    bench = ArmBench(remembered=state)
+@pytest.mark.parametrize("name", ["jaco", "panda", "baxter-right"])
+def test_a_restarted_robot_finds_its_plug_in_the_bore_and_holds_it_disarmed(name: str, tmp_path: Path):
+    cell = Cell(robot=find_robot(name))
+    memory = PlantMemory(tmp_path / "state.json")
+    memory.remember(seated(cell))
+    memory.close()
+    state = PlantMemory(tmp_path / "state.json").load(3)
+    assert state is not None and state.arm is not None
+    assert len(state.arm.joints_rad) == len(cell.robot.joints)
+    bench = ArmBench(cell=cell, remembered=state)
     assert bench.mode is ControlMode.DISARMED
     np.testing.assert_allclose(bench.simulation.joints_rad, state.arm.joints_rad, atol=1e-12)
     deep_m, forces_n = bench.depth_m, []
@@ -74,6 +84,9 @@ def test_a_restarted_robot_finds_its_plug_in_the_bore_and_holds_it_disarmed():
         forces_n.append(bench.force_n)
     assert bench.depth_m == pytest.approx(deep_m, abs=MM) and deep_m > 0.08
     assert max(forces_n) < 60.0
+    assert bench.armed().command(Action.RETRACT).accepted  # and goes on from there
+    bench.run_until(Phase.NONE)
+    assert bench.depth_m < -0.03
 
 
 def test_a_robot_at_rest_is_not_remembered_anew():
