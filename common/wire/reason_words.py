@@ -150,7 +150,7 @@ WORDS: dict[Code, str] = {
     Code.BLIND_AND_ALONE: "for a minute neither the target was seen nor the operator heard",
     Code.LOOP_LATE: "the control loop was {late_s:ms} late",
     Code.LOOP_FAILED: "the control loop failed: {text}",
-    Code.NOT_FINITE_MEASURED: "a measured number is not finite",
+    Code.NOT_FINITE_MEASURED: "a measured number is not finite, or beyond a million",
     Code.NOT_FINITE_COMPUTED: "a computed number is not finite",
     Code.MEASUREMENT_WRONG: "a measurement is wrong: {text}",
     Code.CANNOT_MOVE: "the robot cannot be moved: {text}",

@@ -196,8 +196,8 @@ class _Trial:
         """Return a reading that is of the agreed form, as the first one was."""
         state = self._plant.read()
         check_state(state, *self._shape)
-        if not state.is_finite:
-            raise InvalidInput("plant", "read", "finite numbers only")
+        if not state.is_plausible:
+            raise InvalidInput("plant", "read", "finite numbers only, and none beyond a million")
         return state
 
     def _velocity(self) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farhand.common.errors import InvalidInput
+from farhand.remote_site.interface.plant import are_plausible
 
 Array = NDArray[np.float64]
 
@@ -30,14 +31,15 @@ class ArmReading:
 
 
 def check_reading(reading: ArmReading, n_joints: int) -> None:
-    """Check what an arm's driver returned; what is not finite must not enter any estimate.
+    """Check what an arm's driver returned; what is implausible must not enter any estimate.
 
     Args:
         reading: State of the arm.
         n_joints: Number N of joints.
 
     Raises:
-        InvalidInput: When it is no `ArmReading`, a vector has another shape, or a number is not finite.
+        InvalidInput: When it is no `ArmReading`, a vector has another shape, or a number is not finite or
+            beyond a million.
     """
     if not isinstance(reading, ArmReading):
         raise InvalidInput("arm driver", "read", f"an ArmReading, got {type(reading).__name__}")
@@ -46,8 +48,10 @@ def check_reading(reading: ArmReading, n_joints: int) -> None:
         if getattr(vector, "shape", None) != (n,):
             found = f"shape {vector.shape}" if isinstance(vector, np.ndarray) else type(vector).__name__
             raise InvalidInput("arm driver", f"read: {name}", f"an array of shape ({n},), got {found}")
-        if not np.isfinite(vector).all():
-            raise InvalidInput("arm driver", f"read: {name}", "finite numbers only")
+        if not are_plausible(vector):
+            raise InvalidInput(
+                "arm driver", f"read: {name}", "finite numbers only, and none beyond a million"
+            )
 
 
 class ArmDriver(Protocol):

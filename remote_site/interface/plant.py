@@ -77,10 +77,19 @@ class EffectorState:
         return float(np.linalg.norm((self.controlled[1] - self.carried)[: self.n_dims]))
 
     @property
-    def is_finite(self) -> bool:
-        """True if every number is finite."""
-        measured = (self.point, self.velocity, self.load)
-        return all(np.isfinite(vector).all() for vector in measured if vector is not None)
+    def is_plausible(self) -> bool:
+        """True if every number is one that may be measured, see `are_plausible`."""
+        measured = (self.point, self.velocity, self.load, self.joints_rad)
+        return all(are_plausible(vector) for vector in measured if vector is not None)
+
+
+MOST_MEASURED = 1e6
+"""Largest magnitude of a measured number. A report carries no larger one: nobody could read it."""
+
+
+def are_plausible(numbers: Array) -> bool:
+    """Decide whether numbers are finite and no larger than `MOST_MEASURED`."""
+    return bool((np.abs(numbers) <= MOST_MEASURED).all())
 
 
 def check_state(state: EffectorState, n_coordinates: int, n_tangent: int) -> None:

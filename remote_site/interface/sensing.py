@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from farhand.common.errors import InvalidInput
 from farhand.common.model.task_frame import TaskFrame
 from farhand.remote_site.interface.driver import Monitored
-from farhand.remote_site.interface.plant import Plant, check_state
+from farhand.remote_site.interface.plant import Plant, are_plausible, check_state
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def check_frames(frames: list[TaskFrame], n_frames: int, n_dims: int) -> None:
         n_dims: Dimension D.
 
     Raises:
-        InvalidInput: When it is no list of so many frames of that dimension.
+        InvalidInput: When it is no list of so many frames of that dimension, with origins within a million metres.
     """
     if not isinstance(frames, list) or any(not isinstance(frame, TaskFrame) for frame in frames):
         raise InvalidInput("perception", "observe", f"a list of TaskFrame, or None; got {frames!r:.80}")
@@ -62,6 +62,8 @@ def check_frames(frames: list[TaskFrame], n_frames: int, n_dims: int) -> None:
     for frame in frames:
         if frame.b.shape != (n_dims,):
             raise InvalidInput("perception", "observe", f"frames of {n_dims} dimensions, got {frame.n_dims}")
+        if not are_plausible(frame.b):
+            raise InvalidInput("perception", "observe", "no origin beyond a million metres")
 
 
 PREDICTED_S = 0.3
@@ -106,6 +108,9 @@ class Sensing:
         self._recent: deque[tuple[float, list[TaskFrame]]] = deque()
         self._seen_s = -np.inf
         self.effector = first = plant.read()
+        """Newest plausible state."""
+        self.is_plausible = first.is_plausible
+        """Whether the newest reading was plausible: no other enters an estimate or a report."""
         self._shape, self._n_dims = (first.point.size, first.velocity.size), first.n_dims
         self.seen = [TaskFrame.identity(self.effector.position_m.size)] * n_frames
         """Task frames as seen, or as predicted while unseen."""
@@ -123,7 +128,9 @@ class Sensing:
         """Measure the effector and the task frames."""
         effector = self._plant.read()
         check_state(effector, *self._shape)
-        self.effector = effector
+        self.is_plausible = effector.is_plausible
+        if self.is_plausible:
+            self.effector = effector
         observed = self._perception.observe(now_s)
         self.seen_again = None
         if observed is None:

@@ -103,7 +103,7 @@ class Motion:
 
     def _step(self, guidance: Guidance, now_s: float, dt_s: float, wait: bool) -> Outcome:
         mover, effector = self.mover, self._sensing.effector
-        if not effector.is_finite:
+        if not self._sensing.is_plausible:
             return self._failed(because(Code.NOT_FINITE_MEASURED), dt_s)
         if mover is None or self.paused or (wait and isinstance(mover, Execution)):
             return self.brake(dt_s)

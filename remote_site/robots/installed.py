@@ -163,8 +163,8 @@ def _look(kind: DriverKind, driver: Any, task: AnyTask, cell: Cell | None, now_s
         check_reading(state, len(cell.robot.joints))
         return
     check_state(state, task.space.n_coordinates, task.space.n_tangent)
-    if not state.is_finite:
-        raise InvalidInput("plant", "read", "finite numbers only")
+    if not state.is_plausible:
+        raise InvalidInput("plant", "read", "finite numbers only, and none beyond a million")
 
 
 def _load(kind: DriverKind, name: str) -> Callable[[Any, dict[str, Any]], Any]:

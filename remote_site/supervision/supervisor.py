@@ -217,7 +217,7 @@ class Supervisor:
             sensing.update(now_s)
             if told := sensing.fault:
                 return Belief(sensing.seen), Trip(Guard.FAULT, because(Code.MACHINE_FAULT, text=told))
-            if not sensing.effector.is_finite:  # it must not enter any estimate
+            if not sensing.is_plausible:
                 return Belief(sensing.seen), Trip(Guard.FAULT, because(Code.NOT_FINITE_MEASURED))
             belief = self.embodiment.skill.believe(sensing, self.motion.executing, now_s, dt_s)
         except InvalidInput as error:

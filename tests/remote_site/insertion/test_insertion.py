@@ -82,7 +82,7 @@ def test_a_sensor_that_breaks_ends_it_before_anything_moves_on(monkeypatch: pyte
         broken.setattr(bench.arm.plant.servo.wrist, "force", np.full(3, np.nan))
         bench.run(bench.dt_s)
     assert bench.mode is ControlMode.STOPPED
-    assert said(bench.events("stopped")[-1]) == "a measured number is not finite"
+    assert said(bench.events("stopped")[-1]) == "a measured number is not finite, or beyond a million"
     bench.run(1.0)
     assert bench.speed_m_s < 2e-3
     assert len(bench.events("stopped")) == 1  # nothing of it is left in what is estimated

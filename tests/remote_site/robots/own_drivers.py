@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 MODULE = '''
+import time
+from pathlib import Path
 import numpy as np
 from farhand import EffectorState, TaskFrame
 from farhand.remote_site.interface.plant import PointPlant
@@ -12,12 +14,13 @@ from farhand.remote_site.interface.plant import PointPlant
 {before}
 
 class Plant(PointPlant):
-    """A point that fails as its options say, from its hundredth reading on."""
+    """A point that fails as its options say, from its hundredth reading on, or as a file of that name says, at once."""
 
     def __init__(self, task, options):
         limits = task.limits
         super().__init__(task.start_m, task.workspace_m, limits.speed_m_s, limits.acceleration_m_s2)
         self.fails, self.n_read, self.log = options.get("fails", ""), 0, options.get("log")
+        self.trouble = Path(options.get("trouble", "/no trouble"))
         if self.fails == "made":
             raise ValueError("an unknown port")
 
@@ -37,9 +40,23 @@ class Plant(PointPlant):
             return EffectorState(np.zeros(3), np.zeros(3))
         if self.fails == "read" and self.n_read > 100:
             raise OSError("CAN bus is off")
-        if self.fails == "nan" and self.n_read > 100:
+        if self.now("nan") or (self.fails == "nan" and self.n_read > 100):
             return EffectorState(state.point * np.nan, state.velocity)
         return state
+
+    def accelerate(self, acceleration, dt_s):
+        if self.now("accelerate"):
+            raise OSError("drive 2 does not answer")
+        if self.now("stands"):
+            self._velocity = np.zeros(2)
+            return
+        if self.now("late"):
+            self.trouble.unlink()
+            time.sleep(0.6)
+        super().accelerate(acceleration, dt_s)
+
+    def now(self, what):
+        return self.trouble.exists() and self.trouble.read_text() == what
 
     def halt(self):
         self.note("halt")

@@ -15,12 +15,13 @@ import pytest
 from farhand.common.mode_table import Action, ControlMode
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.wire.codec import decode, encode
-from farhand.common.wire.messages import Event, StopAck
+from farhand.common.wire.messages import Event, StopAck, Telemetry
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.execution import Execution
 from farhand.remote_site.reproduction.executor import Executor
 from farhand.remote_site.robots.point_embodiment import point_embodiment
 from farhand.remote_site.supervision.guards import STILL_S
+from farhand.remote_site.telemetry import Reporter
 from tests.messages import said
 from tests.remote_site.bench import BEGINNINGS, DT_S, Bench, FeelingPlant, Sight, in_mode
 from tests.remote_site.planar import TASK
@@ -47,6 +48,8 @@ class HaltingPlant(FeelingPlant):
         state = super().read()
         if "finite" in self.fails:
             return replace(state, point=state.point * np.nan)
+        if "huge" in self.fails:
+            return replace(state, point=state.point + 1e7)
         if "shape" in self.fails:
             return replace(state, velocity=np.zeros(3))
         return cast(EffectorState, [state]) if "kind" in self.fails else state
@@ -208,6 +211,7 @@ FAULTS = {
     "told": "the robot's machine tells a fault: emergency stop",
     "read": "OSError: [Errno 5] the driver lost its bus in read",
     "finite": "a measured number is not finite",
+    "huge": "or beyond a million",
     "shape": "plant: read: velocity: an array of shape (2,), got shape (3,)",
     "kind": "plant: read: an EffectorState, got list",
 }
@@ -227,6 +231,8 @@ def test_a_machine_with_a_fault_is_halted_told_and_can_be_used_again_once_it_is_
     assert plant.told == ["brake", "halt"], "before anything else"
     bench.run(1.0)
     assert bench.mode is ControlMode.STOPPED
+    report = Reporter(bench.robot, bench.clock).report()
+    assert decode(encode(report), Telemetry).mode is ControlMode.STOPPED  # which an operator can read
     (told,) = bench.events("stopped")
     assert FAULTS[fault] in said(told) and not told.succeeded
     assert bench.command(Action.RESET).accepted  # too early: it is stopped again, and told again
@@ -278,9 +284,10 @@ def test_a_robot_that_stands_because_it_shall_is_left_alone(cause: str):
     [
         ([], "1 task frames, as the task's frame_names has, got 0"),
         ([TaskFrame.identity(3)], "frames of 2 dimensions, got 3"),
+        ([TaskFrame(np.eye(2), np.full(2, 1e7))], "no origin beyond a million metres"),
         ((np.eye(2), np.zeros(2)), "a list of TaskFrame, or None; got (array"),
     ],
-    ids=["number", "dimension", "kind"],
+    ids=["number", "dimension", "far off", "kind"],
 )
 def test_a_sight_that_returns_something_else_stops_the_robot(monkeypatch, frames: object, words: str):
     bench = Bench(plant=HaltingPlant()).executing()
