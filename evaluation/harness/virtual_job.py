@@ -96,7 +96,7 @@ class VirtualPlace:
 def do_job(
     sites: VirtualSites, settings: LinkSettings, outage: PlannedOutage | None, seed: int
 ) -> dict[str, Any]:
-    """Do the job once.
+    """Run the scripted operator's job once.
 
     Args:
         sites: Both sites, unused so far.

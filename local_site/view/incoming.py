@@ -99,7 +99,7 @@ _TAKES: dict[type, Callable[[Any, object], bool]] = {
 
 
 class Incoming:
-    """Judge of each message before viser reads it. Used by the server's thread.
+    """Filter of each message before viser reads it. Used by the server's thread.
 
     viser itself lets a tab set any attribute of any element, upload into a button, and move what others hold.
 

@@ -130,7 +130,7 @@ class PlantMemory:
     def remember(self, state: PlantState) -> None:
         """Queue a state for writing, unless it is unchanged. Never blocks.
 
-        After an impossible one, as of a broken sensor, the place is not known: it could not be read again.
+        After an impossible state, as from a broken sensor, the place counts as unknown: such a state could not be read again.
         """
         try:
             state.check()
