@@ -28,7 +28,7 @@ Case = dict[str, Any]
 
 GOES_ON = True
 N_MUTATIONS = 100_000
-_CHUNK = 1000
+_CHUNK = 10_000
 OPTIONS = "option values"
 MESSAGES = tuple(sorted(message_mutations.kinds()))
 KINDS = (*sorted(SUBJECTS), OPTIONS, *MESSAGES)
