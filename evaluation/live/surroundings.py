@@ -38,6 +38,7 @@ from farhand.local_site.teaching.offline_learning import learn_files
 
 Case = dict[str, Any]
 
+GOES_ON = True
 _PATIENCE_S = 30.0
 _PATIENTLY = "--connect-timeout-s=100"
 SITES, FILES = ("up", "demo", "remote", "local", "link"), ("learn", "rollout", "import")
