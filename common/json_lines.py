@@ -22,6 +22,20 @@ _log = loop_logger(__name__)
 MAX_BYTES = 4_000_000
 
 
+def json_line(at: datetime, fields: dict[str, Any]) -> bytes:
+    """Return the line of one event.
+
+    Types unknown to JSON are written as text: one odd value must not end a log.
+
+    Args:
+        at: Wall time, for the reader.
+        fields: What happened.
+    """
+    return (
+        msgspec.json.encode({"time": at.isoformat(timespec="milliseconds"), **fields}, enc_hook=str) + b"\n"
+    )
+
+
 class JsonLinesFile:
     """One file of JSON lines.
 
@@ -36,14 +50,13 @@ class JsonLinesFile:
         self.path, self._max_bytes = path, max_bytes
         self.error: OSError | None = None
         """Reason why the newest event could not be written; None if it was."""
-        self._waiting: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
+        self._waiting: queue.SimpleQueue[tuple[datetime, dict[str, Any]] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="json lines", daemon=True)
         self._thread.start()
 
     def append(self, **fields: Any) -> None:
         """Write one event, together with the wall time for the reader. Never blocks."""
-        now = datetime.now(UTC).isoformat(timespec="milliseconds")
-        self._waiting.put({"time": now, **fields})
+        self._waiting.put((datetime.now(UTC), fields))
 
     def close(self) -> None:
         """Write the waiting events, and end the thread."""
@@ -51,10 +64,9 @@ class JsonLinesFile:
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
-        while (fields := self._waiting.get()) is not None:
+        while (event := self._waiting.get()) is not None:
             try:
-                # Types unknown to JSON are written as text: one odd value must not end the log.
-                self._write(msgspec.json.encode(fields, enc_hook=str) + b"\n")
+                self._write(json_line(*event))
                 self.error = None
             except OSError as error:
                 self.error = error

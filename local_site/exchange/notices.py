@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from datetime import UTC, datetime
+from typing import Any, Protocol
 
-from farhand.common.json_lines import JsonLinesFile
+from farhand.common.json_lines import JsonLinesFile, json_line
 
 _KEPT = 200
 
@@ -61,11 +63,28 @@ class Notices:
         """Add a message."""
         self._newest.append(notice)
         if self._log is not None:
-            self._log.append(
-                what=notice.what, who=notice.who, text=notice.text, good=notice.good, measured=notice.measured,
-                robot_s=notice.robot_s, code=notice.code,
-            )  # fmt: skip
+            self._log.append(**_fields(notice))
 
     def newest(self) -> tuple[Notice, ...]:
         """Return the newest messages, the newest last."""
         return tuple(self._newest)
+
+
+def encode(notices: Sequence[Notice], wall_s: float) -> bytes:
+    """Encode messages as the lines of a log, in the order of their times: an outage holds some of them up.
+
+    Args:
+        notices: The messages.
+        wall_s: Wall time at the beginning of the console's clock [s].
+    """
+    ordered = sorted(notices, key=lambda notice: notice.time_s)
+    return b"".join(
+        json_line(datetime.fromtimestamp(wall_s + notice.time_s, UTC), _fields(notice)) for notice in ordered
+    )
+
+
+def _fields(notice: Notice) -> dict[str, Any]:
+    return {
+        "what": notice.what, "who": notice.who, "text": notice.text, "good": notice.good, "measured": notice.measured,
+        "robot_s": notice.robot_s, "code": notice.code,
+    }  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -59,6 +60,9 @@ def delete_save_and_undo(tab: OperatorPage, stack: Stack, three: bytes) -> None:
     tab.press("Delete demonstration")
     tab.says("demos", "2")
     tab.tells("demonstration 2 was deleted: Undo brings it back")
+    told = [json.loads(line) for line in saved(tab, "Download events").splitlines()]
+    assert "demonstration 2 was deleted: Undo brings it back" in [each["text"] for each in told]
+    assert sorted(each["time"] for each in told) == [each["time"] for each in told]
     tab.press("Undo")
     tab.says("demos", "3")
     assert stack.model_file.read_bytes() == three

@@ -33,6 +33,35 @@ def test_the_image_is_small(engine: Engine) -> None:
     assert n_bytes <= _IMAGE_BYTES
 
 
+_CAPTURE = """
+from farhand.common.arm.cell import Cell
+from farhand.deploy.places import find_robot
+from farhand.remote_site.camera.simulated_camera import SimulatedCamera
+camera = SimulatedCamera(Cell(robot=find_robot("jaco")))
+print(camera.capture().pixels.std())
+camera.close()
+"""
+
+
+@pytest.mark.soak
+def test_an_image_with_a_library_to_draw_with_has_the_robots_camera_and_the_usual_one_says_that_it_has_none(
+    engine: Engine,
+) -> None:
+    with_library = "--build-arg=DRAW_WITH=libosmesa6", "--file=docker/Dockerfile", "--tag=farhand-camera", "."
+    engine.do("build", "--quiet", *with_library, timeout_s=BUILD_S)
+    n_bytes = [
+        int(engine.do("image", "inspect", "--format={{.Size}}", image))
+        for image in ("farhand", "farhand-camera")
+    ]
+    log.info("image with a camera: %.0f MB more", (n_bytes[1] - n_bytes[0]) / 1e6)
+    confined = "--rm", "--read-only", "--tmpfs=/tmp", "--cap-drop=ALL", "--memory=768m", "--pids-limit=128"
+    draw = "--entrypoint=python3", "--network=none"
+    seen = engine.do("run", *confined, *draw, "farhand-camera", "-c", _CAPTURE, timeout_s=RUN_S)
+    assert float(seen) > 20.0, "a picture with something in it"
+    without = engine.run(engine.docker, "run", *confined, *draw, "farhand", "-c", _CAPTURE, timeout_s=RUN_S)
+    assert without.returncode != 0 and "nothing to draw with" in without.stderr
+
+
 @pytest.mark.soak
 def test_the_page_answers_soon_after_up_and_all_of_it_rests_quietly(place: Place) -> None:
     place.compose("down", "--volumes", "--timeout", "10")

@@ -1,15 +1,18 @@
-"""Demonstrations one by one: delete one, save one or the model as a file of one's own, and learn one from a file."""
+"""Demonstrations one by one: delete one, save one, the model or the events as a file of one's own, and learn one from a file."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from functools import partial
 
 import viser
 
+from farhand.common.clock import elapsed_s
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intent_permission import refusal_of
+from farhand.local_site.exchange.notices import encode
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.view.panels.choices import Act, Submit
 from farhand.local_site.view.panels.words.controls import NO_DEMONSTRATION, Field, Label
@@ -52,6 +55,10 @@ class FilePanel:
         self._on(self._download, lambda tab: partial(self._save_demonstration, tab, self._chosen()))
         self._upload.on_upload(self._uploaded)
         self._on(self._download_model, lambda tab: partial(self._save_model, tab))
+        self._wall_s = time.time() - elapsed_s()
+        """Wall time at the beginning of the console's clock [s]."""
+        download_events = gui.add_button(Label.DOWNLOAD_EVENTS, color="gray")
+        self._on(download_events, lambda tab: partial(self._save_events, tab))
 
     def draw(self, state: ConsoleState) -> None:
         """Show the current demonstrations; one stays chosen until it is gone, at first the newest."""
@@ -88,6 +95,10 @@ class FilePanel:
         state = self._state
         if state is not None and state.learned is not None:
             self._save(tab, f"{state.task.name}-revision-{state.revision}.farhand", state.learned.content)
+
+    def _save_events(self, tab: int) -> None:
+        if self._state is not None:
+            self._save(tab, "events.jsonl", encode(self._state.notices, self._wall_s))
 
     async def _uploaded(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
         if event.client_id is not None:

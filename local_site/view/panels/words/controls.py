@@ -45,6 +45,7 @@ class Label(StrEnum):
     DOWNLOAD_DEMONSTRATION = "Download demonstration"
     UPLOAD_DEMONSTRATION = "Upload demonstration"
     DOWNLOAD_MODEL = "Download model"
+    DOWNLOAD_EVENTS = "Download events"
     CUT = "Cut"
     CHANGE_PORTS = "Change ports"
     PLAY = "Play"
