@@ -74,8 +74,7 @@ OWNERS: dict[str, tuple[str, dict[str, str]]] = {
             "deploy/status_socket.py": "the time of an end, for the reader",
             "local_site/teaching/revisions.py": "the time of a revision, for the reader",
             "local_site/teaching/task_archive.py": "the name of a file, for the reader",
-            "local_site/view/panels/list_panels.py": "the time of an event, for the reader",
-            "local_site/view/panels/tables.py": "the time of an execution, for the reader",
+            "local_site/view/panels/html.py": "the time of an event, for the reader",
         },
     ),
     "reads a clock that stands still in a suspend": (

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
 
 import viser
 
-from farhand.common.clock import elapsed_s
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intent_permission import refusal_of
 from farhand.local_site.exchange.notices import encode
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.view.panels.choices import Act, Submit
+from farhand.local_site.view.panels.html import wall_start_s
 from farhand.local_site.view.panels.words.controls import NO_DEMONSTRATION, Field, Label
 from farhand.local_site.view.panels.words.lists import demonstration_label, upload_words
 from farhand.local_site.view.uploads import MOST_FILE_BYTES
@@ -55,7 +54,7 @@ class FilePanel:
         self._on(self._download, lambda tab: partial(self._save_demonstration, tab, self._chosen()))
         self._upload.on_upload(self._uploaded)
         self._on(self._download_model, lambda tab: partial(self._save_model, tab))
-        self._wall_s = time.time() - elapsed_s()
+        self._wall_s = wall_start_s()
         """Wall time at the beginning of the console's clock [s]."""
         download_events = gui.add_button(Label.DOWNLOAD_EVENTS, color="gray")
         self._on(download_events, lambda tab: partial(self._save_events, tab))

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import html
+import time
 from datetime import UTC, datetime
 from typing import Any
 
 import viser
+
+from farhand.common.clock import elapsed_s
 
 
 class Html:
@@ -36,6 +39,11 @@ def element(name: str, text: object, kind: str = "", tag: str = "span", **attrib
     """Return an element with the attribute `data-tp` by which tests find it, its text escaped."""
     more = "".join(f' {key}="{html.escape(str(value))}"' for key, value in attributes.items())
     return f'<{tag} data-tp="{name}" class="{kind}"{more}>{html.escape(str(text))}</{tag}>'
+
+
+def wall_start_s() -> float:
+    """Return the wall time at the beginning of the clock of ages [s]: what is told by that clock has a time of day for people."""
+    return time.time() - elapsed_s()
 
 
 def clock(at_s: float) -> str:

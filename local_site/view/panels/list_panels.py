@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Callable
 from datetime import datetime
@@ -15,7 +14,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.intent_permission import refusal_of
 from farhand.local_site.exchange.notices import Notice
 from farhand.local_site.view.panels.choices import Act, Submit
-from farhand.local_site.view.panels.html import Html, clock, text
+from farhand.local_site.view.panels.html import Html, clock, text, wall_start_s
 from farhand.local_site.view.panels.words.controls import EVENTS, EVENTS_CAPTION, NO_REVISION, Field, Label
 from farhand.local_site.view.panels.words.lists import (
     LATE_S,
@@ -38,7 +37,7 @@ class EventPanel:
     def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
         self._own: deque[Notice] = deque(maxlen=_SHOWN)
-        self._wall_s = time.time() - elapsed_s()
+        self._wall_s = wall_start_s()
         """The console's clock in wall time, for people."""
         self._shown: tuple[Notice, ...] | None = None
 

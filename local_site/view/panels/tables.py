@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 
 import numpy as np
 import viser
 
-from farhand.common.clock import elapsed_s
 from farhand.common.task import AnyTask
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.console.executions import Executions, ReportedExecution
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.goal import goal_miss
-from farhand.local_site.view.panels.html import Html, clock, element, text
+from farhand.local_site.view.panels.html import Html, clock, element, text, wall_start_s
 from farhand.local_site.view.panels.words.controls import (
     AT_THE_GOAL,
     DEMONSTRATION_HEAD,
@@ -56,7 +54,7 @@ class ExecutionList:
 
     def __init__(self, gui: viser.GuiApi):
         self._html = Html(gui)
-        self._wall_s = time.time() - elapsed_s()
+        self._wall_s = wall_start_s()
         """The console's clock in wall time, for people."""
         self._shown: Executions | None = None
 
