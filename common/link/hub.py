@@ -114,6 +114,19 @@ def _configuration(settings: EndpointSettings) -> dict[str, Any]:
     }
     configuration["transport"]["unicast"]["max_sessions"] = _MOST_SESSIONS
     drop_deaf_listeners(configuration)
+    # A robot behind a narrow link has no room for what one operator floods it with. Its sender repeats a message that is
+    # dropped here; dropping the robot, as a listener that does not read, would take it from all its operators.
+    configuration["qos"] = {
+        "network": [
+            {
+                "id": "to robots",
+                "flows": ["egress"],
+                "messages": ["put", "query"],
+                "key_exprs": [_ANY_ROBOT + "op/**"],
+                "overwrite": {"congestion_control": "drop"},
+            }
+        ]
+    }
     configuration["downsampling"] = [
         {
             "id": "streams",

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from farhand.common.address import free_port, listening_fault
+from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.link.access import explain_right
 from farhand.common.link.endpoint import EVERY_SITE, EndpointSettings
 from farhand.common.link.fleet import Fleet
@@ -27,7 +28,7 @@ from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import Stamp, Telemetry
 from farhand.common.wire.reasons import Code
 from farhand.deploy.pki.registry import Registry
-from tests.common.link.encrypted import HOST, PATIENCE_S, Heard
+from tests.common.link.encrypted import HOST, PATIENCE_S, Heard, RelayThread
 
 ROBOTS = ("rov1", "rov2")
 OPERATORS = ("shore-1", "shore-2")
@@ -239,12 +240,37 @@ def test_a_flood_of_one_operator_ends_at_the_hub_and_does_not_slow_down_another_
         flooder._put(keys.INPUT, b"0000", False, None)
         flooder._put(keys.TARGET, b"unwanted", True, None)
     other_s = time.monotonic()
-    # Sent again: the hub drops a robot whose processor is late for long, with what waits for it, until it is back.
+    # Sent again: the hub drops what a robot has no room for while its processor is late.
     send_until(arrived.is_set, lambda: other.send(keys.TARGET, b"other"))
     send_until(lambda: 7 in stops.items, lambda: other.send(keys.STOP, (7).to_bytes(4, "big")))
     # A pause of 2 ms for each unwanted message, as on a connection of its own, would make this six seconds.
     assert time.monotonic() - other_s < 5.0
     assert len(hand.items) <= 250.0 * (time.monotonic() - began_s) + 10 < n
+
+
+def test_a_robot_behind_a_narrow_link_is_not_dropped_because_of_a_flood_of_one_operator(encrypted: Sites):
+    narrow = DirectionSettings(delay_ms=20.0, rate_bps=60_000.0)
+    relay = RelayThread(encrypted.port, LinkSettings(uplink=narrow, downlink=narrow))
+    encrypted.port, hub_port = relay.port, encrypted.port
+    robot = encrypted.link("rov2", EVERY_SITE, "rov2")
+    robot.serve(keys.COMMAND, lambda request: request.answer(b"narrow"))
+    robot.subscribe(keys.MODEL, lambda _: None)
+    encrypted.robots["rov2"].close()
+    encrypted.port = hub_port
+    flooder, other = (encrypted.operator("rov2", name) for name in OPERATORS)
+    try:
+        for link in (flooder, other):
+            assert until_answered(link, keys.COMMAND, b"") == b"narrow"
+        for _ in range(120):
+            flooder.send(keys.MODEL, bytes(32_768))
+        # The question follows the models in the same queue.
+        flooder.ask_and_wait(keys.BLOB, b"", 5.0)
+        for _ in range(5):
+            assert until_answered(other, keys.COMMAND, b"") == b"narrow"
+        assert robot._sessions.main.reopened == 0
+    finally:
+        robot.close()
+        relay.close()
 
 
 def test_who_is_revoked_at_the_hub_is_out_while_the_others_go_on(encrypted: Sites):
