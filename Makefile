@@ -33,6 +33,8 @@ ONCE_MORE := --verbose --last-failed --last-failed-no-failures=none
 test: $(READY) ## the tests (FARHAND_REQUIRE=browser,containers,rendering,ros2 forbids those to skip)
 ifeq ($(strip $(ARGS)),)
 	@mkdir -p $(dir $(VIRTUAL_TIME_LOG))
+	@$(BIN)/python -m farhand.local_site.learning.warm_up & learning=$$!; \
+	$(BIN)/python -m farhand.remote_site.reproduction.warm_up; wait $$learning
 	@echo "tests that keep up with real time; beside them, in $(VIRTUAL_TIME_LOG), all others"
 	@nice -n 10 $(BIN)/pytest --numprocesses=3 --dist=loadfile $(REAL_TIME:%=--ignore=%) >$(VIRTUAL_TIME_LOG) 2>&1 & others=$$!; \
 	trap "kill $$others 2>/dev/null || true" EXIT; failed=0; late=0; \

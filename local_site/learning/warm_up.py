@@ -1,10 +1,13 @@
-"""`warm_up`: the kernels of learning are compiled before the first datapoint arrives."""
+"""`warm_up`: the kernels of learning are compiled before the first datapoint arrives.
+
+`python -m farhand.local_site.learning.warm_up` compiles them ahead, for the plane and for space.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from farhand.common.model.manifold import Manifold
+from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.local_site.learning.learner_settings import LearnerSettings
 from farhand.local_site.learning.online_learner import OnlineLearner
@@ -29,3 +32,8 @@ def warm_up(space: Manifold | int, n_frames: int = 1) -> None:
     learner.observe(points[2], frames, 2.0)
     learner.end()
     learner.model()
+
+
+if __name__ == "__main__":
+    for each in (2, POSE):
+        warm_up(each)

@@ -1,10 +1,13 @@
-"""`warm_up`: compiles the kernels of the control loop before the first tick is due."""
+"""`warm_up`: compiles the kernels of the control loop before the first tick is due.
+
+`python -m farhand.remote_site.reproduction.warm_up` compiles them ahead, for the plane and for space.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from farhand.common.model.manifold import Manifold
+from farhand.common.model.manifold import POSE, Manifold
 from farhand.common.model.task_frame import TaskFrame
 from farhand.common.model.tphsmm import TPHSMM
 from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings
@@ -48,3 +51,8 @@ def _two_components(space: Manifold) -> TPHSMM:
         start_means=means,
         start_covariances=eye,
     )
+
+
+if __name__ == "__main__":
+    for each in (2, POSE):
+        warm_up(each)
