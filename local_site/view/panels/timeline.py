@@ -196,7 +196,7 @@ class _Plot:
         return (
             f'<line x1="{_LEFT}" x2="{_WIDTH - _RIGHT}" y1="{zero:.1f}" y2="{zero:.1f}" class="fh-rule"/>'
             f'<text x="{_LEFT - 6:.0f}" y="{middle:.0f}" class="fh-tick fh-right">{self.name}</text>'
-            f'{limit}<polyline points="{points}" class="fh-curve fh-{self.name}"><title>{self.name} {now}</title></polyline>'
+            f'<polyline points="{points}" class="fh-curve fh-{self.name}"><title>{self.name} {now}</title></polyline>{limit}'
         )
 
 
