@@ -11,7 +11,7 @@ from farhand.common.errors import InvalidConfiguration, InvalidDemonstration, In
 from farhand.common.model.model_file import encode, save
 from farhand.deploy.offline import learn, rollout
 from farhand.deploy.rollout import reproduce
-from farhand.evaluation.faults.subjects import sound_files
+from farhand.evaluation.faults.sound_files import sound_files
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn_files
 from farhand.remote_site.reproduction import point_rollout as reproduction
