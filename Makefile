@@ -21,9 +21,8 @@ run: $(READY) ## two arms with their page: both sites and the delayed link on th
 	@$(BIN)/farhand up $(ARGS)
 
 # Where processes run in real time, one test at a time, in this order: the containers of the last ones are up until the end.
-REAL_TIME := tests/browser tests/integration tests/evaluation/live tests/evaluation/test_surroundings.py \
-	tests/evaluation/link/test_link_delay.py tests/evaluation/link/test_link_recovery.py tests/examples/test_ros2_job.py \
-	tests/containers
+REAL_TIME := tests/browser tests/integration tests/evaluation/live tests/evaluation/link/test_link_delay.py \
+	tests/evaluation/link/test_link_recovery.py tests/examples/test_ros2_job.py tests/containers
 # They remember their failures apart from the others, which run at the same time.
 REAL_TIME_PYTEST := $(BIN)/pytest -o cache_dir=.pytest_cache/real-time
 # The others take what those leave of the processor; many of them wait for a process or a socket.
