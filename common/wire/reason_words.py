@@ -29,13 +29,13 @@ WORDS: dict[Code, str] = {
     Code.LEASE_ENDED: "you are not in control: the lease ended",
     Code.LEASE_CHANGED: "the control of the robot was lost for a moment; it is back: press again",
     Code.OTHER_IN_CONTROL: "{site} is in control",
-    Code.NOTHING_IN_TIME: "no message of it arrived in time for {lease_s:g} s",
+    Code.NOTHING_IN_TIME: "none of its messages arrived in time for {lease_s:g} s",
     Code.CONTROL_TAKEN: "{site} is in control",
     Code.CONTROL_LOST: "{site} is not in control any more: {cause}",
     Code.UNLISTED: "the robot refuses this site: its list of sites does not name {site}",
     Code.REVOKED: "the robot refuses this site: {site} was revoked on {text}",
     Code.OTHER_NAME: "refused: the certificate is that of {site}, and the request calls the site {text}; start it as {site}",
-    Code.OBSERVER: "{site} may watch and stop alone, as the robot's list of sites says",
+    Code.OBSERVER: "{site} may only watch and stop, as the robot's list of sites says",
     Code.OTHER_ROBOT: "the list of sites lets {site} reach other robots, not {text}",
     # Commands
     Code.NOT_ANSWERED: "the robot has not answered yet",
@@ -154,7 +154,7 @@ WORDS: dict[Code, str] = {
     Code.NOT_FINITE_COMPUTED: "a computed number is not finite",
     Code.MEASUREMENT_WRONG: "a measurement is wrong: {text}",
     Code.CANNOT_MOVE: "the robot cannot be moved: {text}",
-    Code.MACHINE_FAULT: "the robot's machine tells a fault: {text}",
+    Code.MACHINE_FAULT: "the robot's machine reports a fault: {text}",
     Code.STANDS_STILL: "the robot stands still for {still_s:.0f} s although it is told to move",
 }
 """Sentence for each code."""

@@ -181,7 +181,7 @@ PEERS: dict[str, tuple[Callable[[Bench], str], str, str]] = {
     "expired": (_expired, "expired on", "its certificate has expired"),
     "not yet valid": (_not_yet, "not valid before", "not valid yet"),
     "wrong name": (_wrong_name, "not for localhost", "dials another name"),
-    "observer commands": (lambda bench: _asked(bench, "watcher"), "watch and stop alone", "watcher may watch and stop alone"),
+    "observer commands": (lambda bench: _asked(bench, "watcher"), "only watch and stop", "watcher may only watch and stop"),
     "operator of another robot": (_other_robots, "does not name shore-9", "does not name shore-9"),
     "another's key": (_another_key, "", ""),
     "200 kB": (_large, "", "a message of watcher was dropped: more than"),

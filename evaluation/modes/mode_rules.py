@@ -59,7 +59,7 @@ class Before:
         phase: The phase.
         speed_m_s: Speed of the effector [m/s].
         lease_id: Lease of the holder.
-        executing: Whether a model was being executed, also paused.
+        executing: True if a model was being executed, also paused.
         n_boots: Number of starts of the robot.
     """
 
@@ -95,7 +95,7 @@ def broken_rule(before: Before, step: Step, accepted: bool | None, world: ModeWo
     Args:
         before: World before the event.
         step: The event.
-        accepted: Whether the robot accepted a command, None if none was given.
+        accepted: True if the robot accepted a command, False if it refused; None if none was given.
         world: World after the event.
     """
     mode = world.robot.mode

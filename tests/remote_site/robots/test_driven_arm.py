@@ -97,7 +97,7 @@ FAULTS = {
     "command": "TimeoutError: the controller does not answer",
     "finite": "arm driver: read: joints_rad: finite numbers only",
     "shape": "arm driver: read: wrench: an array of shape (6,), got shape (3,)",
-    "fault": "the robot's machine tells a fault: emergency stop",
+    "fault": "the robot's machine reports a fault: emergency stop",
 }
 
 

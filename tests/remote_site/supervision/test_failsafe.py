@@ -141,7 +141,7 @@ def test_whatever_a_driver_says_reaches_the_operator_in_one_line(text: str):
     (told,) = bench.events("stopped")
     words = said(decode(encode(told), Event))
     assert (
-        words.startswith("the robot's machine tells a fault: ") and words.isprintable() and len(words) < 400
+        words.startswith("the robot's machine reports a fault: ") and words.isprintable() and len(words) < 400
     )
     plant.fails = set()
     assert_stopped(bench, "tells a fault")
@@ -208,7 +208,7 @@ def test_a_driver_whose_brake_fails_too_is_halted_in_every_period(fails: set[str
 
 
 FAULTS = {
-    "told": "the robot's machine tells a fault: emergency stop",
+    "told": "the robot's machine reports a fault: emergency stop",
     "read": "OSError: [Errno 5] the driver lost its bus in read",
     "finite": "a measured number is not finite",
     "huge": "or beyond a million",

@@ -31,7 +31,7 @@ def test_silence_frees_it_for_others_under_another_id():
     assert not lease.expire(3.0)
     assert lease.expire(3.1) and not lease.expire(3.2)
     assert (lease.holder, lease.lease_id) == ("", "")
-    assert sentence(lease.freed_because) == "no message of it arrived in time for 3 s"
+    assert sentence(lease.freed_because) == "none of its messages arrived in time for 3 s"
     assert lease.request("b", "bob", 3.3) is None
     assert lease.lease_id not in ("", first)
     lease.request("b", "bob", 3.4, Wish.WATCH)
