@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from farhand.common.arm.cell import Cell
-from farhand.common.arm.engine import kinova, mjcf, mujoco
+from farhand.common.arm.engine import MjModel, kinova, mjcf, mujoco
 from farhand.common.arm.kinematics import Kinematics
 from farhand.common.arm.robot_file import RobotFile, load_robot
 from farhand.common.arm.robot_model import arm_spec
@@ -133,16 +133,9 @@ def test_degrees_and_radians_are_the_same_scene_bit_for_bit(tmp_path: Path):
     for field in ("body_pos", "body_mass", "geom_pos", "geom_quat", "geom_size"):
         np.testing.assert_array_equal(getattr(radians, field), getattr(degrees, field), field)
     np.testing.assert_allclose(radians.jnt_range, degrees.jnt_range, atol=1e-15)
-    names = [of_jaco.geom(g).name for g in range(of_jaco.ngeom)]
-    receptacle = [
-        g for g in range(of_jaco.ngeom) if of_jaco.body(of_jaco.geom_bodyid[g]).name.startswith("receptacle")
-    ]
-    assert len(receptacle) > 30 and names
-    first = radians.ngeom - len(receptacle)
     for field in ("geom_pos", "geom_quat", "geom_size", "geom_contype"):
-        np.testing.assert_array_equal(
-            getattr(radians, field)[first:], getattr(of_jaco, field)[receptacle], field
-        )
+        ours, theirs = (getattr(scene, field)[receptacle_of(scene)] for scene in (radians, of_jaco))
+        np.testing.assert_array_equal(ours, theirs, field)
 
 
 def test_joints_that_are_not_driven_stand_still_at_their_angles(tmp_path: Path):
@@ -274,3 +267,14 @@ def test_a_urdf_is_the_same_arm(tmp_path: Path):
     np.testing.assert_allclose(urdf.jacobian(), mjcf_.jacobian(), atol=1e-9)
     assert urdf.tool_weight()[0] == pytest.approx(mjcf_.tool_weight()[0])
     np.testing.assert_allclose(urdf.model.jnt_range, mjcf_.model.jnt_range)
+    scenes = [compile_scene(Cell(robot=each)) for each in (of_urdf, robot(tmp_path))]
+    for field in ("geom_pos", "geom_quat", "geom_size", "geom_contype"):  # bit for bit
+        ours, theirs = (getattr(scene, field)[receptacle_of(scene)] for scene in scenes)
+        np.testing.assert_array_equal(ours, theirs, field)
+
+
+def receptacle_of(scene: MjModel) -> list[int]:
+    bodies = [scene.body(scene.geom_bodyid[g]).name for g in range(scene.ngeom)]
+    found = [g for g, body in enumerate(bodies) if body.startswith("receptacle")]
+    assert len(found) > 30
+    return found
