@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 _OLD_S, _OLD_INTERVALS = 0.7, 2.0
 """A picture is old from this time and so many intervals beyond the one-way delay on [s]."""
 _AGE_PERIOD_S = 2.0
-"""The told age is the largest since it was last lowered, which happens so often: it is no figure that flickers [s]."""
+"""The told age is lowered so often [s]."""
 _SHOWN: palette.Rgb = (75, 85, 99)
 
 
@@ -48,7 +48,7 @@ class CameraPanel:
         self._submit, self._shown, self._wanted = submit, True, False
         self._chip = gui.add_button(Layer.CAMERA, hint=Hint.CAMERA, color=_SHOWN, visible=False)
         self._picture, self._over = Html(gui), Html(gui)
-        self._age_s, self._age_told_s = 0.0, float("-inf")
+        self._age = SteadyAge()
 
         @self._chip.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
@@ -79,15 +79,7 @@ class CameraPanel:
         picture = camera.picture if age_s is not None else None
         old = age_s is None or is_old(state, age_s)
         self._picture.show(_picture(picture, old) if picture is not None else "")
-        self._over.show(_over(state, self._told_age(age_s, now_s), old, _tool(state, picture, ghost)))
-
-    def _told_age(self, age_s: float | None, now_s: float) -> float | None:
-        if age_s is None:
-            return None
-        age_s = math.ceil(10.0 * age_s) / 10.0
-        if age_s > self._age_s or now_s - self._age_told_s >= _AGE_PERIOD_S:
-            self._age_s, self._age_told_s = age_s, now_s
-        return self._age_s
+        self._over.show(_over(state, self._age.told(age_s, old, now_s), old, _tool(state, picture, ghost)))
 
     def _toggle(self) -> None:
         self._shown = not self._shown
@@ -96,6 +88,28 @@ class CameraPanel:
         if wanted != self._wanted:
             self._wanted = wanted
             self._submit(intents.WatchCamera(wanted))
+
+
+class SteadyAge:
+    """Age as it is told: the largest since it was last lowered, so that no figure flickers."""
+
+    def __init__(self) -> None:
+        self._age_s, self._told_s, self._old = 0.0, float("-inf"), False
+
+    def told(self, age_s: float | None, old: bool, now_s: float) -> float | None:
+        """Return the age to tell [s]; None without one.
+
+        Args:
+            age_s: Present age [s].
+            old: True if that is too old; once it is not any more, the lower age is told at once.
+            now_s: Present time [s].
+        """
+        if age_s is None:
+            return None
+        age_s = math.ceil(10.0 * age_s) / 10.0
+        if age_s > self._age_s or now_s - self._told_s >= _AGE_PERIOD_S or old != self._old:
+            self._age_s, self._told_s, self._old = age_s, now_s, old
+        return self._age_s
 
 
 def picture_age_s(state: ConsoleState, now_s: float) -> float | None:

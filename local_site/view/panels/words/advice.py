@@ -15,8 +15,9 @@ from farhand.local_site.view.scene.ghost import is_cut, preview_miss
 from farhand.local_site.workcell.hand_motion import can_centre
 
 _REFUSAL_S = 12.0
-_IN_BORE_M, _BOTTOM_M = 0.015, 0.010
-"""A plug at most so far beside the axis is before the mouth, or in the bore; what stops it near the bottom is no jam [m]."""
+_IN_BORE_M, _BOTTOM_M, _THERE_M = 0.015, 0.010, 0.002
+"""A plug at most so far beside the axis is before the mouth, or in the bore; what stops it near the bottom is no jam, and
+so near it there is nothing left to push [m]."""
 _WITHOUT_LINK = {
     "continue": "also without the link",
     "hold": "and pauses without the link",
@@ -87,6 +88,8 @@ def _recording_advice(state: ConsoleState, words: TaskWords) -> str:
         return f"{words.teach}, or hold the key K, then press End."
     if arm.depth_m > 0.0 and arm.lateral_m < _IN_BORE_M:
         left_m = max(arm.bore_m - arm.depth_m, 0.0)
+        if left_m < _THERE_M:
+            return "At the bottom: let go. Once the plug stands still, End turns green."
         jams = arm.saturated and left_m > _BOTTOM_M
         push = f"Push on, by the blue arrow or the key I: {1e3 * left_m:.0f} mm to go."
         return f"It jams: press Align first. {push}" if jams else push

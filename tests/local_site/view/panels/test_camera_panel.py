@@ -12,7 +12,7 @@ from farhand.common.wire.reasons import Code, because
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.exchange.camera import CameraState
 from farhand.local_site.exchange.report_age import LinkHealth, LinkView
-from farhand.local_site.view.panels.camera_panel import _over, _picture, is_old, picture_age_s
+from farhand.local_site.view.panels.camera_panel import SteadyAge, _over, _picture, is_old, picture_age_s
 
 ROBOT = Telemetry(
     seq=1, stamp=Stamp("boot", 10_000_000_000), mode=ControlMode.HOLD, position_m=(0.5, 0.0, 0.4),
@@ -69,3 +69,13 @@ def test_the_reason_for_no_picture_is_told_also_over_the_last_one(nothing_yet: C
     )
     failed = seen(nothing_yet, shown(picture(), why=because(Code.CAMERA_FAILED, text="<b>unplugged</b>")))
     assert "no picture: &lt;b&gt;unplugged&lt;/b&gt;" in _over(failed, 3.0, True, "")
+
+
+def test_the_told_age_does_not_flicker_and_is_never_that_of_an_old_picture_beside_a_new_one():
+    age = SteadyAge()
+    told = [age.told(*each) for each in ((0.5, False, 0.0), (0.8, False, 0.5), (0.5, False, 1.0))]
+    assert told == [0.5, 0.8, 0.8]
+    assert age.told(0.5, False, 3.0) == 0.5
+    assert age.told(12.4, True, 3.1) == 12.4
+    assert age.told(0.6, False, 3.2) == 0.6
+    assert age.told(None, True, 3.3) is None

@@ -73,7 +73,11 @@ def test_without_a_recording_or_an_arm_no_gauge_is_drawn(teaching: ConsoleState)
         (plug(0.05, 0.02, -0.12), "Press Centre"),
         (plug(0.0, 0.0, -0.12), "On the axis: hold the key I"),
         (plug(0.0, 0.0, 0.040), "Push on, by the blue arrow or the key I: 45 mm to go."),
-        (plug(0.0, 0.0, 0.084, still=False), "Push on"),
+        (plug(0.0, 0.0, 0.080, still=False), "Push on"),
+        (
+            plug(0.0, 0.0, 0.084, still=False),
+            "At the bottom: let go. Once the plug stands still, End turns green.",
+        ),
         (plug(0.0, 0.0, 0.084), "Seated: press End."),
     ],
 )
