@@ -35,7 +35,7 @@ def configuration(folder: Path, fails: str) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("fails", "words"), [("read", "OSError: CAN bus is off"), ("fault", "tells a fault: emergency stop")]
+    ("fails", "words"), [("read", "OSError: CAN bus is off"), ("fault", "reports a fault: emergency stop")]
 )
 def test_a_driver_that_fails_leaves_a_process_that_stands_and_answers(folder: Path, fails: str, words: str):
     put_drivers(folder, "own")

@@ -144,7 +144,7 @@ def test_whatever_a_driver_says_reaches_the_operator_in_one_line(text: str):
         words.startswith("the robot's machine reports a fault: ") and words.isprintable() and len(words) < 400
     )
     plant.fails = set()
-    assert_stopped(bench, "tells a fault")
+    assert_stopped(bench, "reports a fault")
 
 
 PLACES = {
@@ -307,7 +307,7 @@ def test_a_fault_of_the_sight_halts_the_machine():
     bench.run(DT_S)
     camera.fault = ""
     assert "halt" in plant.told
-    assert_stopped(bench, "tells a fault: the camera is unplugged")
+    assert_stopped(bench, "reports a fault: the camera is unplugged")
 
 
 def test_a_failure_that_cannot_even_be_told_stops_the_robot(monkeypatch):
