@@ -1,4 +1,4 @@
-"""Names that become parts of paths, of keys of the link or of pages: one pattern for all of them."""
+"""Names that become parts of paths, of keys of the link or of pages, by one pattern; and paths as users write them."""
 
 from __future__ import annotations
 
@@ -46,6 +46,23 @@ def check_name(name: str, field: str, source: str = "command line", most: int = 
     return name
 
 
+def user_path(text: str | Path, field: str) -> Path:
+    """Return a path as a user writes it, with `~` for a home.
+
+    Args:
+        text: Path to read.
+        field: Name of the field, for the error.
+
+    Raises:
+        InvalidConfiguration: When it begins with a home that nobody has.
+    """
+    try:
+        return Path(text).expanduser()
+    except RuntimeError as error:
+        expected = f"a path from a home that exists, got {str(text)!a}"
+        raise InvalidConfiguration("configuration", field, expected) from error
+
+
 def default_site_name(data_folder: Path, usual_folder: Path) -> str:
     """Return a site's name made from the user, the host and the data folder.
 
@@ -56,8 +73,8 @@ def default_site_name(data_folder: Path, usual_folder: Path) -> str:
         data_folder: Data folder of the site.
         usual_folder: Default data folder of the user.
     """
-    usual = data_folder.expanduser().resolve() == usual_folder.expanduser().resolve()
-    place = "" if usual else str(data_folder.expanduser().resolve())
+    usual = data_folder.resolve() == usual_folder.resolve()
+    place = "" if usual else str(data_folder.resolve())
     whole = "\n".join((_user(), socket.gethostname(), place))
     plain = "-".join(filter(None, (_plain(_user()), _plain(socket.gethostname().partition(".")[0]))))
     if usual and whole.split("\n")[:2] == plain.split("-", 1) and len(plain) <= MOST_SITE_NAME:

@@ -10,7 +10,7 @@ from pathlib import Path
 from farhand.common.arm.cell import Cell
 from farhand.common.arm.robot_file import RobotFile, load_robot
 from farhand.common.errors import InvalidConfiguration
-from farhand.common.names import PATTERN, default_site_name
+from farhand.common.names import PATTERN, default_site_name, user_path
 from farhand.common.task import AnyTask, PointTask, TaskSet, load_task
 
 _REMEDY = "a folder that can be written, which --data-dir or the variable XDG_DATA_HOME names"
@@ -155,7 +155,7 @@ def data_folder(chosen: str | Path | None) -> Path:
         InvalidConfiguration: When the user has no home, or the folder cannot be written.
     """
     try:
-        folder = Path(chosen).expanduser() if chosen else _usual_folder()
+        folder = user_path(chosen, "data_dir") if chosen else _usual_folder()
     except RuntimeError as error:
         raise InvalidConfiguration("data_dir", "", f"{_REMEDY}, as this user has no home") from error
     try:

@@ -54,6 +54,14 @@ OWNERS: dict[str, tuple[str, dict[str, str]]] = {
         r"shell=True|\bos\.system\(|\beval\(|\bexec\(|\bpickle\.load",
         dict[str, str](),
     ),
+    "finds a home": (
+        r"\.expanduser\(|\bPath\.home\(",
+        {
+            "common/names.py": OWN,
+            "common/model/kernel.py": "the user's own; a temporary folder takes its place",
+            "deploy/places.py": "the user's own, whose lack has its own remedy",
+        },
+    ),
     "starts a process": (
         r"\bPopen\(|\bsubprocess\.run\(|\bcreate_subprocess_|\bProcessPoolExecutor\(",
         {
@@ -126,6 +134,7 @@ def test_the_patterns_find_what_they_are_for():
         "takes an address apart": 'host, _, port = text.rpartition(":")\ntext.rsplit(":", 1)',
         "listens": "sock.listen()\nsock.listen(8)\nasyncio.start_server(serve)\nHTTPServer(address)",
         "runs what it reads": "run(words, shell=True)\nos.system(words)\npickle.load(file)",
+        "finds a home": "Path(words).expanduser()\nPath.home()",
         "starts a process": "subprocess.Popen(words)\nsubprocess.run(words)\nawait asyncio.create_subprocess_exec(*words)",
         "reads the wall clock": "time.time()\ndatetime.now(UTC)",
         "reads a clock that stands still in a suspend": "time.monotonic()\nfield(default_factory=time.monotonic)",

@@ -26,6 +26,7 @@ from farhand.common.link.certificates import (
     shown,
 )
 from farhand.common.log import loop_logger
+from farhand.common.names import user_path
 from farhand.common.whole_file import fault_of
 from farhand.common.wire import keys
 from farhand.common.wire.reasons import Code, Reason, because
@@ -114,7 +115,7 @@ def _subjects(sites: str, vehicle: str) -> list[tuple[dict[str, Any], Role, str]
     """Return subject, role and name of each site: those in the list by their certificates, without a list anybody."""
     if not sites:
         return [({"id": "anybody"}, "operator", "*")]
-    rights = read_rights(Path(sites).expanduser())
+    rights = read_rights(user_path(sites, "sites"))
     return [
         ({"id": name, "cert_common_names": [name]}, right.role, name)
         for name, right in rights.items()
@@ -143,7 +144,7 @@ class AccessWatch:
         self._look = look
         self._folder, self._sites, self._changed = (
             folder,
-            Path(sites).expanduser() if sites else None,
+            user_path(sites, "sites") if sites else None,
             changed,
         )
         self._rights = read_rights(self._sites) if self._sites else None

@@ -17,7 +17,7 @@ from farhand.common.link.certificates import (
     common_name,
     read_certificate,
 )
-from farhand.common.names import Name, SiteName
+from farhand.common.names import Name, SiteName, user_path
 from farhand.common.wire.codec import MAX_BYTES
 
 LEAST_BPS = 80.0
@@ -97,7 +97,7 @@ class EndpointSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     @property
     def certificate_folder(self) -> Path:
         """The folder of the site's certificate, where `certificates` names one."""
-        return Path(self.certificates).expanduser()
+        return user_path(self.certificates, "certificates")
 
     @property
     def is_open(self) -> bool:

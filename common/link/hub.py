@@ -8,7 +8,6 @@ operators are two regions of the transport's network; the hub carries messages b
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import zenoh
@@ -32,6 +31,7 @@ from farhand.common.link.endpoint import (
 )
 from farhand.common.link.session import Session, in_reader, reply_to
 from farhand.common.log import loop_logger
+from farhand.common.names import user_path
 from farhand.common.wire import keys
 
 _log = loop_logger(__name__)
@@ -139,7 +139,7 @@ def _configuration(settings: EndpointSettings) -> dict[str, Any]:
     ]
     if not settings.sites:
         return configuration
-    return configuration | {"access_control": _access(read_rights(Path(settings.sites).expanduser()))}
+    return configuration | {"access_control": _access(read_rights(user_path(settings.sites, "sites")))}
 
 
 def _access(rights: dict[str, Right]) -> dict[str, Any]:

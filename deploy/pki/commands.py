@@ -25,10 +25,11 @@ class _InFolder:
     """Folder of the authority; empty: pki in the user's data folder, ~/.local/share/farhand."""
 
     def _path(self) -> Path:
+        from farhand.common.names import user_path
         from farhand.deploy.pki.registry import default_folder
         from farhand.deploy.places import data_folder
 
-        return Path(self.folder).expanduser() if self.folder else default_folder(data_folder(""))
+        return user_path(self.folder, "folder") if self.folder else default_folder(data_folder(""))
 
     def _registry(self) -> Registry:
         from farhand.deploy.pki.registry import Registry

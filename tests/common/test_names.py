@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import getpass
 import socket
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -12,12 +13,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farhand.common.errors import InvalidConfiguration, InvalidMessage
+from farhand.common.link.access import AccessWatch
 from farhand.common.link.endpoint import EndpointSettings
-from farhand.common.names import MOST_SITE_NAME, RULE, Name, SiteName, check_name, default_site_name
+from farhand.common.names import (
+    MOST_SITE_NAME,
+    RULE,
+    Name,
+    SiteName,
+    check_name,
+    default_site_name,
+    user_path,
+)
 from farhand.common.task import PointTask
 from farhand.common.wire.codec import decode, encode
 from farhand.common.wire.messages import LeaseRequest, Stop
-from farhand.deploy.places import find_task
+from farhand.deploy.pki.commands import Revoke
+from farhand.deploy.places import data_folder, find_task
 
 BAD = [
     "", ".", "..", "../../evil", "a/b", "a\\b", "a b", "a\nb", "a\n", "a\u2028b", "-a", ".hidden", "a\0b", "<b>a</b>", "rov*",
@@ -62,6 +73,26 @@ def test_a_task_and_its_frames_have_names_of_the_same_rule(name):
     for wrong in ({"name": name}, {"frame_names": [name]}):
         with pytest.raises(msgspec.ValidationError):
             msgspec.convert(task | wrong, PointTask)
+
+
+@pytest.mark.parametrize("field", ["certificates", "sites", "data_dir", "folder"])
+@pytest.mark.parametrize("text", ["~nobody-of-this-name/x", "~nobody-of-this-name", "~\udcff/x"])
+def test_a_home_that_nobody_has_is_refused_by_the_field_that_names_it(field: str, text: str):
+    asked: dict[str, Callable[[], object]] = {
+        "certificates": lambda: EndpointSettings(certificates=text).certificate_folder,
+        "sites": lambda: AccessWatch(Path(), text, lambda: None),
+        "data_dir": lambda: data_folder(text),
+        "folder": lambda: Revoke(name="rov1", folder=text).run(),
+    }
+    with pytest.raises(InvalidConfiguration, match="a path from a home that exists, got") as refused:
+        asked[field]()
+    assert refused.value.field == field and "\n" not in str(refused.value)
+
+
+def test_the_own_home_is_found(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("HOME", "/home/ann")
+    assert user_path("~/pki", "folder") == Path("/home/ann/pki")
+    assert user_path("pki/~x", "folder") == Path("pki/~x")
 
 
 def site_name(monkeypatch: pytest.MonkeyPatch, user: str, host: str, folder: Path = USUAL) -> str:
