@@ -12,6 +12,8 @@ from farhand.common.errors import InvalidDemonstration
 from farhand.common.mode_table import Action
 from farhand.common.wire.messages import ModelTransfer
 from farhand.local_site.console import intents
+from farhand.local_site.recordings.importing import read_demonstrations
+from farhand.local_site.recordings.options import ImportOptions
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.task_library import TaskLibrary
 from farhand.local_site.teaching.teaching_permission import NotNow
@@ -177,6 +179,22 @@ def test_a_file_that_cannot_be_learned_is_refused_by_name_and_nothing_else_is_lo
         it.told("learned short.npz as demonstration 3; it ends 200 mm from the target: Undo takes it back")
         it.console.submit(intents.Undo())
         it.until(lambda p: p.n_demonstrations == 2)
+
+
+def test_what_another_program_recorded_is_imported_uploaded_and_learned(tmp_path: Path):
+    positions, times = stroke(45)
+    rows = [f"{1e3 * t:.3f};{1e3 * x:.3f};{1e3 * y:.3f}" for t, (x, y) in zip(times, positions, strict=True)]
+    file = tmp_path / "drawn.csv"
+    file.write_text("\n".join(["time [ms];x [mm];y [mm]", *rows]))
+    (frame,) = FRAMES
+    at = ",".join(map(str, frame.b))
+    (made,) = read_demonstrations(file, ImportOptions(frames=(f"{TASK.frame_names[0]}={at}",)))
+    np.testing.assert_allclose(made.position_m, positions, atol=1e-6)
+    with desk(tmp_path) as it:
+        it.console.submit(intents.LearnFile("drawn_01.npz", made.encode()))
+        state = it.told("upload: learned drawn_01.npz as demonstration 1")
+        ends = state.demonstrations[0].position_m[[0, -1]]
+        np.testing.assert_allclose(ends, positions[[0, -1]], atol=1e-6)
 
 
 def test_a_model_is_sent_by_itself_whenever_it_changes_if_so_chosen(tmp_path: Path):
