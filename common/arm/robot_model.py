@@ -23,6 +23,9 @@ _LARGEST_BOX_M = 1.0
 """Largest edge of the box that a link's inertia stands for: the water would drag at it [m]."""
 _NAMED = 12
 
+_MESH_FILES = (".stl", ".obj", ".msh")
+"""Endings of the mesh files that MuJoCo reads."""
+
 
 def arm_spec(robot: RobotFile) -> MjSpec:
     """Return the model of a robot, to be attached at its base; the caller owns it.
@@ -61,6 +64,10 @@ def _arm_spec(robot: RobotFile) -> MjSpec:
 def _read(robot: RobotFile) -> MjSpec:
     """Read the model; leave out the visual meshes of a URDF, whose files MuJoCo cannot read."""
     path = robot.path("model")
+    if path.suffix == ".xacro":
+        raise robot.invalid(
+            "model", f"a URDF, which `xacro {path.name} > {path.stem}.urdf` makes, got a xacro file"
+        )
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
@@ -72,6 +79,10 @@ def _read(robot: RobotFile) -> MjSpec:
     )
     for mesh in spec.meshes:
         file = Path(mesh.file).name if spec.strippath else mesh.file
+        if file and Path(file).suffix.lower() not in _MESH_FILES:
+            raise robot.invalid(
+                "model", f"collision meshes as STL or OBJ, got {file}: convert it, and name the new file"
+            )
         if file and not os.path.isfile(folder / file):  # a name that no disk takes is none
             raise robot.invalid("assets", f"the folder with the mesh {file}, got {folder}")
         mesh.file = file  # a part of another model would keep the path

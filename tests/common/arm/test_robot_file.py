@@ -177,6 +177,8 @@ MISTAKES = {
     "unknown geom to avoid": (changed('these = ["hand"]', 'these = ["palm"]'), "avoid[0].these: bodies and geoms of small.xml"),
     "a link of no mass": (changed('mass="1" diaginertia="0.01 0.01 0.005"', 'mass="1e-8" diaginertia="1e-11 1e-11 1e-11"', model=True) | {"hand": "1e-8"}, "links of 0.001 to 1000 kg: lower, which nod moves, weighs"),
     "no such mesh": (changed('<geom name="hand" type="ellipsoid" size="0.03 0.04 0.05"/>', '<geom name="hand" type="mesh" mesh="palm"/>', model=True), "assets: the folder with the mesh palm.stl"),
+    "a mesh that MuJoCo cannot read": (changed('<geom name="hand" type="ellipsoid" size="0.03 0.04 0.05"/>', '<geom name="hand" type="mesh" mesh="palm"/>', model=True) | {"mesh": "palm.dae"}, "model: collision meshes as STL or OBJ, got palm.dae: convert it"),
+    "xacro": (changed('"small.xml"', '"small.xacro"') | {"file": "small.xacro"}, "model: a URDF, which `xacro small.xacro > small.urdf` makes"),
     "no such model": (changed('"small.xml"', '"large.xml"'), "model: an MJCF or URDF file that exists, got"),
     "a model's name that no disk takes": (
         changed('"small.xml"', f'"{"x" * 300}.xml"'), "model: an MJCF or URDF file that exists, got",
@@ -208,9 +210,11 @@ def test_a_mistake_in_a_robot_file_is_refused_in_one_line(mistake: str, tmp_path
             'mass="0.5" diaginertia="0.002 0.002 0.001"', 'mass="1e-8" diaginertia="1e-11 1e-11 1e-11"'
         )
     if "mesh=" in model:
-        model = model.replace("<worldbody>", '<asset><mesh name="palm" file="palm.stl"/></asset><worldbody>')
+        model = model.replace(
+            "<worldbody>", '<asset><mesh name="palm" file="FILE"/></asset><worldbody>'
+        ).replace("FILE", texts.get("mesh", "palm.stl"))
     with pytest.raises(InvalidConfiguration) as refused:
-        arm_spec(robot(tmp_path, texts.get("arm", ARM), model))
+        arm_spec(robot(tmp_path, texts.get("arm", ARM), model, texts.get("file", "small.xml")))
     told = str(refused.value)
     assert "small.toml" in told and expected in told and "\n" not in told, told
 
@@ -261,7 +265,12 @@ URDF = """
 
 def test_a_urdf_is_the_same_arm(tmp_path: Path):
     (tmp_path / "urdf").mkdir()
-    of_urdf = robot(tmp_path / "urdf", ARM.replace("small.xml", "small.urdf"), URDF, "small.urdf")
+    seen = '<visual><geometry><mesh filename="package://small/hand.dae"/></geometry></visual></link>\n  <joint name="turn"'
+    drawn = URDF.replace(
+        '</link>\n  <joint name="turn"', seen
+    )  # what is only seen is left out, whatever its format
+    assert drawn != URDF
+    of_urdf = robot(tmp_path / "urdf", ARM.replace("small.xml", "small.urdf"), drawn, "small.urdf")
     urdf, mjcf_ = (Kinematics(Cell(robot=each)) for each in (of_urdf, robot(tmp_path)))
     np.testing.assert_allclose(urdf.tip, mjcf_.tip, atol=1e-9)
     np.testing.assert_allclose(urdf.jacobian(), mjcf_.jacobian(), atol=1e-9)
