@@ -148,10 +148,13 @@ def bind(
 
 
 def free_port(scheme: str = "tcp") -> int:
-    """Return a port of this machine's loopback that is free for a scheme of the transport."""
+    """Return a port of this machine's loopback that is free for a scheme of the transport.
+
+    Raises:
+        LinkError: When the machine has no such loopback; says so, with the remedy.
+    """
     while True:
-        with socket.socket(type=_KINDS[scheme]) as probe:
-            probe.bind(("127.0.0.1", 0))
+        with bind(("127.0.0.1", 0), kind=_KINDS[scheme]) as probe:
             port = probe.getsockname()[1]
         if not listening_fault(f"{scheme}/127.0.0.1:{port}"):
             return port

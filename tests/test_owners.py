@@ -42,7 +42,7 @@ OWNERS: dict[str, tuple[str, dict[str, str]]] = {
     ),
     "takes an address apart": (r"rpartition\(\":\"\)|rsplit\(\":\"", {"common/address.py": OWN}),
     "listens": (
-        r"\.listen\((?!_)(?=\d|\))|\bcreate_server\(|\bstart_(unix_)?server\(|\bHTTPServer\(|\bSOCK_STREAM\)$",
+        r"\.bind\(|\.listen\((?!_)(?=\d|\))|\bcreate_server\(|\bstart_(unix_)?server\(|\bHTTPServer\(|\bSOCK_STREAM\)$",
         {
             "common/address.py": OWN,
             "deploy/status_socket.py": "for this user alone; it reads nothing, and answers one after the other",
@@ -132,7 +132,7 @@ def test_the_patterns_find_what_they_are_for():
         "writes a file": 'path.write_text(words)\nwith open(path, "w") as file:\nfigure.savefig(path)\npath.open("ab")',
         "reads a file": "path.read_bytes()\nnp.load(path)\njson.load(file)\nloadmat(path)",
         "takes an address apart": 'host, _, port = text.rpartition(":")\ntext.rsplit(":", 1)',
-        "listens": "sock.listen()\nsock.listen(8)\nasyncio.start_server(serve)\nHTTPServer(address)",
+        "listens": "sock.listen()\nsock.bind(address)\nsock.listen(8)\nasyncio.start_server(serve)\nHTTPServer(address)",
         "runs what it reads": "run(words, shell=True)\nos.system(words)\npickle.load(file)",
         "finds a home": "Path(words).expanduser()\nPath.home()",
         "starts a process": "subprocess.Popen(words)\nsubprocess.run(words)\nawait asyncio.create_subprocess_exec(*words)",

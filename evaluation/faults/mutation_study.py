@@ -21,7 +21,7 @@ import numpy as np
 from farhand.evaluation.faults import message_mutations, option_values
 from farhand.evaluation.faults.bounds import LONGEST_S, MOST_MB, AttemptOutcome, WrongResult, bounded, guarded
 from farhand.evaluation.faults.mutants import Random
-from farhand.evaluation.faults.subjects import SUBJECTS
+from farhand.evaluation.faults.subjects import SUBJECTS, WHOLE
 from farhand.evaluation.metrics.tables import table
 
 Case = dict[str, Any]
@@ -123,6 +123,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
         "Sound files, messages and option values, each changed at random (bytes, fields, numbers, shapes, types, claims of"
         " headers), given to the shipped code. Each mutant must be refused in one line that names it, or be accepted"
         f" and right: no traceback, no more than {LONGEST_S:g} s of work, no more than {MOST_MB:g} MB more.",
+        f"One in {WHOLE} of the models is also rolled out, and one in {WHOLE} of a library's files lies beside more of them.",
         table(header, rows),
         f"Found: {len(found)}."
         if not found

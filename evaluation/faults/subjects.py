@@ -47,7 +47,7 @@ from farhand.local_site.teaching.task_library import TaskLibrary
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.robots.plant_memory import PlantMemory
 
-_WHOLE = 8
+WHOLE = 8
 """Of as many mutants, one is given all that takes longer than all the rest: a rollout, a library with more in it."""
 
 
@@ -83,7 +83,7 @@ def _show_and_roll_out(file: Path) -> bool:
     for name in ("means", "covariances", "slopes", "duration_mean_s", "transition"):
         if not np.allclose(getattr(once, name), getattr(twice, name), rtol=1e-2, atol=1e-6):
             raise WrongResult(f"a model that was read and written has other {name}")
-    if sum(content) % _WHOLE == 0 or content in sound_files.models():
+    if sum(content) % WHOLE == 0 or content in sound_files.models():
         like = sound_files.strokes()[model.manifold.oriented]
         if model.n_dims == like.n_dims and model.n_frames == 1:
             moved = roll_out(model, replace(like, frame_names=model.frame_names))
@@ -187,7 +187,7 @@ def _library(suffix: str, mutate: Mutate, n: int) -> Subject:
         return (found[name],)
 
     def use(file: Path) -> bool:
-        return _begin_library(*files(n + (sum(file.read_bytes()) % _WHOLE == 0)), file)
+        return _begin_library(*files(n + (sum(file.read_bytes()) % WHOLE == 0)), file)
 
     return Subject("l", contents, mutate, use)
 

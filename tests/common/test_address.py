@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from farhand.common.address import (
     bind,
     endpoint_fault,
+    free_port,
     listening_fault,
     parse_address,
     show_address,
@@ -147,6 +148,18 @@ def test_an_ipv6_address_that_no_interface_has_is_told_with_one_of_ipv4(host, mo
     monkeypatch.setattr(socket.socket, "bind", refuse)
     with pytest.raises(LinkError, match=r"this IPv6 address now; .* such as 127\.0\.0\.1"):
         bind((host, 0))
+
+
+@pytest.mark.parametrize("scheme", ["tcp", "tls", "quic"])
+def test_a_machine_without_an_ipv4_loopback_is_told_when_a_free_port_is_looked_for(scheme, monkeypatch):
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EADDRNOTAVAIL, os.strerror(errno.EADDRNOTAVAIL))
+
+    monkeypatch.setattr(socket.socket, "bind", refuse)
+    with pytest.raises(
+        LinkError, match="no interface of this machine has this IPv4 address now; .* such as ::1"
+    ):
+        free_port(scheme)
 
 
 def test_every_address_takes_both_kinds_and_one_takes_its_own():
