@@ -157,7 +157,7 @@ def test_a_machine_without_an_ipv4_loopback_is_told_when_a_free_port_is_looked_f
 
     monkeypatch.setattr(socket.socket, "bind", refuse)
     with pytest.raises(
-        LinkError, match="no interface of this machine has this IPv4 address now; .* such as ::1"
+        LinkError, match=r"no interface of this machine has this IPv4 address now; .* such as ::1"
     ):
         free_port(scheme)
 
