@@ -26,10 +26,8 @@ from farhand.common.link.endpoint import EndpointSettings, scheme_of
 from farhand.common.link.session import Configure
 from farhand.common.link.site_sessions import try_session
 
-_ANSWER_S, _ANSWER_ROUND_TRIPS = 0.5, 2.0
+_ANSWER_S, _ANSWER_ROUND_TRIPS = 0.5, 1.0
 """Time limit of its answer on an open path: a constant [s] plus a number of round trips."""
-_SURVIVED_S = 1.0
-"""Wait over QUIC for the next message once the path is open after an outage: three a second are sent meanwhile [s]."""
 _UNCONNECTED_S = 3.0
 """Time without a connection after which the path is probed for another attempt [s]."""
 _EVERY_S, _LOOK_S = 0.4, 0.1
@@ -54,7 +52,6 @@ class Path:
         answer_s: Time for the first answer, before the path is probed [s].
         lost_s: Time without a connection after which the path is probed, when there was one before [s].
         unconnected_s: The same when there was none [s].
-        survived_s: Wait for a message after an outage [s]; 0: the other end is asked.
     """
 
     probe: Callable[[threading.Event], float | None]
@@ -62,7 +59,6 @@ class Path:
     answer_s: float
     lost_s: float
     unconnected_s: float
-    survived_s: float
 
     @classmethod
     def of(cls, settings: EndpointSettings, configure: Configure, key: str, silence: Silence) -> Path:
@@ -78,7 +74,7 @@ class Path:
             address = endpoint_address(settings.connect)
             return cls(
                 lambda ended: probe(address, _EVERY_S, ended), silence.doubted_s, silence.usual_s,
-                lost_s=0.0, unconnected_s=_UNCONNECTED_S, survived_s=_SURVIVED_S,
+                lost_s=0.0, unconnected_s=_UNCONNECTED_S,
             )  # fmt: skip
 
         def probe_by_session(ended: threading.Event) -> float | None:
@@ -89,7 +85,7 @@ class Path:
         unconnected_s = _TRIAL * silence.usual_s
         return cls(
             probe_by_session, _TCP_PATIENCE * silence.doubted_s, _TCP_PATIENCE * 2.0 * silence.usual_s,
-            lost_s=unconnected_s, unconnected_s=unconnected_s, survived_s=0.0,
+            lost_s=unconnected_s, unconnected_s=unconnected_s,
         )  # fmt: skip
 
 
@@ -148,12 +144,12 @@ class PathProbe:
         if self._answers(self._path.answer_s):
             self._closed.wait(self._path.doubted_s)
             return
-        was_cut = False
         while self._is_silent:
+            # Nothing is asked until the path is open: it would fill the window.
             if (round_trip_s := self._path.probe(self._closed)) is None:
-                was_cut = True  # nothing is asked meanwhile: it would fill the window
                 continue
-            if not self._has_survived(was_cut, round_trip_s) and not self._closed.is_set():
+            survives = self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s) or not self._is_silent
+            if not survives and not self._closed.is_set():
                 self._reconnect()
                 self._wait(_ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s)
             return
@@ -161,15 +157,6 @@ class PathProbe:
     @property
     def _is_silent(self) -> bool:
         return self._silent_s() >= self._path.doubted_s and not self._closed.is_set()
-
-    def _has_survived(self, was_cut: bool, round_trip_s: float) -> bool:
-        """Wait for a message over every connection, on a path that is open; return False if none came."""
-        if not was_cut or not self._path.survived_s:
-            return not self._is_silent or self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s)
-        give_up_s = time.monotonic() + self._path.survived_s
-        while self._is_silent and time.monotonic() < give_up_s:
-            self._closed.wait(_LOOK_S)
-        return not self._is_silent
 
     def _restore(self) -> None:
         """Probe until the path is open, then reconnect until there is a connection."""

@@ -29,7 +29,7 @@ _log = loop_logger(__name__)
 RETRY_S = 0.2
 _MOST_PUBLISHERS = 128
 _TOKENS_S = 5.0
-_PORT_FREE_S, _GOODBYE_S = 15.0, 0.5
+_PORT_FREE_S, _GOODBYE_S = 15.0, 0.1
 """Longest wait for a session's end: of one that listens, whose port is needed again, and of one that connects [s]."""
 _SAID_EVERY_S = 10.0
 _RUNTIME, _environment = "ZENOH_RUNTIME", threading.Lock()
@@ -177,7 +177,7 @@ class Session:
         said_s = -_SAID_EVERY_S
         while True:
             try:
-                return _opened(self._settings, self._configure)
+                return _opened(self._settings, self._configure, waits=False)
             except LinkError as error:
                 if self._closed:
                     return self._session
@@ -188,13 +188,14 @@ class Session:
                     self._changed.wait(RETRY_S)
 
 
-def _opened(settings: EndpointSettings, configure: Configure) -> zenoh.Session:
-    """Open a session.
+def _opened(settings: EndpointSettings, configure: Configure, waits: bool = True) -> zenoh.Session:
+    """Open a session; with `waits` half a second passes if it is not connected before.
 
     Raises:
         LinkError: When the endpoint cannot be listened on or is not understood.
     """
     configuration = configure(settings)
+    configuration["scouting"] |= {} if waits else {"delay": 0}
     try:
         with _readers(configuration["transport"]["unicast"]["max_sessions"] + 1):
             return zenoh.open(zenoh.Config.from_json5(json.dumps(configuration)))
