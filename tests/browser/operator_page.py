@@ -124,7 +124,7 @@ class OperatorPage:
             left_ms = 1000.0 * (give_up_s - time.monotonic())
             try:
                 with self.reachable(button, max(1.0, left_ms)):
-                    button.click(timeout=max(1.0, min(left_ms, WAIT_MS / 12.0)))
+                    button.click(timeout=max(1.0, min(left_ms, WAIT_MS / 6.0)))
                     return
             except PlaywrightTimeout:  # it may have moved between the action line and the drawer
                 if left_ms <= 0.0:

@@ -22,6 +22,7 @@ from farhand.local_site.workcell.arm_drivers import LiveArm
 from farhand.local_site.workcell.hand_motion import hand_axes
 from tests.browser.arm_page import ArmPage
 from tests.browser.operator_page import WAIT_MS
+from tests.browser.test_layout import SIZES, SMALL_SIZES, assert_accessible, assert_legible, drawer_open
 from tests.cells import JACO
 from tests.local_site.robot_end import HOT_STAB, Desk, desk
 
@@ -184,6 +185,18 @@ def test_centre_and_the_key_held_down_lead_to_the_seat_where_the_page_says_end(r
     tab.insist("End", "demos", "1")
     tab.insist("Record", "recording", "RECORDING")  # and the next one begins elsewhere
     recording.until(lambda p: p.recording and p.own_arm is not None and p.own_arm.seed == seed + 1)
+
+
+def test_the_gauge_and_the_words_lie_over_nothing_in_any_size_and_have_contrast_and_names(
+    recording: Teaching,
+):
+    tab = recording.tab
+    expect(tab.tp("gauge-depth")).to_be_attached(timeout=WAIT_MS)
+    assert_legible(tab, [*SIZES, *SMALL_SIZES])
+    assert_legible(tab, [SIZES[0], *SMALL_SIZES[:2]], drawer=True)
+    assert_accessible(tab)
+    with drawer_open(tab, True):
+        assert_accessible(tab)
 
 
 def _released(recording: Teaching) -> None:
