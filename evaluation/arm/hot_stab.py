@@ -130,13 +130,20 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     summary["n_components"] = int((~taught(_taught_on(results[0])).terminal).sum())
     if "typical" in summary:
         summary |= {key: summary["typical"][key] for key in ("success_rate", "success_interval")}
-    text = " ".join([_likeness(summary), *([_tracking(summary["clean"])] if "clean" in summary else [])])
+    text = " ".join(
+        [
+            _likeness(summary, _alike(results[0])),
+            *([_tracking(summary["clean"])] if "clean" in summary else []),
+        ]
+    )
     causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in REQUIRED if name in summary]
     parts = ["# Hot-stab", "", _TEXT, "", table(HEADER, rows), "", text, "", "Causes of failure:", *causes]
     return summary, "\n".join(parts)
 
 
-def _likeness(summary: Case) -> str:
+def _likeness(summary: Case, alike: bool) -> str:
+    if not alike:
+        return "The demonstrations were made on another arm: executions are not compared with them."
     if summary["dtw_rms_m"] is None:
         return "No execution from a demonstration's own beginning was a success."
     return (
