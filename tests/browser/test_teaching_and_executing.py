@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -129,7 +130,7 @@ def test_a_gamepad_or_a_key_drives_the_robot_only_while_it_is_held(
 ) -> None:
     tab.command("Arm", "HOLD")
     _pad(tab, False)  # it counts once it was seen with its dead-man button up
-    tab.frames(4)
+    expect(tab.page.locator("body[data-pad]")).to_be_attached(timeout=WAIT_MS)
     for _ in range(4):  # as above: a busy browser may be slower than the robot waits
         tab.command("Couple", "DIRECT")
         begin = seen_point(tab) or START
@@ -147,10 +148,14 @@ def test_a_gamepad_or_a_key_drives_the_robot_only_while_it_is_held(
 
 
 def _await_right_of(tab: OperatorPage, x_m: float) -> None:
-    for _ in range(60):
+    """Wait until the robot's point is seen there, or the robot has ended the coupling for want of a hand."""
+    give_up_s = time.monotonic() + WAIT_MS / 1e3
+    while time.monotonic() < give_up_s:
         seen = seen_point(tab)
         if seen is not None and seen[0] > x_m:
             return
+        if tab.tp("mode").inner_text() != "DIRECT":
+            break
         tab.frames(2)
     raise NotFollowed
 
