@@ -180,7 +180,7 @@ def trial(case: Case) -> Case:
         "reached_s": record.inserted_s,
     }
     own_arm = case.get("own_arm", "")
-    if case["scenario"] == "like" and row["success"] and case.get("arm", "") == own_arm:
+    if case["scenario"] == "like" and row["success"] and _alike(case):
         like = shown(own_arm)[case["like"]]
         time_s = TICK_S * np.arange(len(local), dtype=np.float64)
         row["dtw_rms_m"] = dtw_rms(local, like.in_frame())
@@ -208,6 +208,11 @@ def _run(case: Case) -> tuple[TrialRecord, Withdrawn, float]:
     return trial.run(), goal, trial.began_s
 
 
+def _alike(case: Case) -> bool:
+    """Decide whether the robot is the arm on which it was taught."""
+    return case.get("arm", "") == case.get("own_arm", "")
+
+
 def summarise(results: list[Case]) -> tuple[Case, str]:
     """Make one row for each scenario, and the error to the demonstrations."""
     summary: Case = {}
@@ -222,14 +227,25 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     if "typical" in summary:
         summary |= {key: summary["typical"][key] for key in ("success_rate", "success_interval")}
     causes = [f"- {name}: {summary[name]['causes'] or 'none'}" for name in SCENARIOS if name in summary]
-    parts = ["# Hot-stab removal", "", _TEXT, "", table(HEADER, rows), "", _likeness(summary), ""]
+    parts = [
+        "# Hot-stab removal",
+        "",
+        _TEXT,
+        "",
+        table(HEADER, rows),
+        "",
+        _likeness(summary, _alike(results[0])),
+        "",
+    ]
     return summary, "\n".join([*parts, "Causes of failure:", *causes])
 
 
 _TEXT = (__doc__ or "").split("\n", 1)[1].strip()
 
 
-def _likeness(summary: Case) -> str:
+def _likeness(summary: Case, alike: bool) -> str:
+    if not alike:
+        return "The demonstrations were made on another arm: executions are not compared with them."
     if summary["dtw_rms_m"] is None:
         return "No execution from a demonstration's own beginning was a success."
     return (
