@@ -44,14 +44,14 @@ class Session:
 
     Args:
         settings: The endpoints.
-        configure: Returns the transport's configuration, with the files as they are at each opening.
+        configure: Returns the transport's configuration, with the files as they are at each opening; that of a site when not given.
 
     Raises:
         LinkError: When the endpoint cannot be listened on or is not understood.
     """
 
-    def __init__(self, settings: EndpointSettings, configure: Configure = zenoh_configuration):
-        self._settings, self._configure = settings, configure
+    def __init__(self, settings: EndpointSettings, configure: Configure | None = None):
+        self._settings, self._configure = settings, configure or zenoh_configuration
         self._changed, self._swapping = threading.Condition(), threading.RLock()
         self._closed = False
         self._session = _opened(settings, self._configure)
