@@ -29,7 +29,7 @@ _log = loop_logger(__name__)
 RETRY_S = 0.2
 _MOST_PUBLISHERS = 128
 _TOKENS_S = 5.0
-_PORT_FREE_S, _GOODBYE_S = 15.0, 0.1
+_PORT_FREE_S, _GOODBYE_S = 15.0, 0.5
 """Longest wait for a session's end: of one that listens, whose port is needed again, and of one that connects [s]."""
 _SAID_EVERY_S = 10.0
 _RUNTIME, _environment = "ZENOH_RUNTIME", threading.Lock()
