@@ -39,7 +39,9 @@ def run_hub_status(connect: str, certificates: str, as_json: bool) -> int:
             why = find_refusal(connect, settings.certificate_folder) if certificates else ""
             raise LinkError(f"no hub answers at {connect}: {why or 'is `farhand hub` running there?'}")
         follow_until(
-            fleet, lambda: bool(fleet.states()) and all(s.report for s in fleet.states()), _REPORTS_S
+            fleet,
+            lambda: bool(fleet.states()) and all(s.is_there and s.report for s in fleet.states()),
+            _REPORTS_S,
         )
         states = fleet.states()
     finally:
