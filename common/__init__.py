@@ -1,4 +1,5 @@
-"""Shared by both sites: files, tasks, and what is allowed in which mode (`mode_table`); below them the model, the wire, the link and the arm.
+"""Shared by both sites: the model, the wire, tasks, the link, impairments and the arm, each built on those before it.
 
-In: nothing of either site. Out: types that both sites share. Next: `model`, then `wire`, `link`, `arm`.
+In: nothing of either site. Out: types that both sites share. Beside the folders: what is allowed in which mode
+(`mode_table`), configurations, clocks, logs, reading and writing of files.
 """
