@@ -88,10 +88,10 @@ class Page:
         self._build_head(self._server.gui, task)
         self._build_foot(self._server.gui)
         self._robots = RobotChoice(self._server.gui, robots)
-        self._drawer = Drawer(
-            self._server.gui, console.submit, self._act, self._on_press, self._server.save_in, self._worker
-        )  # fmt: skip
         self._scene = self._make_scene(task, own)
+        self._drawer = Drawer(
+            self._server.gui, console.submit, self._act, self._on_press, self._server.save_in, self._scene.layers, self._worker,
+        )  # fmt: skip
         self._build_view(self._server.gui)
         self._hand = HandPanel(self._server.gui, self._act, self._scene.jog)
         self._tabs = Tabs(self._server, self._sessions, self._scene, self._events.put)
@@ -249,12 +249,13 @@ class Page:
         self._line.draw(state, past)
         self._drawer.draw(state, self._line.hidden, now_s)
         self._legend.draw()
+        self._demonstrations.draw(state, self._scene.layers.hidden_demonstrations)
         self._pace.draw(state, now_s)
         self._strip.draw(state, picture, now_s)
         self._camera.draw(state, picture.ghost, bool(self.tabs_open) and not past, now_s)
         self._history.draw(state, self._drawer.link_name, now_s)
         self._tabs.draw(state.recording, now_s)
         for part in (
-            self._stop, self._task, self._guidance, self._happened, self._executions, self._demonstrations, self._graph, self._robots,
+            self._stop, self._task, self._guidance, self._happened, self._executions, self._graph, self._robots,
         ):  # fmt: skip
             part.draw(state)

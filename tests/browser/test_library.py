@@ -53,6 +53,9 @@ def test_a_revision_is_gone_back_to_and_the_next_process_begins_with_it(
 def delete_save_and_undo(tab: OperatorPage, stack: Stack, three: bytes) -> None:
     """Save the second demonstration and the model, delete the demonstration, and have it back, by Undo and from the file."""
     choose_second(tab)
+    tab.press("Hide demonstration")
+    tab.says("demonstrations", re.compile("2, hidden"))
+    tab.press("Show demonstration")
     second = sorted(stack.model_file.parent.glob("demonstration-*.npz"))[1]
     file = saved(tab, "Download demonstration")
     assert file == second.read_bytes()

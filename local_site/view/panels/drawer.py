@@ -13,6 +13,7 @@ from farhand.local_site.view.panels.link_panel import LinkPanel, LinkWorker
 from farhand.local_site.view.panels.list_panels import LibraryPanel
 from farhand.local_site.view.panels.words.controls import Folder
 from farhand.local_site.view.panels.words.lists import link_name
+from farhand.local_site.view.scene.nodes import Layers
 
 
 class Drawer:
@@ -24,6 +25,7 @@ class Drawer:
         act: Has a tab's action done, from the server's thread; only enqueues.
         on_press: Called with the tab and the pressed button, from the server's thread; only enqueues.
         save: Has a tab's browser save a file.
+        layers: What the operator hides and shows in the scene.
         worker: Talks to the simulated link; None without one.
     """
 
@@ -34,6 +36,7 @@ class Drawer:
         act: Act,
         on_press: OnPress,
         save: Save,
+        layers: Layers,
         worker: LinkWorker | None,
     ):
         with gui.add_folder(Folder.TEACH):
@@ -45,7 +48,7 @@ class Drawer:
             self._library = LibraryPanel(gui, submit, act)
             self._buttons.append(Buttons(gui, buttons.LIBRARY, on_press))
         with gui.add_folder(Folder.DEMONSTRATIONS):
-            self._files = FilePanel(gui, submit, act, save)
+            self._files = FilePanel(gui, submit, act, save, layers)
         with gui.add_folder(Folder.ROBOT):
             self._buttons.append(Buttons(gui, buttons.ROBOT, on_press))
         self._link = LinkPanel(gui, worker, act) if worker is not None else None

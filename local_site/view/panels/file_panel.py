@@ -1,4 +1,4 @@
-"""Demonstrations one by one: delete one, save one, the model or the events as a file of one's own, and learn one from a file."""
+"""Demonstrations one by one: hide or delete one, save one, the model or the events as a file of one's own, and learn one from a file."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from farhand.local_site.view.panels.choices import Act, Submit
 from farhand.local_site.view.panels.html import wall_start_s
 from farhand.local_site.view.panels.words.controls import NO_DEMONSTRATION, Field, Label
 from farhand.local_site.view.panels.words.lists import demonstration_label, upload_words
+from farhand.local_site.view.scene.nodes import Layers
 from farhand.local_site.view.uploads import MOST_FILE_BYTES
 
 Save = Callable[[int, str, bytes], None]
@@ -32,16 +33,18 @@ class FilePanel:
         submit: Hands an intent to the console.
         act: Has a tab's action done, from the server's thread.
         save: Has a tab's browser save a file.
+        layers: What the operator hides and shows in the scene.
     """
 
-    def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act, save: Save):
-        self._submit, self._act, self._save = submit, act, save
+    def __init__(self, gui: viser.GuiApi, submit: Submit, act: Act, save: Save, layers: Layers):
+        self._submit, self._act, self._save, self._layers = submit, act, save, layers
         self._state: ConsoleState | None = None
         self._names: dict[str, str] = {}
         """Name of each demonstration by its label; another object whenever they change."""
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
             Field.DEMONSTRATION, _NONE, visible=False
         )
+        self._hide = gui.add_button(Label.HIDE_DEMONSTRATION, color="gray", visible=False)
         self._delete = gui.add_button(Label.DELETE_DEMONSTRATION, color="gray", visible=False)
         self._download = gui.add_button(Label.DOWNLOAD_DEMONSTRATION, color="gray", visible=False)
         self._upload = gui.add_upload_button(Label.UPLOAD_DEMONSTRATION, mime_type=".npz", color="gray")
@@ -50,6 +53,7 @@ class FilePanel:
         )
         self._download_model = gui.add_button(Label.DOWNLOAD_MODEL, color="gray", visible=False)
         # Chosen when it is pressed, not when it is done: a second press means the same one, and is refused.
+        self._on(self._hide, lambda _: partial(layers.toggle_demonstration, self._chosen()))
         self._on(self._delete, lambda _: partial(submit, intents.RemoveDemonstration(self._chosen())))
         self._on(self._download, lambda tab: partial(self._save_demonstration, tab, self._chosen()))
         self._upload.on_upload(self._uploaded)
@@ -70,9 +74,14 @@ class FilePanel:
             self._names = dict(zip(labels, names, strict=False))
             self._choice.options = labels
             self._choice.value = labels[at]
+        away = self._chosen() in self._layers.hidden_demonstrations
+        label = Label.SHOW_DEMONSTRATION if away else Label.HIDE_DEMONSTRATION
+        if self._hide.label != label:
+            self._hide.label = label
         removable = refusal_of(intents.RemoveDemonstration(self._chosen()), state) is None
         for handle, possible in (
             (self._choice, bool(state.demonstrations)),
+            (self._hide, bool(state.demonstrations)),
             (self._download, bool(state.demonstrations)),
             (self._delete, removable),
             (self._upload, refusal_of(intents.LearnFile("", b""), state) is None),

@@ -21,7 +21,13 @@ from farhand.local_site.view.panels.words.controls import (
     NO_REVISION,
     THIS_PAGE,
 )
-from farhand.local_site.view.panels.words.lists import at_the_end, count_words, model_name, outcome_words
+from farhand.local_site.view.panels.words.lists import (
+    at_the_end,
+    count_words,
+    model_name,
+    number_words,
+    outcome_words,
+)
 
 
 class DemonstrationList:
@@ -35,12 +41,19 @@ class DemonstrationList:
         self._html = Html(gui)
         self._shown: tuple[object, ...] | None = None
 
-    def draw(self, state: ConsoleState) -> None:
-        """Show the demonstrations, the newest last."""
-        if self._shown == (shown := (state.task.name, *map(id, state.demonstrations))):
+    def draw(self, state: ConsoleState, hidden: frozenset[str]) -> None:
+        """Show the demonstrations, the newest last.
+
+        Args:
+            state: Present state of the console.
+            hidden: Names of the demonstrations that are not drawn in the scene.
+        """
+        away = [name in hidden for name in state.demonstration_names]
+        if self._shown == (shown := (state.task.name, *map(id, state.demonstrations), *away)):
             return
         self._shown = shown
-        rows = [_row(number, each, state.task) for number, each in enumerate(state.demonstrations, 1)]
+        numbers = [number_words(*each) for each in enumerate(away, 1)]
+        rows = [_row(*each, state.task) for each in zip(numbers, state.demonstrations, strict=True)]
         head = DEMONSTRATION_HEAD
         self._html.show(_table("demonstrations", head, rows, NO_REVISION))
 
@@ -85,12 +98,12 @@ class ExecutionList:
         )
 
 
-def _row(number: int, made: Demonstration, task: AnyTask) -> str:
+def _row(number: str, made: Demonstration, task: AnyTask) -> str:
     length_m = float(np.linalg.norm(np.diff(made.position_m, axis=0), axis=1).sum())
     miss = goal_miss(task, made.frames_at(-1)[-1].to_local(made.points[-1]))
     kind, end = ("fh-bad", miss) if miss else ("", AT_THE_GOAL)
     return _cells(
-        f"{number}",
+        number,
         text((made.source or THIS_PAGE)[:40]),
         f"{made.time_s[-1] - made.time_s[0]:.1f} s",
         f"{1e3 * length_m:.0f} mm",

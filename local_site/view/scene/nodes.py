@@ -74,7 +74,7 @@ NO_SHADOW: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 
 
 class Layers:
-    """Parts of a scene that the operator hides and shows by name. Used by the page's thread.
+    """Parts of a scene, and single demonstrations, that the operator hides and shows by name. Used by the page's thread.
 
     Args:
         scene: Scene of the server.
@@ -84,6 +84,8 @@ class Layers:
     def __init__(self, scene: viser.SceneApi, colours: dict[str, Rgb]):
         self._scene, self.colours = scene, colours
         self._hidden: set[str] = set()
+        self.hidden_demonstrations: frozenset[str] = frozenset()
+        """Names of the demonstrations that are not drawn; they stay learned."""
         self._nodes: dict[str, dict[str, viser.FrameHandle]] = {name: {} for name in colours}
 
     def node(self, layer: str, name: str) -> str:
@@ -101,6 +103,10 @@ class Layers:
         self._hidden ^= {layer}
         for node in self._nodes[layer].values():
             show(node, self.shown(layer))
+
+    def toggle_demonstration(self, name: str) -> None:
+        """Hide a single demonstration, or draw it again."""
+        self.hidden_demonstrations ^= {name}
 
 
 def moved(before: Array, after: Array, limits: Limits = UNCHANGED) -> bool:

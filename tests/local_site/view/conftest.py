@@ -36,5 +36,6 @@ def taught(nothing_yet: ConsoleState, tmp_path: Path) -> ConsoleState:
     )
     return replace(
         nothing_yet, link=OK, in_control=True, learned=learned, demonstrations=library.demonstrations, tasks=(task,),
+        demonstration_names=library.demonstration_names, strokes=library.strokes, stroke_frames=library.stroke_frames,
         robot_model=learned, confirmed_sha256=learned.sha256, can_undo=True,
     )  # fmt: skip

@@ -42,6 +42,8 @@ class Label(StrEnum):
     GO_TO = "Go to"
     DELETE = "Delete"
     DELETE_DEMONSTRATION = "Delete demonstration"
+    HIDE_DEMONSTRATION = "Hide demonstration"
+    SHOW_DEMONSTRATION = "Show demonstration"
     DOWNLOAD_DEMONSTRATION = "Download demonstration"
     UPLOAD_DEMONSTRATION = "Upload demonstration"
     DOWNLOAD_MODEL = "Download model"

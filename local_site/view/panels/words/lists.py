@@ -126,6 +126,11 @@ def demonstration_label(number: int, source: str, seconds: float) -> str:
     return f"{number}: {(source or THIS_PAGE)[:40]}, {seconds:.1f} s"
 
 
+def number_words(number: int, hidden: bool) -> str:
+    """Return the number of a demonstration in its table, and whether it is not drawn."""
+    return f"{number}, hidden" if hidden else f"{number}"
+
+
 def model_name(model: str) -> str:
     """Return the name of a model of another site or session, by its hash."""
     return f"model {model}"

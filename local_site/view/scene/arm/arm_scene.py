@@ -172,7 +172,7 @@ class ArmScene:
         self.layers = Layers(scene, _LAYERS)
         self._model = Ellipsoids(scene, self.layers.node(Layer.MODEL, f"{self._receptacle.name}/model"))
         shown = self.layers.node(Layer.DEMONSTRATIONS, f"{self._receptacle.name}/shown")
-        self._demonstrations = Demonstrations(scene, shown)
+        self._demonstrations = Demonstrations(scene, shown, self.layers)
         self._trace = Trace(scene, self.layers.node(Layer.TRACE, f"{self._receptacle.name}/trace"))
         scene.add_label(f"{_LOCAL}/name", OWN_ARM, position=_NAME_M, anchor="center-left")
         self.layers.toggle(_RINGS)

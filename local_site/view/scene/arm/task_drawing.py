@@ -12,7 +12,7 @@ from farhand.common.wire.scene_description import SceneDescription
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.scene import palette, shapes
 from farhand.local_site.view.scene.curves import Curves, thinned
-from farhand.local_site.view.scene.nodes import NO_SHADOW, SEEN_UNCHANGED, add_solids, put
+from farhand.local_site.view.scene.nodes import NO_SHADOW, SEEN_UNCHANGED, Layers, add_solids, put
 from farhand.local_site.view.scene.palette import Rgb
 
 Array = NDArray[np.float64]
@@ -128,9 +128,11 @@ class Demonstrations:
     Args:
         scene: Scene of the server.
         parent: Name of the node.
+        layers: What the operator hides and shows.
     """
 
-    def __init__(self, scene: viser.SceneApi, parent: str):
+    def __init__(self, scene: viser.SceneApi, parent: str, layers: Layers):
+        self._layers = layers
         self._ended = Curves(scene, f"{parent}/demonstrations", 3.5)
         self._current = Curves(scene, f"{parent}/demonstration", 4.0)
         self._shown: tuple[object, ...] = ()
@@ -138,7 +140,8 @@ class Demonstrations:
     def draw(self, state: ConsoleState) -> None:
         """Draw the ended demonstrations in the components' colours, and the one in progress in white."""
         model = state.learned.model if state.learned else None
-        shown = (model, *map(len, state.strokes), state.n_demonstrations)
+        hidden = [name in self._layers.hidden_demonstrations for name in state.demonstration_names]
+        shown = (model, *map(len, state.strokes), *hidden)
         if shown == self._shown:
             return
         self._shown = shown
@@ -146,7 +149,8 @@ class Demonstrations:
             thinned(frames[-1].to_local(stroke[:, :3]))
             for stroke, frames in zip(state.strokes, state.stroke_frames, strict=True)
         ]
-        ended, current = curves[: state.n_demonstrations], curves[state.n_demonstrations :]
+        ended = [curve for curve, away in zip(curves, hidden, strict=False) if not away]
+        current = curves[state.n_demonstrations :]
         self._current.show(current, [palette.many([palette.CURRENT_STROKE])] * len(current))
         self._ended.show(ended, [_by_component(curve, model) for curve in ended])
 

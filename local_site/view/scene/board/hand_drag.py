@@ -59,7 +59,7 @@ class Drawing:
         layers: Layers,
     ):
         self._shown_name = layers.node(Layer.DEMONSTRATIONS, f"{board.name}/shown")
-        self._scene, self._submit, self._explain = scene, submit, explain
+        self._scene, self._submit, self._explain, self._layers = scene, submit, explain, layers
         self._clock = StrokeClock()
         self._recording = self._coupled = False
         self._hand_at: tuple[float, float] | None = None
@@ -100,20 +100,23 @@ class Drawing:
         if state.recording and not self._recording:
             self._clock = StrokeClock()
         self._recording, self._coupled = state.recording, state.coupled
-        shown = (state.task.name, *map(len, state.strokes))
+        hidden = [name in self._layers.hidden_demonstrations for name in state.demonstration_names]
+        shown = (state.task.name, *map(len, state.strokes), *hidden)
         if shown != self._shown:
             self._shown = shown
-            self._draw_strokes(state)
+            self._draw_strokes(state, hidden)
         if not (self._recording or self._coupled):
             self._hand_at = None
         if self._hand_at is not None:
             place(self._hand, *self._hand_at, MARK_Z_M)
         show(self._hand, self._hand_at is not None)
 
-    def _draw_strokes(self, state: ConsoleState) -> None:
-        """Draw all strokes as one set of lines: ended ones grey, the present one white."""
+    def _draw_strokes(self, state: ConsoleState, hidden: list[bool]) -> None:
+        """Draw the strokes as one set of lines: ended ones grey unless hidden, the present one white."""
         points, colours = [], []
         for index, stroke in enumerate(state.strokes):
+            if index < len(hidden) and hidden[index]:
+                continue
             current = (
                 state.recording
                 and index == len(state.strokes) - 1
