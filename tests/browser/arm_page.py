@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 
 import numpy as np
@@ -106,16 +106,25 @@ class ArmPage(OperatorPage):
     def seat(self, advised: bool = False) -> None:
         """Press what leads from the robot's mode to a seated plug; where `advised`, the page must advise each at first."""
         for attempt in range(6):
-            for button, name, words in _TOWARDS_SEATED[self.tp("mode").inner_text()]:
-                if advised and attempt == 0:
-                    self.advises(button)
-                self.insist(button, name, words)
+            self._execute(advised and attempt == 0)
             self.page.wait_for_function(_SEATED_OR_ENDED, timeout=2.0 * WAIT_MS)
             if self.tp("phase").inner_text() == "SEATED":
                 break
         else:
             raise AssertionError(f"the plug was never seated: {self.tp('message').all_inner_texts()}")
         self.says("depth", DEEP)
+
+    def _execute(self, advised: bool) -> None:
+        """Press what leads from the robot's mode to an execution, which does not begin if its preview ends before."""
+        for button, name, words in _TOWARDS_SEATED[self.tp("mode").inner_text()]:
+            if advised:
+                self.advises(button)
+            if button != "Execute":
+                self.insist(button, name, words)
+                continue
+            # Where the preview's minute has run out, `seat` goes on from the robot's mode.
+            with suppress(AssertionError):
+                self.insist(button, name, words, last_ms=WAIT_MS / 6.0)
 
     @contextmanager
     def hold_arrow(

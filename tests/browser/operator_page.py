@@ -134,8 +134,15 @@ class OperatorPage:
         """Press a button until the robot reports the mode that it leads to."""
         self.insist(label, "mode", mode)
 
-    def insist(self, label: str, name: str, words: str | re.Pattern[str]) -> None:
-        """Press a button until the page says this: on a busy machine a command may come too late, and is refused."""
+    def insist(self, label: str, name: str, words: str | re.Pattern[str], last_ms: float = WAIT_MS) -> None:
+        """Press a button until the page says this: on a busy machine a command may come too late, and is refused.
+
+        Args:
+            label: Of the button.
+            name: What says it.
+            words: What it says.
+            last_ms: How long to wait for that after the last press.
+        """
         for _ in range(4):
             with suppress(
                 PlaywrightTimeout, AssertionError
@@ -147,7 +154,7 @@ class OperatorPage:
             with suppress(AssertionError):
                 expect(self.tp(name)).to_have_text(words, timeout=WAIT_MS / 6.0)
                 return
-        self.says(name, words)
+        expect(self.tp(name)).to_have_text(words, timeout=last_ms)
 
     def pick(self, label: str, option: Locator) -> None:
         """Pick an option of a list in the drawer."""
