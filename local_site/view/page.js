@@ -14,7 +14,8 @@ if (!window.farhand) {
   const show = (element, text) => {
     if (element.textContent !== text) element.textContent = text;
   };
-  const said = (name) => document.querySelector(`[data-tp=${name}]`)?.textContent ?? "";
+  const saying = (name) => document.querySelector(`[data-tp=${name}]`);
+  const said = (name) => saying(name)?.textContent ?? "";
   // The server's buttons stay in the document wherever their panel is folded away.
   const served = (label) =>
     [...document.querySelectorAll("button:not(.fh-own)")].find((button) => button.textContent.trim() === label);
@@ -44,7 +45,7 @@ if (!window.farhand) {
     show(mode, [said("mode") || "UNKNOWN", said("phase")].filter(Boolean).join(" "));
     show(age, `data ${said("age") || "unknown"} old, link ${said("link") || "unknown"}`);
     show(alarm, said("stop"));
-    show(advice, said("role") || said("advice"));
+    show(advice, saying("role")?.dataset.inNarrow || (saying("advice")?.dataset.inNarrow ?? ""));
     for (const button of actions.children) {
       const own = served(button.dataset.label);
       button.hidden = !own || own.disabled || said("session") === "watching";

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from farhand.common.clock import elapsed_s
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words.lists import ASKED, KEPT, NOT_DONE, ROLE_WORDS
+from farhand.local_site.view.panels.words.scripts import in_narrow_window
 from farhand.local_site.view.sessions import Role, Sessions
 
 
@@ -115,7 +116,8 @@ class Tabs:
             if role is not Role.WATCHING:
                 self._told.pop(tab, None)
             words = ASKED if tab == asker else self._told.get(tab, ROLE_WORDS[role])
-            told = element("role", words, "fh-role", tag="div", role="status") if words else ""
+            narrow = {"data-in-narrow": in_narrow_window(words)}
+            told = element("role", words, "fh-role", tag="div", role="status", **narrow) if words else ""
             style = _WATCHER_STYLE if role is Role.WATCHING else _KEEP_STYLE if asker is not None else ""
             role_html.show(element("session", role.value, "fh-active", hidden="") + told + style)
 

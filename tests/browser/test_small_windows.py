@@ -112,7 +112,11 @@ def test_a_narrow_window_says_what_the_robot_does_and_pauses_and_aborts(
         expect(tab.locator("[data-narrow=mode]")).to_contain_text("PAUSED", timeout=WAIT_MS)
         tab.get_by_role("button", name="Abort", exact=True).tap()
         assert [each.action for each in it.robot.wait_for(Command, 2)] == [Action.PAUSE, Action.ABORT]
+        expect(tab.locator("[data-narrow=advice]")).to_have_text(
+            "Paused, and kept. Press Resume to go on, or Abort."
+        )
         it.robot.report(ControlMode.HOLD)
+        expect(tab.locator("[data-narrow=advice]")).to_contain_text("in a larger window", timeout=WAIT_MS)
         expect(tab.get_by_role("button", name="Abort", exact=True)).to_be_hidden(timeout=WAIT_MS)
         tab.get_by_role("button", name="STOP", exact=True).tap()
         expect(tab.locator("[data-narrow=alarm]")).to_contain_text("STOP NOT DELIVERED", timeout=WAIT_MS)

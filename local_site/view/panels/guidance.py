@@ -8,6 +8,7 @@ from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.html import Html, element
 from farhand.local_site.view.panels.words.advice import advice, miss_words, preview_miss_words, refusal
 from farhand.local_site.view.panels.words.controls import NEXT, NOT_DONE
+from farhand.local_site.view.panels.words.scripts import in_narrow_window
 
 
 class AdvicePanel:
@@ -26,8 +27,9 @@ class AdvicePanel:
         told = element("refusal", refused, "fh-not-done", tag="div", role="status") if refused else ""
         for name, missed in (("miss", miss_words(state)), ("preview-miss", preview_miss_words(state))):
             told += element(name, missed, "fh-not-done", tag="div", role="status") if missed else ""
-        hidden = {"hidden": ""} if refused else {}
+        words, hidden = advice(state), {"hidden": ""} if refused else {}
+        narrow = {"data-in-narrow": in_narrow_window(words)}
         self._html.show(
             f'<div class="fh-advice"><i>{NOT_DONE if refused else NEXT}</i>{told}'
-            f"{element('advice', advice(state), tag='div', **hidden)}</div>"
+            f"{element('advice', words, tag='div', **narrow, **hidden)}</div>"
         )

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
+
+from farhand.local_site.view.panels.words.controls import Folder, Label
 
 _TOUR = (
     (
@@ -30,9 +33,15 @@ _TOUR = (
 )  # fmt: skip
 """Title and text of each card; the numbers of the cards name in page.css what each is about."""
 
+_NARROW_BUTTONS = (Label.PAUSE, Label.RESUME, Label.ABORT)
+_ELSEWHERE = re.compile(
+    rf"\b({'|'.join(re.escape(each) for each in (*Label, *Folder) if each not in (Label.STOP, *_NARROW_BUTTONS))}|the key)\b"
+)
+"""Buttons, folders and keys that a narrow window lacks."""
+
 _WORDS = {
     "tabs": ("Timeline", "Executions", "Demonstrations", "Model", "Link", "Events"),
-    "narrowButtons": ("Pause", "Resume", "Abort"),
+    "narrowButtons": _NARROW_BUTTONS,
     "narrow": "This window is too narrow for more: it watches, stops, pauses and aborts. From 700 px on it does all.",
     "noNews": "NO NEWS from the local site for {} s: what you see is old, and STOP cannot be sent from here. "
     "Stop the robot at its own site, or start farhand local again.",
@@ -50,6 +59,11 @@ _WORDS = {
         "cards": _TOUR,
     },
 }
+
+
+def in_narrow_window(words: str) -> str:
+    """Return an advice as a narrow window gives it: what names a control that is not there needs a larger window."""
+    return f"{words} Do that in a larger window." if _ELSEWHERE.search(words) else words
 
 
 def script_words() -> str:

@@ -11,6 +11,10 @@ from farhand.common.mode_table import ControlMode, Phase
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.view.panels.actions import offered, step, steps_html
 from farhand.local_site.view.panels.words.advice import advice
+from farhand.local_site.view.panels.words.controls import Label
+from farhand.local_site.view.panels.words.lists import ROLE_WORDS
+from farhand.local_site.view.panels.words.scripts import in_narrow_window
+from farhand.local_site.view.sessions import Role
 from tests.local_site.view.panels.test_truth import LOST, OK, ROBOT_IN
 
 
@@ -57,3 +61,22 @@ def test_the_steps_are_done_present_or_locked_with_the_reason(taught: ConsoleSta
     html = steps_html(armed)
     assert html.count("✓") == 3 and 'aria-current="step"' in html
     assert "Locked: first preview what it will do." in html
+
+
+def test_a_narrow_window_advises_what_it_has_and_says_what_needs_a_larger_one(taught: ConsoleState) -> None:
+    larger = {
+        (ControlMode.AUTONOMOUS, Phase.APPROACHING): False, (ControlMode.PAUSED, Phase.NONE): False,
+        (ControlMode.AUTONOMOUS, Phase.SEATED): True, (ControlMode.DIRECT, Phase.NONE): True,
+        (ControlMode.HOLD, Phase.NONE): True, (ControlMode.DISARMED, Phase.NONE): True,
+        (ControlMode.STOPPED, Phase.NONE): True,
+    }  # fmt: skip
+    for (mode, phase), needed in larger.items():
+        words = advice(replace(taught, robot=structs.replace(ROBOT_IN, mode=mode, phase=phase)))
+        narrow = in_narrow_window(words)
+        assert narrow.startswith(words) and narrow.endswith("in a larger window.") is needed, (mode, narrow)
+    for label in set(Label) - {Label.STOP, Label.PAUSE, Label.RESUME, Label.ABORT}:
+        assert in_narrow_window(f"Press {label}.").endswith("in a larger window."), label
+    assert in_narrow_window("Push on, by the key I: 5 mm to go.").endswith("in a larger window.")
+    assert in_narrow_window(ROLE_WORDS[Role.WATCHING]).endswith("in a larger window.")
+    for there in (ROLE_WORDS[Role.FREE], "Press STOP again.", advice(replace(taught, link=LOST)), ""):
+        assert in_narrow_window(there) == there
