@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -42,9 +43,21 @@ def use(*, first: str = "", **variables: str) -> tuple[str, list[str]]:
     return done.stdout.strip(), done.stderr.splitlines()
 
 
-def test_what_was_compiled_is_kept_for_the_next_process(tmp_path: Path):
-    assert use(XDG_CACHE_HOME=str(tmp_path)) == ("compiled", [])
-    assert use(XDG_CACHE_HOME=str(tmp_path)) == ("kept", [])
+@pytest.fixture(scope="module")
+def compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("compiled")
+    assert use(XDG_CACHE_HOME=str(folder)) == ("compiled", [])
+    return folder
+
+
+@pytest.fixture
+def compiled(compiled_once: Path, tmp_path: Path) -> Path:
+    """A folder in which what was compiled is kept, for this test alone."""
+    return shutil.copytree(compiled_once, tmp_path / "kept")
+
+
+def test_what_was_compiled_is_kept_for_the_next_process(compiled_once: Path):
+    assert use(XDG_CACHE_HOME=str(compiled_once)) == ("kept", [])
 
 
 def test_who_compiles_says_so_once_before_and_who_does_not_says_nothing(tmp_path: Path):
@@ -73,15 +86,14 @@ def test_a_temporary_folder_that_others_may_write_is_not_used(tmp_path: Path):
 
 @pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
 @pytest.mark.parametrize("content", [b"", b"\x80\x04garbage"])
-def test_a_damaged_cache_costs_one_line_and_is_made_again(suffix: str, content: bytes, tmp_path: Path):
-    use(XDG_CACHE_HOME=str(tmp_path))
-    damaged = list(tmp_path.rglob(f"*{suffix}"))
+def test_a_damaged_cache_costs_one_line_and_is_made_again(suffix: str, content: bytes, compiled: Path):
+    damaged = list(compiled.rglob(f"*{suffix}"))
     assert damaged
     for file in damaged:
         file.write_bytes(content)
-    done, said = use(XDG_CACHE_HOME=str(tmp_path))
+    done, said = use(XDG_CACHE_HOME=str(compiled))
     assert done == "compiled" and len(said) == 1
-    assert use(XDG_CACHE_HOME=str(tmp_path)) == ("kept", [])
+    assert use(XDG_CACHE_HOME=str(compiled)) == ("kept", [])
 
 
 def test_a_full_disk_is_noticed_at_the_start_and_costs_one_line(tmp_path: Path):
@@ -90,21 +102,17 @@ def test_a_full_disk_is_noticed_at_the_start_and_costs_one_line(tmp_path: Path):
     assert f"no folder: {tmp_path}/cache cannot be written" in said[0] and "XDG_CACHE_HOME" in said[0]
 
 
-def test_a_disk_that_fills_up_later_costs_one_line_and_ends_nothing(tmp_path: Path):
-    use(XDG_CACHE_HOME=str(tmp_path))
-    for file in tmp_path.rglob("*.nbc"):
+def test_a_disk_that_fills_up_later_costs_one_line_and_ends_nothing(compiled: Path):
+    for file in compiled.rglob("*.nbc"):
         file.unlink()  # and something is there, so that the folder is used
-    done, said = use(first=FULL, XDG_CACHE_HOME=str(tmp_path))
+    done, said = use(first=FULL, XDG_CACHE_HOME=str(compiled))
     assert done == "compiled" and len(said) == 1 and "cannot be kept" in said[0]
-    assert use(XDG_CACHE_HOME=str(tmp_path))[0] == "compiled" and use(XDG_CACHE_HOME=str(tmp_path)) == (
-        "kept",
-        [],
-    )
+    assert use(XDG_CACHE_HOME=str(compiled))[0] == "compiled"
+    assert use(XDG_CACHE_HOME=str(compiled)) == ("kept", [])
 
 
-def test_a_cache_on_a_full_disk_that_is_complete_is_used_without_a_word(tmp_path: Path):
-    use(XDG_CACHE_HOME=str(tmp_path))
-    assert use(first=FULL, XDG_CACHE_HOME=str(tmp_path)) == ("kept", [])
+def test_a_cache_on_a_full_disk_that_is_complete_is_used_without_a_word(compiled: Path):
+    assert use(first=FULL, XDG_CACHE_HOME=str(compiled)) == ("kept", [])
 
 
 def old_folders(farhand: Path, n: int, age_s: float) -> list[Path]:
@@ -131,11 +139,10 @@ def test_a_folder_that_was_used_a_moment_ago_is_not_deleted(tmp_path: Path):
     assert all((folder / "a file").is_dir() for folder in folders)
 
 
-def test_each_start_counts_as_use(tmp_path: Path):
-    use(XDG_CACHE_HOME=str(tmp_path))
-    (present,) = (tmp_path / "farhand").iterdir()
+def test_each_start_counts_as_use(compiled: Path):
+    (present,) = (compiled / "farhand").iterdir()
     os.utime(present, (1.0, 1.0))
-    use(XDG_CACHE_HOME=str(tmp_path))
+    assert use(XDG_CACHE_HOME=str(compiled)) == ("kept", [])
     assert present.stat().st_mtime > time.time() - 3600.0
 
 
