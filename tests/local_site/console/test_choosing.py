@@ -33,8 +33,8 @@ def test_teaching_previewing_and_executing_are_about_the_chosen_task(tmp_path: P
         it.connected(ControlMode.HOLD)
         teach(it)
         it.console.submit(intents.SendModel())
-        it.until(lambda p: bool(p.confirmed_sha256))
-        it.robot.say(keys.PATH, a_path(plan_id=5))
+        confirmed = it.until(lambda p: bool(p.confirmed_sha256)).confirmed_sha256
+        it.robot.say(keys.PATH, a_path(plan_id=5, sha256=confirmed))
         it.until(lambda p: p.plan_id == 5)
         choose(it, "other")
         picture = it.picture

@@ -24,9 +24,9 @@ from farhand.local_site.console import intents
 from tests.local_site.robot_end import LEASE_ID, Desk, desk, stroke
 
 
-def a_path(plan_id: int = 0, path_id: int = 1) -> PlannedPath:
+def a_path(plan_id: int = 0, path_id: int = 1, sha256: str = "a" * 64) -> PlannedPath:
     return PlannedPath(
-        path_id=path_id, plan_id=plan_id, stamp=Stamp("boot", 1), model_sha256="a" * 64, n_coordinates=2,
+        path_id=path_id, plan_id=plan_id, stamp=Stamp("boot", 1), model_sha256=sha256, n_coordinates=2,
         step_s=0.1, points=bytes(16), reaches_end=True,
     )  # fmt: skip
 
@@ -94,7 +94,7 @@ def test_a_demonstration_is_learned_sent_and_confirmed_and_then_named_in_command
         it.until(lambda p: p.confirmed_sha256 == learned.sha256 and not p.sending_model)
         (transfer,) = it.robot.heard(ModelTransfer)
         assert (transfer.content, transfer.task) == (learned.content, "planar")
-        it.robot.say(keys.PATH, a_path(plan_id=5))
+        it.robot.say(keys.PATH, a_path(plan_id=5, sha256=learned.sha256))  # one of another model is forgotten
         it.until(lambda p: p.plan_id == 5)
         it.console.submit(intents.CommandRobot(Action.EXECUTE))
         (command,) = it.robot.wait_for(Command)
@@ -215,8 +215,8 @@ def test_after_a_restart_of_the_robot_models_and_plans_are_unconfirmed(tmp_path:
         it.connected(ControlMode.HOLD)
         teach(it)
         it.console.submit(intents.SendModel())
-        it.until(lambda p: bool(p.confirmed_sha256))
-        it.robot.say(keys.PATH, a_path(plan_id=5))
+        confirmed = it.until(lambda p: bool(p.confirmed_sha256)).confirmed_sha256
+        it.robot.say(keys.PATH, a_path(plan_id=5, sha256=confirmed))
         it.until(lambda p: p.plan_id == 5)
         it.robot.restart()
         it.robot.report()
