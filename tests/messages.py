@@ -5,12 +5,13 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-import msgspec
+import msgpack
 import numpy as np
 from hypothesis import strategies as st
 from msgspec import inspect
 
 from farhand.common import names
+from farhand.common.wire.codec import encode
 from farhand.common.wire.messages import SCHEMA, Message
 from farhand.common.wire.reason_words import sentence
 from farhand.common.wire.reasons import Reason
@@ -37,7 +38,7 @@ def said(message: Any) -> str:
 
 def plain(message: Message) -> dict[str, Any]:
     """What MessagePack would hold, as plain Python."""
-    return msgspec.to_builtins(message, builtin_types=(bytes,))
+    return msgpack.unpackb(encode(message))
 
 
 def floats_in(value: Any, path: str = "") -> list[tuple[str, list[str | int]]]:

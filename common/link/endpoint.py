@@ -30,7 +30,7 @@ _QUIC_OPTIONS = "?mixed_rel=1;multistream=1"
 """Options of QUIC: datagrams beside streams in one connection, and a stream for each priority."""
 EVERY_SITE = "*"
 """Name of a robot's end in the keys of the operators' sites, since it serves all of them."""
-MOST_SESSIONS = 32
+MOST_SESSIONS = 48
 """Largest number of sites connected to a robot at a time."""
 ROBOTS, OPERATORS = "robots", "operators"
 """Regions of the transport's network to which the two kinds of sites belong."""

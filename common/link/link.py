@@ -36,7 +36,7 @@ _log = loop_logger(__name__)
 
 
 class ZenohLink:
-    """`Link` over one Zenoh session, or two: over QUIC the streams of a site that connects have one of their own.
+    """`Link` over one Zenoh session, or three: over QUIC, streams and stops of a site that connects have one each.
 
     Args:
         settings: The endpoints.
@@ -82,8 +82,15 @@ class ZenohLink:
         asked = keys.RIGHT.of("hub" if self._settings.is_of_robot else self._site)
         path = Path.of(self._settings, zenoh_configuration, asked, self._silence)
         sessions = self._sessions
+
+        def renew(timeout_s: float, ended: threading.Event) -> None:
+            # TCP has no window that an outage wears out. At a hub two sessions of a robot would both handle its questions.
+            if self._quic is not None and not self._settings.is_of_robot:
+                sessions.renew(asked, timeout_s, ended)
+
         return PathProbe(
-            path, self._silent_s, lambda: sessions.is_connected, lambda s: sessions.answers(asked, s), sessions.reopen
+            path, self._silent_s, lambda: sessions.is_connected, lambda s: sessions.answers(asked, s),
+            sessions.reopen, renew,
         )  # fmt: skip
 
     def _silent_s(self) -> float:
@@ -212,7 +219,7 @@ class ZenohLink:
         """Tell that no other site finds room, where that is so."""
         if self._knows_senders and len(self.connected_to()) >= MOST_SESSIONS:
             self._refusals.add(
-                f"{MOST_SESSIONS} connections are open, and further ones are refused: two of each site over QUIC"
+                f"{MOST_SESSIONS} connections are open, and further ones are refused: three of each site over QUIC"
             )
 
     def _data(self, item: zenoh.Query | zenoh.Sample) -> bytes:

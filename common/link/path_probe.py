@@ -98,6 +98,8 @@ class PathProbe:
         is_connected: Returns True if the transport has a connection.
         answers: Decides whether the other end answers on the present connection within a time [s].
         reconnect: Begins a new connection; may block for a moment.
+        renew: Replaces a connection that has survived an outage by a fresh one within a time [s], without a gap; the
+            event ends it early.
     """
 
     def __init__(
@@ -107,9 +109,10 @@ class PathProbe:
         is_connected: Callable[[], bool],
         answers: Callable[[float], bool],
         reconnect: Callable[[], None],
+        renew: Callable[[float, threading.Event], None] = lambda _timeout_s, _ended: None,
     ):
         self._path, self._silent_s, self._is_connected = path, silent_s, is_connected
-        self._answers, self._reconnect = answers, reconnect
+        self._answers, self._reconnect, self._renew = answers, reconnect, renew
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="path probe", daemon=True)
         self._thread.start()
@@ -138,21 +141,25 @@ class PathProbe:
     def _doubt(self) -> None:
         """Ask the other end, and reconnect if the path is open but a connection carries no answer.
 
-        A connection that had outages before has a small window, which is soon full in the next one: it then sends its
-        next packet only after a pause that has doubled each time. A new connection is quicker.
+        A connection that has survived an outage has a small window, which the next one would soon fill: it would then
+        send its next packet only after a pause that has doubled each time. A fresh connection takes its place.
         """
         if self._answers(self._path.answer_s):
             self._closed.wait(self._path.doubted_s)
             return
+        round_trip_s = 0.0
         while self._is_silent:
             # Nothing is asked until the path is open: it would fill the window.
-            if (round_trip_s := self._path.probe(self._closed)) is None:
+            if (answered_s := self._path.probe(self._closed)) is None:
                 continue
-            survives = self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s) or not self._is_silent
-            if not survives and not self._closed.is_set():
+            round_trip_s = answered_s
+            if self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s) or not self._is_silent:
+                break
+            if not self._closed.is_set():
                 self._reconnect()
-                self._wait(_ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s)
+                self._wait(_attempt_s(round_trip_s))
             return
+        self._renew(_attempt_s(round_trip_s), self._closed)
 
     @property
     def _is_silent(self) -> bool:
@@ -164,12 +171,16 @@ class PathProbe:
             round_trip_s = self._path.probe(self._closed)
             if round_trip_s is not None and not self._is_well:
                 self._reconnect()
-                self._wait(_ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s)
+                self._wait(_attempt_s(round_trip_s))
 
     def _wait(self, patience_s: float) -> None:
         give_up_s = time.monotonic() + patience_s
         while not self._is_well and time.monotonic() < give_up_s:
             self._closed.wait(_LOOK_S)
+
+
+def _attempt_s(round_trip_s: float) -> float:
+    return _ATTEMPT_S + _ATTEMPT_ROUND_TRIPS * round_trip_s
 
 
 def probe(

@@ -14,7 +14,7 @@ from typing import Any
 
 import zenoh
 
-from farhand.common.link.budget import Silence, SilenceGate
+from farhand.common.link.budget import OVERHEAD_BYTES, Silence, SilenceGate
 from farhand.common.link.copies import ID_BYTES, Copies, Question
 from farhand.common.link.pace import SHARES, StreamPace
 from farhand.common.wire import keys
@@ -62,9 +62,7 @@ class QuicDelivery:
             channel: Channel of the message.
             n_bytes: Size of the message, with the transport's own bytes [B].
         """
-        if channel is keys.STOP:
-            return self._gate.lets_stop()
-        if channel.must_arrive:
+        if channel.must_arrive and channel is not keys.STOP:
             return True
         if channel is keys.TELEMETRY and (rate := SHARES[channel] * self._paced_bytes_s):
             # The next report follows soon: a fresh one then is better than this one sent late.
@@ -74,7 +72,7 @@ class QuicDelivery:
             self._next_report_s = now_s + n_bytes / rate
             if n_bytes / rate >= self.report_gap_s:
                 self._gap_s, self._gap_since_s = n_bytes / rate, now_s
-        return self._gate.lets_out(n_bytes)
+        return self._gate.lets_out(channel, n_bytes)
 
     @property
     def report_gap_s(self) -> float:
@@ -84,7 +82,10 @@ class QuicDelivery:
     def send(self, channel: Channel, data: bytes) -> None:
         """Send a message now, according to its kind."""
         if channel.is_streamed:
-            self._put(channel, data, False, self._pace.mark(channel.key))
+            # No mark in a silence, where each byte counts, see `SilenceGate`.
+            self._put(
+                channel, data, False, None if self._silence.is_unusual else self._pace.mark(channel.key)
+            )
         elif channel.both_ways:
             self._put(channel, data, False, None)
             sent = self._sent.setdefault(channel, deque(maxlen=_SENT_KEPT))
@@ -96,9 +97,11 @@ class QuicDelivery:
 
     def arrived(self, channel: Channel, sample: zenoh.Sample) -> None:
         """Process the mark of a sample, and set the rate of the streams by it."""
-        if not channel.is_streamed or sample.attachment is None:
+        if not channel.is_streamed:
             return
         self._streamed_s = time.monotonic()
+        if sample.attachment is None:
+            return
         self._pace.heard(channel.key, sample.attachment.to_bytes())
         rate = self._pace.rate_bytes_s
         if abs(rate - self._paced_bytes_s) > _CHANGE * max(rate, self._paced_bytes_s):
@@ -113,7 +116,7 @@ class QuicDelivery:
         Args:
             channel: Channel of the question.
         """
-        return channel is not keys.LEASE or self._gate.lets_ask()
+        return channel is not keys.LEASE or self._gate.lets_out(channel, OVERHEAD_BYTES)
 
     def ask(self, question: Question, submit: Callable[[], None]) -> None:
         """Send copies of a question until it is answered; none while the other site is silent.

@@ -32,6 +32,8 @@ _TOKENS_S = 5.0
 _PORT_FREE_S, _GOODBYE_S = 15.0, 0.5
 """Longest wait for a session's end: of one that listens, whose port is needed again, and of one that connects [s]."""
 _SAID_EVERY_S = 10.0
+_LINGER_S = 2.0
+"""Time that a session stays after its successor took over, so that its questions are still answered [s]."""
 _RUNTIME, _environment = "ZENOH_RUNTIME", threading.Lock()
 
 Declare = Callable[[zenoh.Session], Any]
@@ -58,8 +60,9 @@ class Session:
         self._declarations: list[Declare] = []
         self._declared: list[Any] = []
         self._publishers: OrderedDict[object, zenoh.Publisher] = OrderedDict()
-        self.reopened = 0
-        """Number of reopenings."""
+        self._leaving: list[threading.Thread] = []
+        self.reopened = self.renewed = 0
+        """Number of reopenings, and of successors that took over."""
 
     def declare(self, declare: Declare) -> None:
         """Make a declaration on this session and on each later one.
@@ -101,22 +104,7 @@ class Session:
             timeout_s: Time limit of the answer [s].
             ended: Ends the wait early.
         """
-        until_s, answered, asks = time.monotonic() + timeout_s, threading.Event(), threading.Event()
-
-        def hear(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
-                answered.set()
-
-        asks.set()
-        while (left_s := until_s - time.monotonic()) > 0 and not (ended is not None and ended.is_set()):
-            if asks.is_set():  # an unconnected question ends at once
-                asks.clear()
-                handler = zenoh.handlers.Callback(hear, asks.set, indirect=False)
-                with contextlib.suppress(zenoh.ZError):  # it is being closed
-                    self._session.get(key, handler, timeout=left_s, express=True)
-            if answered.wait(min(left_s, RETRY_S)):
-                break
-        return answered.is_set()
+        return _answers(self._session, key, timeout_s, ended or threading.Event())
 
     def locators(self) -> list[str]:
         """Return the locators of the connected peers."""
@@ -151,6 +139,45 @@ class Session:
             if not self._closed:
                 self._declared = [declare(session) for declare in self._declarations]
 
+    def renew(self, key: str, timeout_s: float, ended: threading.Event) -> None:
+        """Open another session beside the present one, which takes over once the other end has answered on it.
+
+        Without an answer in time the present one stays. Until the change both receive: what must not be handled twice needs an id.
+
+        Args:
+            key: Key of a question that the other end answers.
+            timeout_s: Time limit of the answer [s].
+            ended: Ends the attempt early.
+        """
+        with self._swapping:
+            if self._closed:
+                return
+            try:
+                successor = _opened(self._settings, self._configure, waits=False)
+            except LinkError as error:  # such as certificates that are being replaced
+                _log.info("the link keeps its connection: %s", error)
+                return
+            declared = [declare(successor) for declare in self._declarations]
+            if not _answers(successor, key, timeout_s, ended):
+                _close(successor)
+                return
+            before, obsolete = self._session, self._declared
+            with self._changed:
+                self._session, self._declared, self._publishers = successor, declared, OrderedDict()
+                self.renewed += 1
+            leaving = threading.Thread(target=self._leave, args=(before, obsolete), daemon=True)
+            self._leaving = [*(each for each in self._leaving if each.is_alive()), leaving]
+            leaving.start()
+
+    def _leave(self, session: zenoh.Session, declared: list[Any]) -> None:
+        """Close a session that has a successor, after its last answers."""
+        for each in declared:
+            with contextlib.suppress(zenoh.ZError):
+                each.undeclare()
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed, _LINGER_S)
+        _close(session)
+
     def close(self) -> None:
         """Close the session; a second call does nothing. Without it the interpreter would hang at its exit."""
         with self._changed:
@@ -160,15 +187,14 @@ class Session:
             self._changed.notify_all()
         with self._swapping:
             self._end()
+        for leaving in self._leaving:
+            leaving.join(_GOODBYE_S)
 
     def _end(self) -> None:
         """Close the present session, in the background if its attempt to connect is under way: that blocks for seconds."""
-
-        def close(session: zenoh.Session = self._session) -> None:
-            with contextlib.suppress(zenoh.ZError):  # the attempt outlasted the transport's patience
-                session.close()
-
-        closing = threading.Thread(target=close, name="closing a session", daemon=True)
+        closing = threading.Thread(
+            target=_close, args=(self._session,), name="closing a session", daemon=True
+        )
         closing.start()
         closing.join(_PORT_FREE_S if self._settings.listen else _GOODBYE_S)
 
@@ -186,6 +212,31 @@ class Session:
                     _log.warning("the link cannot be opened again yet: %s", error)
                 with self._changed:
                     self._changed.wait(RETRY_S)
+
+
+def _close(session: zenoh.Session) -> None:
+    with contextlib.suppress(zenoh.ZError):  # the attempt outlasted the transport's patience
+        session.close()
+
+
+def _answers(session: zenoh.Session, key: str, timeout_s: float, ended: threading.Event) -> bool:
+    """Decide whether a question is answered in time on a session."""
+    until_s, answered, asks = time.monotonic() + timeout_s, threading.Event(), threading.Event()
+
+    def hear(reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            answered.set()
+
+    asks.set()
+    while (left_s := until_s - time.monotonic()) > 0 and not ended.is_set():
+        if asks.is_set():  # an unconnected question ends at once
+            asks.clear()
+            handler = zenoh.handlers.Callback(hear, asks.set, indirect=False)
+            with contextlib.suppress(zenoh.ZError):  # it is being closed
+                session.get(key, handler, timeout=left_s, express=True)
+        if answered.wait(min(left_s, RETRY_S)):
+            break
+    return answered.is_set()
 
 
 def _opened(settings: EndpointSettings, configure: Configure, waits: bool = True) -> zenoh.Session:

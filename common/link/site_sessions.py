@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import zenoh
 
 from farhand.common.errors import LinkError
 from farhand.common.link.endpoint import EndpointSettings, scheme_of
 from farhand.common.link.session import RETRY_S, Configure, Declare, Session
-from farhand.common.wire.keys import Channel
+from farhand.common.wire.keys import Channel, Urgency
 
 
 class SiteSessions:
@@ -24,12 +25,12 @@ class SiteSessions:
     """
 
     def __init__(self, settings: EndpointSettings):
-        self.main = self._streams = Session(settings)
-        """Session of all that is not streamed."""
+        self.main = self._streams = self._stops = Session(settings)
+        """Session of all but streams and stops."""
         if settings.connect and scheme_of(settings.connect) == "quic":
-            # Streams have a window of their own, which nothing else fills, and so do commands.
-            self._streams = Session(settings)
-        self._all = (self._streams, self.main) if self._streams is not self.main else (self.main,)
+            # A window of its own for streams, which fill it, and for stops, which must not wait for room in one.
+            self._streams, self._stops = Session(settings), Session(settings)
+        self._all = tuple({self._stops: None, self._streams: None, self.main: None})
 
     def declare(self, channel: Channel, declare: Declare) -> None:
         """Make a declaration on the session of a channel, and on each later one."""
@@ -75,12 +76,20 @@ class SiteSessions:
         for session in self._all:
             session.reopen()
 
+    def renew(self, key: str, timeout_s: float, ended: threading.Event) -> None:
+        """Replace all sessions at the same time by fresh ones that answer a question, without a gap, see `Session.renew`."""
+        with ThreadPoolExecutor(len(self._all)) as pool:
+            for session in self._all:
+                pool.submit(session.renew, key, timeout_s, ended)
+
     def close(self) -> None:
         """Close all sessions."""
         for session in self._all:
             session.close()
 
     def _of(self, channel: Channel) -> Session:
+        if channel.urgency is Urgency.STOP:
+            return self._stops
         return self._streams if channel.is_streamed else self.main
 
 

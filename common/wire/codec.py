@@ -20,7 +20,10 @@ _MOST_SINGLE = (2.0 - 2.0**-23) * 2.0**127
 
 def encode(message: Message) -> bytes:
     """Encode a message as MessagePack bytes. Telemetry is sent in single precision, to fit its budget."""
-    plain = msgspec.to_builtins(message, builtin_types=(bytes,))
+    plain = {
+        _schema_key(type(message)): message.schema,
+        **msgspec.to_builtins(message, builtin_types=(bytes,)),
+    }
     packer = msgpack.Packer(use_single_float=isinstance(message, Telemetry))
     return packer.pack(plain)
 

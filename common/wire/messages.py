@@ -79,6 +79,7 @@ class Telemetry(
     Message,
     frozen=True,
     kw_only=True,
+    omit_defaults=True,
     rename={
         "stamp": "t", "position_m": "p", "frame_origin_m": "o", "frame_rotation_rad": "r", "mode": "m",
         "phase": "f", "component": "c", "elapsed_s": "e", "path_id": "i", "model": "g",
@@ -89,7 +90,8 @@ class Telemetry(
 ):  # fmt: skip
     """Robot's report of itself, newest only.
 
-    With one task frame a point's has at most 200 B, an arm's of 8 joints 272 B: short names, single precision.
+    With one task frame a point's has at most 200 B, an arm's of 8 joints 272 B: short names, single precision, and only
+    what differs from its default.
     """
 
     schema: int = SCHEMA  # repeated, so that its short name applies

@@ -10,6 +10,7 @@ demo`, with the plug. `--only` takes a line of the tables, such as `--only "quic
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,8 @@ from farhand.evaluation.link.outages_and_loss import (
 from farhand.evaluation.metrics.tables import table
 from farhand.evaluation.study import reporting_seeds
 from farhand.local_site.console import intents
+from farhand.local_site.console.console_state import ConsoleState
+from farhand.local_site.exchange.notices import Notice
 
 Case = dict[str, Any]
 
@@ -83,7 +86,7 @@ def measure(transport: Transport, loss: float, case: Case) -> Case:
         time.sleep(_SETTLE_S)  # the loss becomes known; an event that says so does not cross the link
         first, before = len(sites.heard), sites.control.status()
         began_s = time.monotonic()
-        commands_s = _commands_s(sites, case["commands"])
+        commands_s, n_refused = _commands_s(sites, case["commands"])
         stops_s = [stop_s(sites) for _ in range(case["stops"])]
         heard, took_s = sites.heard[first:], time.monotonic() - began_s
         ways = sites.control.status()
@@ -94,6 +97,7 @@ def measure(transport: Transport, loss: float, case: Case) -> Case:
         "missed": _missed(heard),
         "reports_hz": len(heard) / took_s,
         "commands_s": commands_s,
+        "refused": n_refused,
         "stops_s": stops_s,
         "bytes_s": {
             name: (ways[name]["delivered_bytes"] - before[name]["delivered_bytes"]) / took_s for name in _WAYS
@@ -101,15 +105,38 @@ def measure(transport: Transport, loss: float, case: Case) -> Case:
     }
 
 
-def _commands_s(sites: RealSites, n: int) -> list[float]:
-    """Time commands until they are answered [s]; one that is refused as too late counts like any other."""
-    for number in range(n):
-        mode = sites.console.picture.mode
-        action = Action.DISARM if mode is not ControlMode.DISARMED else Action.ARM
+def _commands_s(sites: RealSites, n: int) -> tuple[list[float], int]:
+    """Time commands until they are answered [s], also by a refusal as too late; count those refusals."""
+    took_s, n_refused = [], 0
+    for _ in range(n):
+        sites.wait_for("control of the robot", lambda p: p.in_control)
+        before = sites.console.picture
+        action = Action.DISARM if before.mode is not ControlMode.DISARMED else Action.ARM
+        asked_s = time.monotonic()
         sites.console.submit(intents.CommandRobot(action))
-        sites.wait_for(f"the answer to {action}", lambda p, n=number: len(p.command_round_trips_s) > n)
-        sites.wait_for(f"the end of {action}", lambda p, before=mode: not p.pending and p.mode is not before)
-    return list(sites.console.picture.command_round_trips_s)
+        answered = partial(_is_answered, before, action)
+        sites.wait_for(f"the answer to {action}", answered)
+        took_s.append(time.monotonic() - asked_s)
+        if _is_accepted(before, sites.console.picture):
+            sites.wait_for(
+                f"the end of {action}", lambda p, old=before: not p.pending and p.mode is not old.mode
+            )
+        else:
+            n_refused += 1
+    return took_s, n_refused
+
+
+def _is_answered(before: ConsoleState, action: Action, now: ConsoleState) -> bool:
+    return _is_accepted(before, now) or _refusal(action, now) is not _refusal(action, before)
+
+
+def _is_accepted(before: ConsoleState, now: ConsoleState) -> bool:
+    return len(now.command_round_trips_s) > len(before.command_round_trips_s)
+
+
+def _refusal(action: Action, picture: ConsoleState) -> Notice | None:
+    """Return the newest refusal of an action."""
+    return next((each for each in reversed(picture.notices) if each.what == action and not each.good), None)
 
 
 def stop_s(sites: RealSites) -> float:
@@ -135,7 +162,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     """Tabulate what was measured beside its limits."""
     groups = (
         (("datagrams lost each way", "report: age on arrival p50 / p95 s", "reports a second", "missing",
-          "command answered p50 / p95 s", "stop confirmed p50 / p99 s", "there / back B/s", "within the limits"),
+          "command answered p50 / p95 s", "refused", "stop confirmed p50 / p99 s", "there / back B/s", "within the limits"),
          [_measured(each) for each in results if "age_s" in each]),
         (("outage", "n", "fresh data after, median s", "worst s", "limit s", "within the limit"),
          [_outage(each) for each in results if "took_s" in each]),
@@ -160,7 +187,7 @@ def _measured(run: Case) -> tuple[bool, tuple[object, ...]]:
     holds = all(value <= limit for value, limit in zip(found, limits, strict=True))
     return holds, (
         run["what"], f"{np.median(age):.3f} / {found[0]:.3f}", f"{run['reports_hz']:.1f}", f"{100 * run['missed']:.0f} %",
-        f"{found[1]:.2f} / {found[2]:.2f}", f"{np.median(stops):.2f} / {found[3]:.2f}",
+        f"{found[1]:.2f} / {found[2]:.2f}", run["refused"], f"{np.median(stops):.2f} / {found[3]:.2f}",
         " / ".join(f"{run['bytes_s'][way]:.0f}" for way in _WAYS), _yes(holds),
     )  # fmt: skip
 

@@ -26,7 +26,7 @@ LOSSES: dict[str, Case] = {
     "other ports in the middle": {"rebind": True},
 }
 """Impairments of each direction, by name; `rebind`: the link continues from other ports while the robot executes."""
-_INTO_MOTION_S, _SETTLED_S = 2.0, 3.0
+_INTO_MOTION_S, _SETTLED_S = 2.0, 8.0
 
 
 def fresh_limit_s(outage_s: float) -> float:
