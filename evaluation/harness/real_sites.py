@@ -16,6 +16,7 @@ from typing import Any
 from farhand.common.address import free_port
 from farhand.common.errors import ProcessFailed
 from farhand.common.impairment.link_control import RelayControl
+from farhand.common.link.certificates import RIGHTS_FILE
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 from farhand.common.task import TaskSet
@@ -71,6 +72,7 @@ class RealSites:
         profile: Profile of the link.
         rate_bps: Capacity of the link as told to the sites [bit/s]; 0: more than enough.
         transport: Scheme of the endpoints; None for the one that suits the rate.
+        listed: Whether the robot obeys only the sites of the registry's list, which is read again when it changes.
     """
 
     def __init__(
@@ -82,7 +84,9 @@ class RealSites:
         profile: str = "lan",
         rate_bps: float = 0.0,
         transport: Transport | None = None,
+        listed: bool = False,
     ):
+        self._listed = listed
         self._task, self._delay_s, self._with_console, self._seed = task, delay_s, with_console, seed
         self._profile, self._rate_bps = profile, rate_bps
         self._folder = tempfile.TemporaryDirectory(prefix="farhand-")
@@ -151,6 +155,12 @@ class RealSites:
             *self._identity("page"),
             f"--task={self._task}", f"--data-dir={self.folder / 'page'}", f"--link-rate-bps={self._rate_bps:g}",
         )  # fmt: skip
+
+    @property
+    def registry(self) -> Registry:
+        """Authority of the certificates. Only over an encrypted transport."""
+        assert self._registry is not None
+        return self._registry
 
     @property
     def robot_events(self) -> Path:
@@ -241,7 +251,7 @@ class RealSites:
     def _start_robot(self) -> ReadyProcess:
         return ReadyProcess(
             "remote", f"--listen={self._transport}/{HOST}:{self._robot_port}", f"--task={self._task}", f"--seed={self._seed}",
-            *self._identity(EndpointSettings().vehicle),
+            *self._identity(EndpointSettings().vehicle), *self._list_of_sites(),
             f"--data-dir={self._folder.name}", f"--link-rate-bps={self._rate_bps:g}",
         )  # fmt: skip
 
@@ -255,6 +265,9 @@ class RealSites:
                 name, "robot" if is_robot else "operator", (HOST,) if is_robot else (), _DAYS
             )
         return str(self._registry.folder_of(name))
+
+    def _list_of_sites(self) -> list[str]:
+        return [f"--sites={self.folder / 'pki' / RIGHTS_FILE}"] if self._listed else []
 
     def _identity(self, name: str) -> list[str]:
         certificates = self._certificates(name)
