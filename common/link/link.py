@@ -83,14 +83,11 @@ class ZenohLink:
         path = Path.of(self._settings, zenoh_configuration, asked, self._silence)
         sessions = self._sessions
 
-        def renew(timeout_s: float, ended: threading.Event) -> None:
-            # TCP has no window that an outage wears out. At a hub two sessions of a robot would both handle its questions.
-            if self._quic is not None and not self._settings.is_of_robot:
-                sessions.renew(asked, timeout_s, ended)
-
+        # TCP has no window that an outage wears out. At a hub two sessions of a robot would both handle its questions.
+        renews = self._quic is not None and not self._settings.is_of_robot
         return PathProbe(
-            path, self._silent_s, lambda: sessions.is_connected, lambda s: sessions.answers(asked, s),
-            sessions.reopen, renew,
+            path, self._silent_s, lambda: sessions.is_connected, lambda s: sessions.answers(asked, s), sessions.reopen,
+            (lambda timeout_s, ended: sessions.renew(asked, timeout_s, ended)) if renews else None,
         )  # fmt: skip
 
     def _silent_s(self) -> float:

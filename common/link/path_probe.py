@@ -13,6 +13,7 @@ first answer is kept.
 from __future__ import annotations
 
 import contextlib
+import math
 import secrets
 import socket
 import threading
@@ -98,8 +99,8 @@ class PathProbe:
         is_connected: Returns True if the transport has a connection.
         answers: Decides whether the other end answers on the present connection within a time [s].
         reconnect: Begins a new connection; may block for a moment.
-        renew: Replaces a connection that has survived an outage by a fresh one within a time [s], without a gap; the
-            event ends it early.
+        renew: Opens a connection beside the present one and changes over if that is answered within a time [s]; the
+            event ends it early. None where there can be only one.
     """
 
     def __init__(
@@ -109,7 +110,7 @@ class PathProbe:
         is_connected: Callable[[], bool],
         answers: Callable[[float], bool],
         reconnect: Callable[[], None],
-        renew: Callable[[float, threading.Event], None] = lambda _timeout_s, _ended: None,
+        renew: Callable[[float, threading.Event], None] | None = None,
     ):
         self._path, self._silent_s, self._is_connected = path, silent_s, is_connected
         self._answers, self._reconnect, self._renew = answers, reconnect, renew
@@ -124,54 +125,60 @@ class PathProbe:
 
     def _run(self) -> None:
         was_connected, connected_s = False, time.monotonic()
+        attempted_s = connected_s
         while not self._closed.wait(_LOOK_S):
             if self._is_connected():
-                was_connected, connected_s = True, time.monotonic()
+                was_connected, connected_s, attempted_s = True, time.monotonic(), -math.inf
                 if self._is_silent:
                     self._doubt()
                 continue
             patience_s = self._path.lost_s if was_connected else self._path.unconnected_s
             if time.monotonic() - connected_s >= patience_s:
-                self._restore()
+                self._restore(attempted_s)
 
     @property
     def _is_well(self) -> bool:
         return self._closed.is_set() or self._is_connected()
 
     def _doubt(self) -> None:
-        """Ask the other end, and reconnect if the path is open but a connection carries no answer.
+        """Ask the other end; without an answer open another connection as soon as the path is open.
 
-        A connection that has survived an outage has a small window, which the next one would soon fill: it would then
-        send its next packet only after a pause that has doubled each time. A fresh connection takes its place.
+        That is done although the present one may survive: it then has a small window, which the next outage would
+        soon fill, and would send its next packet only after a pause that has doubled each time.
         """
         if self._answers(self._path.answer_s):
             self._closed.wait(self._path.doubted_s)
             return
-        round_trip_s = 0.0
-        while self._is_silent:
+        round_trip_s = None
+        while round_trip_s is None and self._is_silent:
             # Nothing is asked until the path is open: it would fill the window.
-            if (answered_s := self._path.probe(self._closed)) is None:
-                continue
-            round_trip_s = answered_s
-            if self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s) or not self._is_silent:
-                break
-            if not self._closed.is_set():
-                self._reconnect()
-                self._wait(_attempt_s(round_trip_s))
-            return
-        self._renew(_attempt_s(round_trip_s), self._closed)
+            round_trip_s = self._path.probe(self._closed)
+        attempt_s = _attempt_s(round_trip_s or 0.0)
+        if self._renew is not None:
+            self._renew(attempt_s, self._closed)
+        elif round_trip_s is not None and not (
+            self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s) or not self._is_silent
+        ):
+            self._reconnect()
+            self._wait(attempt_s)
 
     @property
     def _is_silent(self) -> bool:
         return self._silent_s() >= self._path.doubted_s and not self._closed.is_set()
 
-    def _restore(self) -> None:
-        """Probe until the path is open, then reconnect until there is a connection."""
+    def _restore(self, attempted_s: float) -> None:
+        """Probe until the path is open, then reconnect until there is a connection.
+
+        Args:
+            attempted_s: Start of the first attempt, which may still succeed over a long path [s].
+        """
         while not self._is_well:
-            round_trip_s = self._path.probe(self._closed)
-            if round_trip_s is not None and not self._is_well:
+            if (round_trip_s := self._path.probe(self._closed)) is None:
+                continue
+            self._wait(attempted_s + _attempt_s(round_trip_s) - time.monotonic())
+            if not self._is_well:
+                attempted_s = time.monotonic()
                 self._reconnect()
-                self._wait(_attempt_s(round_trip_s))
 
     def _wait(self, patience_s: float) -> None:
         give_up_s = time.monotonic() + patience_s

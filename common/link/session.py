@@ -158,19 +158,21 @@ class Session:
                 _log.info("the link keeps its connection: %s", error)
                 return
             declared = [declare(successor) for declare in self._declarations]
-            if not _answers(successor, key, timeout_s, ended):
-                _close(successor)
-                return
-            before, obsolete = self._session, self._declared
-            with self._changed:
-                self._session, self._declared, self._publishers = successor, declared, OrderedDict()
-                self.renewed += 1
-            leaving = threading.Thread(target=self._leave, args=(before, obsolete), daemon=True)
+            if _answers(successor, key, timeout_s, ended):
+                with self._changed:
+                    present = self._session, self._declared
+                    self._session, self._declared, self._publishers = successor, declared, OrderedDict()
+                    self.renewed += 1
+                successor, declared = present
+            leaving = threading.Thread(
+                target=self._leave, args=(successor, declared), name="closing a session"
+            )
+            leaving.daemon = True
             self._leaving = [*(each for each in self._leaving if each.is_alive()), leaving]
             leaving.start()
 
     def _leave(self, session: zenoh.Session, declared: list[Any]) -> None:
-        """Close a session that has a successor, after its last answers."""
+        """Close a session that is not needed, after its last answers; that blocks for seconds if it is not connected."""
         for each in declared:
             with contextlib.suppress(zenoh.ZError):
                 each.undeclare()

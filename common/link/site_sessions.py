@@ -30,7 +30,8 @@ class SiteSessions:
         if settings.connect and scheme_of(settings.connect) == "quic":
             # A window of its own for streams, which fill it, and for stops, which must not wait for room in one.
             self._streams, self._stops = Session(settings), Session(settings)
-        self._all = tuple({self._stops: None, self._streams: None, self.main: None})
+        self._all = tuple({self._streams: None, self._stops: None, self.main: None})
+        """The streams' first: the other end accepts one after the other, and fresh data must come soon."""
 
     def declare(self, channel: Channel, declare: Declare) -> None:
         """Make a declaration on the session of a channel, and on each later one."""
