@@ -60,7 +60,7 @@ STUDIES = {
     "link-delay": "farhand.evaluation.link.link_delay",
     "delivery": "farhand.evaluation.link.delivery",
     "bad-peers": "farhand.evaluation.link.bad_peers",
-    "renewal": "farhand.evaluation.link.renewal",
+    "renewal": "farhand.evaluation.live.renewal",
     "link-recovery": "farhand.evaluation.link.link_recovery",
     "link-profiles": "farhand.evaluation.link.link_profiles",
     "link-profiles-real": "farhand.evaluation.link.real_profiles",

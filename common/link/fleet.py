@@ -15,7 +15,8 @@ from farhand.common.errors import InvalidInput
 from farhand.common.link.budget import Silence
 from farhand.common.link.endpoint import OPERATORS, EndpointSettings, bare_configuration
 from farhand.common.link.path_probe import Path, PathProbe
-from farhand.common.link.session import Session, in_reader
+from farhand.common.link.questions import in_reader
+from farhand.common.link.session import Session
 from farhand.common.wire import keys
 from farhand.common.wire.codec import decode
 from farhand.common.wire.messages import Telemetry

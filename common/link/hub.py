@@ -29,7 +29,8 @@ from farhand.common.link.endpoint import (
     EndpointSettings,
     bare_configuration,
 )
-from farhand.common.link.session import Session, in_reader, reply_to
+from farhand.common.link.questions import in_reader, reply_to
+from farhand.common.link.session import Session
 from farhand.common.log import loop_logger
 from farhand.common.names import user_path
 from farhand.common.wire import keys

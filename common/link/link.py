@@ -19,14 +19,13 @@ from farhand.common.link.access import AccessWatch
 from farhand.common.link.budget import OVERHEAD_BYTES, Silence
 from farhand.common.link.certificates import check_site_certificate
 from farhand.common.link.connection_faults import DeafListeners
-from farhand.common.link.copies import Once, Question
 from farhand.common.link.endpoint import MOST_SESSIONS, EndpointSettings, scheme_of, zenoh_configuration
 from farhand.common.link.interface import Answered, Deliver, Handle, Signed
 from farhand.common.link.outbox import Outbox
 from farhand.common.link.path_probe import Path, PathProbe
+from farhand.common.link.questions import Once, Question, ZenohRequest, in_reader, reply_to
 from farhand.common.link.quic import QuicDelivery, copy_of, site_in
 from farhand.common.link.refusals import Refusals, serve_rights
-from farhand.common.link.session import ZenohRequest, in_reader, reply_to
 from farhand.common.link.site_sessions import SiteSessions
 from farhand.common.log import loop_logger
 from farhand.common.wire import keys

@@ -15,8 +15,8 @@ from typing import Any
 import zenoh
 
 from farhand.common.link.budget import OVERHEAD_BYTES, Silence, SilenceGate
-from farhand.common.link.copies import ID_BYTES, Copies, Question
 from farhand.common.link.pace import SHARES, StreamPace
+from farhand.common.link.questions import ID_BYTES, Copies, Question
 from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel
 

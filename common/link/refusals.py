@@ -18,8 +18,9 @@ import zenoh
 
 from farhand.common.clock import elapsed_s
 from farhand.common.link.access import AccessWatch, explain_right, obeys_all
+from farhand.common.link.questions import in_reader, reply_to
 from farhand.common.link.quic import site_in
-from farhand.common.link.session import Declare, in_reader, reply_to
+from farhand.common.link.session import Declare
 from farhand.common.log import loop_logger
 from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel

@@ -20,7 +20,6 @@ import zenoh
 from farhand.common.address import listening_fault
 from farhand.common.errors import LinkError, PortTaken
 from farhand.common.link.endpoint import EndpointSettings, zenoh_configuration
-from farhand.common.link.outbox import Outbox
 from farhand.common.log import loop_logger
 from farhand.common.wire import keys
 
@@ -272,32 +271,3 @@ def _readers(n: int) -> Iterator[None]:
             os.environ[_RUNTIME] = f"(rx: (worker_threads: {n}))"
             ended.callback(os.environ.pop, _RUNTIME)
         yield
-
-
-class ZenohRequest:
-    """`Request` that is answered by the transport's reply.
-
-    Args:
-        query: The question.
-        data: Bytes of the question.
-        outbox: Sends the answer.
-    """
-
-    def __init__(self, query: zenoh.Query, data: bytes, outbox: Outbox):
-        self._query, self._outbox = query, outbox
-        self.data = data
-
-    def answer(self, data: bytes) -> None:
-        """Answer it, from any thread, without blocking."""
-        self._outbox.submit(lambda: reply_to(self._query, data))
-
-
-def reply_to(query: zenoh.Query, data: bytes) -> None:
-    """Answer a question now, at the question's priority."""
-    with query:
-        query.reply(query.key_expr, data, express=True)
-
-
-def in_reader(take: Callable[[Any], None]) -> Any:
-    """Return a handler that is called in the thread that reads the connection."""
-    return zenoh.handlers.Callback(take, indirect=False)

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from farhand.evaluation.link.renewal import KINDS, Case, job, summarise
+from farhand.evaluation.live.renewal import KINDS, Case, job, summarise
 
 GOOD = {"seed": 1, "finished": True, "left": [], "out_s": 0.3, "said": "operator was revoked on a day", "why": ""}  # fmt: skip
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farhand.common.link.copies import Copies, Once, OnceRequest, Question
+from farhand.common.link.questions import Copies, Once, OnceRequest, Question
 
 
 @given(
@@ -64,7 +64,7 @@ def test_the_first_answer_counts_and_ends_the_copies():
 @pytest.mark.parametrize("suspended_s", [9.0, 60.0, 1e6])
 def test_after_a_suspend_no_copy_of_an_earlier_question_is_sent(monkeypatch, suspended_s: float):
     now_s = [1000.0]
-    monkeypatch.setattr("farhand.common.link.copies.elapsed_s", lambda: now_s[0])
+    monkeypatch.setattr("farhand.common.link.questions.elapsed_s", lambda: now_s[0])
     copies, sent, later = Copies(), threading.Semaphore(0), threading.Semaphore(0)
     try:
         copies.add(Question(lambda _: None), sent.release)

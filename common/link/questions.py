@@ -1,4 +1,4 @@
-"""Urgent questions, sent reliably and again as datagrams: handled once, with an answer to every copy.
+"""Questions and their answers; urgent ones are sent reliably and again as datagrams, and handled once.
 
 The loss of a packet in the reliable stream is detected after one round trip at the earliest. Copies sent shortly
 afterwards do not wait for that. The first copy to arrive is handled, and the first answer to arrive is used.
@@ -11,10 +11,12 @@ import threading
 import weakref
 from collections import OrderedDict
 from collections.abc import Callable
+from typing import Any
 
 import zenoh
 
 from farhand.common.clock import elapsed_s
+from farhand.common.link.outbox import Outbox
 
 ID_BYTES = 8
 _COPIES_S = (0.0, 0.1, 0.2, 0.5, 0.9, 1.4, 2.0, 3.0, 4.0)
@@ -189,3 +191,32 @@ class OnceRequest:
             self._remember(self._id, data)
         for reply in replies or ():
             reply(data)
+
+
+class ZenohRequest:
+    """`Request` that is answered by the transport's reply.
+
+    Args:
+        query: The question.
+        data: Bytes of the question.
+        outbox: Sends the answer.
+    """
+
+    def __init__(self, query: zenoh.Query, data: bytes, outbox: Outbox):
+        self._query, self._outbox = query, outbox
+        self.data = data
+
+    def answer(self, data: bytes) -> None:
+        """Answer it, from any thread, without blocking."""
+        self._outbox.submit(lambda: reply_to(self._query, data))
+
+
+def reply_to(query: zenoh.Query, data: bytes) -> None:
+    """Answer a question now, at the question's priority."""
+    with query:
+        query.reply(query.key_expr, data, express=True)
+
+
+def in_reader(take: Callable[[Any], None]) -> Any:
+    """Return a handler that is called in the thread that reads the connection."""
+    return zenoh.handlers.Callback(take, indirect=False)
