@@ -85,8 +85,8 @@ class ZenohLink:
         # TCP has no window that an outage wears out. At a hub two sessions of a robot would both handle its questions.
         renews = self._quic is not None and not self._settings.is_of_robot
         return PathProbe(
-            path, self._silent_s, lambda: sessions.is_connected, lambda s: sessions.answers(asked, s), sessions.reopen,
-            (lambda timeout_s, ended: sessions.renew(asked, timeout_s, ended)) if renews else None,
+            path, self._silent_s, lambda: sessions.is_connected, lambda s: sessions.answers(asked, s), sessions.reconnect,
+            (lambda timeout_s, gives_up: sessions.renew(asked, timeout_s, gives_up)) if renews else None,
         )  # fmt: skip
 
     def _silent_s(self) -> float:

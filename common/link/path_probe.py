@@ -34,6 +34,8 @@ _UNCONNECTED_S = 3.0
 _EVERY_S, _LOOK_S = 0.4, 0.1
 _ATTEMPT_S, _ATTEMPT_ROUND_TRIPS = 1.5, 7.0
 """Time limit of a new connection before the next attempt: a constant [s] plus a number of round trips."""
+_MORE_PATIENCE, _MOST_PATIENCE = 1.5, 4.0
+"""Factor from one attempt to the next, as a path that loses much needs longer for a handshake, and its limit."""
 _PROBE_BYTES = 1200
 """Size of the smallest packet that a server answers [B]."""
 _LONG_HEADER, _RESERVED_VERSION, _ID_BYTES = b"\xc0", b"\x1a\x2a\x3a\x4a", 8
@@ -99,8 +101,8 @@ class PathProbe:
         is_connected: Returns True if the transport has a connection.
         answers: Decides whether the other end answers on the present connection within a time [s].
         reconnect: Begins a new connection; may block for a moment.
-        renew: Opens a connection beside the present one and changes over if that is answered within a time [s]; the
-            event ends it early. None where there can be only one.
+        renew: Opens a connection beside the present one and changes over if that is answered within a time [s], unless
+            the function says that it gives up. None where there can be only one.
     """
 
     def __init__(
@@ -110,7 +112,7 @@ class PathProbe:
         is_connected: Callable[[], bool],
         answers: Callable[[float], bool],
         reconnect: Callable[[], None],
-        renew: Callable[[float, threading.Event], None] | None = None,
+        renew: Callable[[float, Callable[[], bool]], None] | None = None,
     ):
         self._path, self._silent_s, self._is_connected = path, silent_s, is_connected
         self._answers, self._reconnect, self._renew = answers, reconnect, renew
@@ -155,12 +157,23 @@ class PathProbe:
             round_trip_s = self._path.probe(self._closed)
         attempt_s = _attempt_s(round_trip_s or 0.0)
         if self._renew is not None:
-            self._renew(attempt_s, self._closed)
+            self._renew(attempt_s, self._until_silent_again())
         elif round_trip_s is not None and not (
             self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s) or not self._is_silent
         ):
             self._reconnect()
             self._wait(attempt_s)
+
+    def _until_silent_again(self) -> Callable[[], bool]:
+        """Return what ends an attempt: the other end was heard, and then no more."""
+        heard = False
+
+        def gives_up() -> bool:
+            nonlocal heard
+            heard = heard or not self._is_silent
+            return self._closed.is_set() or (heard and self._is_silent)
+
+        return gives_up
 
     @property
     def _is_silent(self) -> bool:
@@ -172,12 +185,13 @@ class PathProbe:
         Args:
             attempted_s: Start of the first attempt, which may still succeed over a long path [s].
         """
+        patience = 1.0
         while not self._is_well:
             if (round_trip_s := self._path.probe(self._closed)) is None:
                 continue
-            self._wait(attempted_s + _attempt_s(round_trip_s) - time.monotonic())
+            self._wait(attempted_s + patience * _attempt_s(round_trip_s) - time.monotonic())
             if not self._is_well:
-                attempted_s = time.monotonic()
+                attempted_s, patience = time.monotonic(), min(_MOST_PATIENCE, _MORE_PATIENCE * patience)
                 self._reconnect()
 
     def _wait(self, patience_s: float) -> None:

@@ -95,15 +95,15 @@ class Session:
         """Ask a question, see `zenoh.Session.get`."""
         self._session.get(*args, **options)
 
-    def answers(self, key: str, timeout_s: float, ended: threading.Event | None = None) -> bool:
+    def answers(self, key: str, timeout_s: float, gives_up: Callable[[], bool] = lambda: False) -> bool:
         """Decide whether a question is answered in time: it is the only proof that the other end is still there.
 
         Args:
             key: Key of the question.
             timeout_s: Time limit of the answer [s].
-            ended: Ends the wait early.
+            gives_up: Decides whether to end the wait early; asked again and again.
         """
-        return _answers(self._session, key, timeout_s, ended or threading.Event())
+        return _answers(self._session, key, timeout_s, gives_up)
 
     def locators(self) -> list[str]:
         """Return the locators of the connected peers."""
@@ -138,7 +138,7 @@ class Session:
             if not self._closed:
                 self._declared = [declare(session) for declare in self._declarations]
 
-    def renew(self, key: str, timeout_s: float, ended: threading.Event) -> None:
+    def renew(self, key: str, timeout_s: float, gives_up: Callable[[], bool]) -> None:
         """Open another session beside the present one, which takes over once the other end has answered on it.
 
         Without an answer in time the present one stays. Until the change both receive: what must not be handled twice needs an id.
@@ -146,7 +146,7 @@ class Session:
         Args:
             key: Key of a question that the other end answers.
             timeout_s: Time limit of the answer [s].
-            ended: Ends the attempt early.
+            gives_up: Decides whether to end the attempt early; asked again and again.
         """
         with self._swapping:
             if self._closed:
@@ -157,7 +157,7 @@ class Session:
                 _log.info("the link keeps its connection: %s", error)
                 return
             declared = [declare(successor) for declare in self._declarations]
-            if _answers(successor, key, timeout_s, ended):
+            if _answers(successor, key, timeout_s, gives_up):
                 with self._changed:
                     present = self._session, self._declared
                     self._session, self._declared, self._publishers = successor, declared, OrderedDict()
@@ -197,7 +197,10 @@ class Session:
             target=_close, args=(self._session,), name="closing a session", daemon=True
         )
         closing.start()
-        closing.join(_PORT_FREE_S if self._settings.listen else _GOODBYE_S)
+        if self._settings.listen:
+            closing.join(_PORT_FREE_S)
+        elif self.locators():  # else there is nobody to say goodbye to
+            closing.join(_GOODBYE_S)
 
     def _until_opened(self) -> zenoh.Session:
         """Retry to open the session: another process may have the port for a moment."""
@@ -220,7 +223,7 @@ def _close(session: zenoh.Session) -> None:
         session.close()
 
 
-def _answers(session: zenoh.Session, key: str, timeout_s: float, ended: threading.Event) -> bool:
+def _answers(session: zenoh.Session, key: str, timeout_s: float, gives_up: Callable[[], bool]) -> bool:
     """Decide whether a question is answered in time on a session."""
     until_s, answered, asks = time.monotonic() + timeout_s, threading.Event(), threading.Event()
 
@@ -229,7 +232,7 @@ def _answers(session: zenoh.Session, key: str, timeout_s: float, ended: threadin
             answered.set()
 
     asks.set()
-    while (left_s := until_s - time.monotonic()) > 0 and not ended.is_set():
+    while (left_s := until_s - time.monotonic()) > 0 and not gives_up():
         if asks.is_set():  # an unconnected question ends at once
             asks.clear()
             handler = zenoh.handlers.Callback(hear, asks.set, indirect=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import zenoh
@@ -74,14 +75,20 @@ class SiteSessions:
 
     def reopen(self) -> None:
         """Open all sessions again in place."""
-        for session in self._all:
-            session.reopen()
+        self._each(self._all, Session.reopen)
 
-    def renew(self, key: str, timeout_s: float, ended: threading.Event) -> None:
-        """Replace all sessions at the same time by fresh ones that answer a question, without a gap, see `Session.renew`."""
-        with ThreadPoolExecutor(len(self._all)) as pool:
-            for session in self._all:
-                pool.submit(session.renew, key, timeout_s, ended)
+    def reconnect(self) -> None:
+        """Open the sessions without a connection again, all of them if each has one."""
+        self._each([each for each in self._all if not each.locators()] or self._all, Session.reopen)
+
+    def renew(self, key: str, timeout_s: float, gives_up: Callable[[], bool]) -> None:
+        """Replace all sessions by fresh ones that answer a question, without a gap, see `Session.renew`."""
+        self._each(self._all, lambda session: session.renew(key, timeout_s, gives_up))
+
+    def _each(self, sessions: Sequence[Session], do: Callable[[Session], None]) -> None:
+        """Do something with sessions at the same time: a handshake takes several round trips."""
+        with ThreadPoolExecutor(len(sessions)) as pool:
+            list(pool.map(do, sessions))
 
     def close(self) -> None:
         """Close all sessions."""
@@ -113,6 +120,6 @@ def try_session(
         ended.wait(RETRY_S)
         return None
     try:
-        return time.monotonic() - began_s if session.answers(key, timeout_s, ended) else None
+        return time.monotonic() - began_s if session.answers(key, timeout_s, ended.is_set) else None
     finally:
         session.close()

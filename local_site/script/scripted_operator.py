@@ -16,7 +16,6 @@ from farhand.common.task import AnyTask
 from farhand.local_site.console import intents
 from farhand.local_site.console.console_state import ConsoleState
 from farhand.local_site.script.scripted_actions import (
-    ATTEMPTS,
     CuttableLink,
     JobFailed,
     OperatedConsole,
@@ -28,7 +27,7 @@ from farhand.local_site.script.scripted_actions import (
 from farhand.local_site.script.scripted_result import link_result, whole_result
 from farhand.local_site.script.scripted_task import ScriptedTask
 
-_DRIVE_S = 1.5
+_DRIVE_S, _DRIVE_ATTEMPTS = 1.5, 12
 _HAND_PERIOD_S = 1.0 / 30.0
 
 
@@ -116,8 +115,8 @@ class ScriptedOperator:
         return task.result()
 
     def _drive(self, task: ScriptedTask) -> None:
-        """Couple and drive; retry when the robot has decoupled on its own before it moved."""
-        for _ in range(ATTEMPTS):
+        """Couple and drive; retry when the robot has decoupled on its own before it moved, as on a link that loses much."""
+        for _ in range(_DRIVE_ATTEMPTS):
             self._actions.command(Action.COUPLE, ControlMode.DIRECT)
             if self._followed(task):
                 self._actions.say("drove the robot through the link")
