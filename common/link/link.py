@@ -33,6 +33,9 @@ from farhand.common.wire.keys import Channel, Urgency, answers_for
 
 _log = loop_logger(__name__)
 
+_WIDE_BPS = 200_000.0
+"""Rate of a link from which three handshakes, 18 kB, take less than a second [bit/s]."""
+
 
 class ZenohLink:
     """`Link` over one Zenoh session, or three: over QUIC, streams and stops of a site that connects have one each.
@@ -82,8 +85,10 @@ class ZenohLink:
         path = Path.of(self._settings, zenoh_configuration, asked, self._silence)
         sessions = self._sessions
 
-        # TCP has no window that an outage wears out. At a hub two sessions of a robot would both handle its questions.
-        renews = self._quic is not None and not self._settings.is_of_robot
+        # TCP has no window that an outage wears out; on a narrow link handshakes would delay commands; and at a hub two
+        # sessions of a robot would both handle its questions.
+        is_wide = not 0.0 < self._settings.rate_bps < _WIDE_BPS
+        renews = self._quic is not None and is_wide and not self._settings.is_of_robot
         return PathProbe(
             path, self._silent_s, lambda: sessions.is_connected, lambda s: sessions.answers(asked, s), sessions.reconnect,
             (lambda timeout_s, gives_up: sessions.renew(asked, timeout_s, gives_up)) if renews else None,
