@@ -33,6 +33,7 @@ _PORT_FREE_S, _GOODBYE_S = 15.0, 0.5
 _SAID_EVERY_S = 10.0
 _LINGER_S = 2.0
 """Time that a session stays after its successor took over, so that its questions are still answered [s]."""
+_CLOSING = "closing a session"
 _RUNTIME, _environment = "ZENOH_RUNTIME", threading.Lock()
 
 Declare = Callable[[zenoh.Session], Any]
@@ -163,10 +164,7 @@ class Session:
                     self._session, self._declared, self._publishers = successor, declared, OrderedDict()
                     self.renewed += 1
                 successor, declared = present
-            leaving = threading.Thread(
-                target=self._leave, args=(successor, declared), name="closing a session"
-            )
-            leaving.daemon = True
+            leaving = _closing_thread(self._leave, successor, declared)
             self._leaving = [*(each for each in self._leaving if each.is_alive()), leaving]
             leaving.start()
 
@@ -193,14 +191,9 @@ class Session:
 
     def _end(self) -> None:
         """Close the present session, in the background if its attempt to connect is under way: that blocks for seconds."""
-        closing = threading.Thread(
-            target=_close, args=(self._session,), name="closing a session", daemon=True
-        )
+        closing = _closing_thread(_close, self._session)
         closing.start()
-        if self._settings.listen:
-            closing.join(_PORT_FREE_S)
-        elif self.locators():  # else there is nobody to say goodbye to
-            closing.join(_GOODBYE_S)
+        closing.join(_PORT_FREE_S if self._settings.listen else _GOODBYE_S)
 
     def _until_opened(self) -> zenoh.Session:
         """Retry to open the session: another process may have the port for a moment."""
@@ -216,6 +209,16 @@ class Session:
                     _log.warning("the link cannot be opened again yet: %s", error)
                 with self._changed:
                     self._changed.wait(RETRY_S)
+
+
+def are_closing() -> bool:
+    """Return whether sessions are being closed, for which the interpreter would wait at its end."""
+    return any(thread.name == _CLOSING for thread in threading.enumerate())
+
+
+def _closing_thread(close: Callable[..., None], *arguments: object) -> threading.Thread:
+    # No daemon: the interpreter's end would stop it in the middle of the transport's own code, and abort.
+    return threading.Thread(target=close, args=arguments, name=_CLOSING)
 
 
 def _close(session: zenoh.Session) -> None:

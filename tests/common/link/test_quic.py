@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 import time
 
+from farhand.common.address import free_port
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.link.interface import Request
 from farhand.common.wire import keys
@@ -165,3 +168,28 @@ def test_an_answer_ends_the_silence_so_that_the_next_question_is_asked_at_once(r
         assert answers.count(b"cba") > 0.9 * len(answers)
     finally:
         here.close()
+
+
+PROGRAM = """
+import sys, threading
+from farhand.common.link.endpoint import EndpointSettings
+from farhand.common.link.link import ZenohLink
+from farhand.common.wire import keys
+robot, operator, endpoint = sys.argv[1:]
+right = keys.RIGHT.of("shore-1")
+there = ZenohLink(EndpointSettings(listen=endpoint, certificates=robot))
+here = ZenohLink(EndpointSettings(connect=endpoint, certificates=operator))
+while not here._sessions.answers(right, 5.0):
+    pass
+here._sessions.renew(right, 5.0, lambda: False)
+there.close()
+here._sessions.renew(right, 0.3, lambda: False)
+here.close()
+"""
+
+
+def test_an_interpreter_whose_connections_are_still_being_closed_ends_in_order(registry: Registry):
+    """As daemons, the threads that close them would abort it ("exception not rethrown")."""
+    folders = (registry.issue("rov7", "robot", (HOST,), 30), registry.folder_of("shore-1"))
+    endpoint = f"quic/{HOST}:{free_port('quic')}"
+    subprocess.run([sys.executable, "-c", PROGRAM, *map(str, folders), endpoint], check=True, timeout=120)

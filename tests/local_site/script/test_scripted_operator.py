@@ -37,7 +37,9 @@ def test_a_command_is_tried_three_times_and_then_fails_in_the_robots_words(tmp_p
         assert [command.action for command in it.robot.heard(Command)] == [Action.ARM] * 3
 
 
-def test_where_the_robot_is_already_it_need_not_be_told_to_go(tmp_path: Path):
+def test_the_ready_pose_is_tried_three_times_each_with_a_plug_taken_out_first_and_then_fails_in_the_robots_words(
+    tmp_path: Path,
+):
     with desk(tmp_path) as it:
         it.connected(ControlMode.DISARMED)
 
@@ -49,7 +51,7 @@ def test_where_the_robot_is_already_it_need_not_be_told_to_go(tmp_path: Path):
         with pytest.raises(JobFailed, match=r"did not reach its ready pose: .*not allowed"):
             ScriptedOperator(it.console, [TASK], None, None, 0).run()
         asked = [command.action for command in it.robot.heard(Command)]
-        assert asked == [Action.ARM, Action.GO_TO_READY, Action.RETRACT]
+        assert asked == [Action.ARM, *[Action.GO_TO_READY, Action.RETRACT] * 3]
 
 
 @pytest.mark.parametrize(
