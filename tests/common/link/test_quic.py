@@ -13,7 +13,7 @@ from farhand.common.link.interface import Request
 from farhand.common.wire import keys
 from farhand.deploy.link.relay import Relay
 from farhand.deploy.pki.registry import Registry
-from tests.common.link.encrypted import Heard, RelayThread, ask_until_answered, operator
+from tests.common.link.encrypted import HOST, Heard, RelayThread, ask_until_answered, operator
 
 PATIENCE_S = 60.0
 N = 60
