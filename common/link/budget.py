@@ -84,7 +84,7 @@ _WINDOW_BYTES, _QUIC_BYTES, _MARK_BYTES = 12_000, 30, 19
 """QUIC's first window, what QUIC adds beyond `OVERHEAD_BYTES`, and the mark that a stream's message has, but not in a silence [B]."""
 _BEFORE, _LATE = 28, 4
 """Reports that are unacknowledged when an outage is noticed, with a one-way delay of 0.3 s, and rare ones later in half a minute."""
-_PROMPT, _PROMPT_PAUSE_S, _PROBE_PAUSE_S, _RARE_PAUSE_S = 10, 0.24, 0.32, 5.0
+_PROMPT, _PROMPT_PAUSE_S, _PROBE_PAUSE_S, _RARE_PAUSE_S = 12, 0.2, 0.32, 5.0
 _PAUSES_S = {keys.HEARTBEAT: 0.4, keys.STOP: 0.6, keys.LEASE: 2.0}
 """Pauses during a silence: between the first reports, between those that find room in the window, and between all other
 messages, except on some channels [s]. With them half a minute of a channel finds room in the window."""
