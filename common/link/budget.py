@@ -173,8 +173,8 @@ class SilenceGate:
             return True
 
     def _report_pause_s(self, n_bytes: int) -> float:
-        if self._reports < _PROMPT:
-            return _PROMPT_PAUSE_S
         n_bytes += _QUIC_BYTES
         used_bytes = _BEFORE * n_bytes + (self._reports + 1 + _LATE) * (n_bytes - _MARK_BYTES)
-        return _PROBE_PAUSE_S if used_bytes <= _WINDOW_BYTES else _RARE_PAUSE_S
+        if used_bytes > _WINDOW_BYTES:
+            return _RARE_PAUSE_S
+        return _PROMPT_PAUSE_S if self._reports < _PROMPT else _PROBE_PAUSE_S
