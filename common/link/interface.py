@@ -60,7 +60,10 @@ class Link(Protocol):
         ...
 
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
-        """Register the receiver of a channel's messages, called in the thread that reads the connection."""
+        """Register the receiver of a channel's messages, called in the thread that reads the connection.
+
+        After an outage, while fresh connections take the place of the old ones, a message may arrive on both.
+        """
         ...
 
     def serve(self, channel: Channel, handle: Handle) -> None:

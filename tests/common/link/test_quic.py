@@ -7,8 +7,11 @@ import sys
 import threading
 import time
 
+import pytest
+
 from farhand.common.address import free_port
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
+from farhand.common.link import budget
 from farhand.common.link.interface import Request
 from farhand.common.wire import keys
 from farhand.deploy.link.relay import Relay
@@ -34,8 +37,10 @@ def test_both_ends_ask_answer_and_send_over_one_encrypted_connection(registry: R
 
 
 def test_what_must_arrive_does_once_and_in_order_over_a_link_that_loses_doubles_and_corrupts(
-    registry: Registry, robot
+    registry: Registry, robot, monkeypatch: pytest.MonkeyPatch
 ):
+    # No silence counts as an outage here: what arrives while fresh connections take over may arrive on both.
+    monkeypatch.setattr(budget, "_LEAST_SILENCE_S", 60.0)
     there, port = robot
     relay = RelayThread(port, LinkSettings(uplink=BAD, downlink=BAD))
     here = operator(registry.folder_of("shore-1"), relay.port)
@@ -59,8 +64,7 @@ def test_what_must_arrive_does_once_and_in_order_over_a_link_that_loses_doubles_
         assert len(newest) > N / 4
         status = relay.do(Relay.status)
         assert isinstance(status, dict)
-        # One each for streams and stops; more where a silence of the streams on a busy machine was taken for an outage.
-        assert status["connections"] >= 3 and status["rebinds"] == 1
+        assert (status["connections"], status["rebinds"]) == (3, 1)  # one each for streams and stops
         assert status["downlink"]["datagrams"]["lost"] > 0
     finally:
         here.close()
@@ -172,6 +176,7 @@ def test_an_answer_ends_the_silence_so_that_the_next_question_is_asked_at_once(r
 
 PROGRAM = """
 import sys, threading
+from farhand.common.link import budget
 from farhand.common.link.endpoint import EndpointSettings
 from farhand.common.link.link import ZenohLink
 from farhand.common.wire import keys
