@@ -131,7 +131,7 @@ def import_recordings(files: Sequence[Path], out: Path | None, preview: bool, op
 def make_samples(out: Path, task: str, n: int, seed: int, own_arm: str = "") -> int:
     """Have the scripted operator demonstrate."""
     from farhand.deploy.places import find_cell, find_task
-    from farhand.local_site.workcell.operator_arm import DEMONSTRATIONS
+    from farhand.local_site.workcell.operator_arm import demonstrations
 
     if not 1 <= n <= _MOST_SAMPLES or seed < 0:
         expected = f"1 to {_MOST_SAMPLES}, and zero or more, got {n}, {seed}"
@@ -139,9 +139,10 @@ def make_samples(out: Path, task: str, n: int, seed: int, own_arm: str = "") -> 
     cell = find_cell(find_task(task), own_arm)
     assert cell is not None, "the tasks of DEMONSTRATIONS are an arm's"
     out.mkdir(parents=True, exist_ok=True)
-    for number in range(n):
+    shown = demonstrations(task, n, seed, cell, lambda reason: _say(f"left out: {reason}"))
+    for number, each in enumerate(shown):
         file = out / f"{task}-{number}.npz"
-        DEMONSTRATIONS[task](seed + number, cell).save(file)
+        each.save(file)
         _say(f"written: {file}")
     return 0
 

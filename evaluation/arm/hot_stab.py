@@ -34,7 +34,7 @@ from farhand.evaluation.study import Case, by_value, reporting_seeds
 from farhand.local_site.learning.online_learner import LearnerSettings
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.teaching.offline_learning import learn
-from farhand.local_site.workcell.operator_arm import hot_stab
+from farhand.local_site.workcell.operator_arm import demonstrations
 from farhand.remote_site.perception.simulated_sight import PRESETS
 
 LAMBDA_M = 0.10  # the paper's
@@ -52,7 +52,7 @@ def shown(own_arm: str = "") -> list[Demonstration]:
     """Return the demonstrations that come with the task, or those of the scripted operator on another arm."""
     files = sample_files("hot-stab")
     if own_arm:
-        return [hot_stab(seed, arm_cell(own_arm)) for seed in range(len(files))]
+        return list(demonstrations("hot-stab", len(files), 0, arm_cell(own_arm)))
     return [Demonstration.load(file) for file in files]
 
 

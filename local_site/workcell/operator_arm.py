@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,7 +104,7 @@ def hot_stab(seed: int, cell: Cell) -> Demonstration:
     shown = _demonstrate(arm, way, random, seed)
     end = arm.insertion
     if end.depth_m < _SEATED_M or end.lateral_m > _LATERAL_M:
-        raise NotDemonstrated(f"seed {seed}: the plug ends {end.depth_m * 1e3:.0f} mm deep: try another seed")
+        raise NotDemonstrated(f"seed {seed}: the plug ends {end.depth_m * 1e3:.0f} mm deep")
     return shown
 
 
@@ -123,7 +123,7 @@ def hot_stab_removal(seed: int, cell: Cell) -> Demonstration:
     shown = _demonstrate(arm, ScriptedExtraction(arm.frame.to_local(arm.tip), random), random, seed)
     away_m = float(np.linalg.norm(shown.in_frame()[-1] + np.array([0.0, 0.0, STANDOFF_M])))
     if away_m > _STANDOFF_M:
-        raise NotDemonstrated(f"seed {seed}: the plug ends {away_m * 1e3:.0f} mm off: try another seed")
+        raise NotDemonstrated(f"seed {seed}: the plug ends {away_m * 1e3:.0f} mm off")
     return shown
 
 
@@ -132,6 +132,39 @@ DEMONSTRATIONS: dict[str, Callable[[int, Cell], Demonstration]] = {
     "hot-stab-removal": hot_stab_removal,
 }
 """Scripted demonstration of each task, as a function of its seed and the arm."""
+
+
+def demonstrations(
+    task: str,
+    n: int,
+    first_seed: int,
+    cell: Cell,
+    left_out: Callable[[NotDemonstrated], None] = lambda _: None,
+) -> Iterator[Demonstration]:
+    """Iterate over the demonstrations of the first seeds that reach their end.
+
+    Args:
+        task: One of `DEMONSTRATIONS`.
+        n: Number of demonstrations.
+        first_seed: Seed from which on all are tried in turn.
+        cell: Arm and receptacle.
+        left_out: Called with the reason for each seed that is left out.
+
+    Raises:
+        NotDemonstrated: When more than n seeds would be left out.
+    """
+    found, failed = 0, 0
+    while found < n:
+        try:
+            shown = DEMONSTRATIONS[task](first_seed + found + failed, cell)
+        except NotDemonstrated as error:
+            failed += 1
+            if failed > n:
+                raise
+            left_out(error)
+            continue
+        found += 1
+        yield shown
 
 
 def _demonstrate(

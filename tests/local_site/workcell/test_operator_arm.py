@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.deploy.places import sample_files
+from farhand.deploy.places import arm_cell, sample_files
 from farhand.local_site.teaching.demonstration import Demonstration
-from farhand.local_site.workcell.operator_arm import DEMONSTRATIONS
+from farhand.local_site.workcell.operator_arm import DEMONSTRATIONS, NotDemonstrated, demonstrations
 from farhand.local_site.workcell.scripted_hand import STANDOFF_M
 from tests.cells import JACO
 
@@ -58,3 +58,15 @@ def test_the_samples_that_come_along_are_small_and_are_those_that_the_command_ma
     for file in files[1:]:
         end_m = Demonstration.load(file).in_frame()[-1, 2]
         assert end_m > 0.075 if task == "hot-stab" else end_m == pytest.approx(-STANDOFF_M, abs=0.015)
+
+
+def test_a_seed_whose_plug_is_not_seated_is_left_out_and_told_and_the_next_one_takes_its_place():
+    told: list[str] = []
+    cell = arm_cell("iiwa7")
+    first, second = demonstrations("hot-stab", 2, 0, cell, lambda reason: told.append(str(reason)))
+    assert told == ["seed 0: the plug ends 19 mm deep"]
+    expected = DEMONSTRATIONS["hot-stab"](1, cell), DEMONSTRATIONS["hot-stab"](2, cell)
+    for each, alone in zip((first, second), expected, strict=True):
+        np.testing.assert_array_equal(each.points, alone.points)
+    with pytest.raises(NotDemonstrated, match="seed 0"):
+        DEMONSTRATIONS["hot-stab"](0, cell)
