@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from farhand.deploy.places import arm_cell, sample_files
+from farhand.deploy.places import sample_files
+from farhand.evaluation.arm.arm_trial import arm_cell
 from farhand.local_site.teaching.demonstration import Demonstration
 from farhand.local_site.workcell.operator_arm import DEMONSTRATIONS, NotDemonstrated, demonstrations
 from farhand.local_site.workcell.scripted_hand import STANDOFF_M
