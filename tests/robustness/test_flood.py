@@ -178,7 +178,8 @@ def test_a_flood_of_garbage_stops_neither_the_heartbeat_nor_the_execution(operat
     operator.report(lambda told: told.phase is Phase.APPROACHING)
     for seq in itertools.islice(_numbers, 50):
         heartbeat = Heartbeat(session=SESSION, seq=seq, echo=operator.report().stamp)
-        while operator.report().heartbeat_echo != seq:  # one may be replaced or dropped; its sender sends more
+        # One may be replaced or dropped; its sender sends more.
+        while operator.report().heartbeat_echo != seq:
             operator.link.send(keys.HEARTBEAT, encode(heartbeat))
     operator.report(lambda told: told.phase is Phase.ARRIVED)
     assert "dropped: " in robot.words
