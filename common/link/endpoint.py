@@ -31,7 +31,7 @@ _QUIC_OPTIONS = "?mixed_rel=1;multistream=1"
 EVERY_SITE = "*"
 """Name of a robot's end in the keys of the operators' sites, since it serves all of them."""
 MOST_SESSIONS = 48
-"""Largest number of sites connected to a robot at a time."""
+"""Largest number of connections to a robot at a time, of which a site has three over QUIC."""
 ROBOTS, OPERATORS = "robots", "operators"
 """Regions of the transport's network to which the two kinds of sites belong."""
 _ENVELOPE_BYTES = 1024

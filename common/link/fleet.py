@@ -64,7 +64,7 @@ class Fleet:
         asked = f"{_ANY}/{keys.RIGHT.of(settings.speaks_as)}"
         self._probe = PathProbe(
             Path.of(settings, _configuration, asked, self._silence), lambda: self._silence.lasts_s,
-            self._is_connected, lambda s: self._session.answers(asked, s), self._session.reopen,
+            self._is_connected, partial(self._session.answers, asked), self._session.reopen,
         )  # fmt: skip
         self._thread = threading.Thread(target=self._run, name="fleet", daemon=True)
         self._thread.start()

@@ -11,6 +11,7 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import zenoh
@@ -90,8 +91,8 @@ class ZenohLink:
         is_wide = not 0.0 < self._settings.rate_bps < _WIDE_BPS
         renews = self._quic is not None and is_wide and not self._settings.is_of_robot
         return PathProbe(
-            path, self._silent_s, lambda: sessions.is_connected, lambda s: sessions.answers(asked, s), sessions.reconnect,
-            (lambda timeout_s, gives_up: sessions.renew(asked, timeout_s, gives_up)) if renews else None,
+            path, self._silent_s, lambda: sessions.is_connected, partial(sessions.answers, asked), sessions.reconnect,
+            partial(sessions.renew, asked) if renews else None,
         )  # fmt: skip
 
     def _silent_s(self) -> float:

@@ -32,6 +32,9 @@ _ANSWER_S, _ANSWER_ROUND_TRIPS = 0.5, 1.0
 _UNCONNECTED_S = 3.0
 """Time without a connection after which the path is probed for another attempt [s]."""
 _EVERY_S, _LOOK_S = 0.4, 0.1
+_CHECK_S, _CHECK_ANSWER_S = 10.0, 15.0
+"""Pause between checks of connections that are idle, such as that of stops, which a NAT forgets after half a minute, and the time
+limit of their answers, even over the longest path [s]."""
 _ATTEMPT_S, _ATTEMPT_ROUND_TRIPS = 1.5, 7.0
 """Time limit of a new connection before the next attempt: a constant [s] plus a number of round trips."""
 _MORE_PATIENCE, _MOST_PATIENCE = 1.5, 4.0
@@ -55,6 +58,7 @@ class Path:
         answer_s: Time for the first answer, before the path is probed [s].
         lost_s: Time without a connection after which the path is probed, when there was one before [s].
         unconnected_s: The same when there was none [s].
+        checked_s: Pause between checks of all connections while the other end is heard [s]; infinite for a single one.
     """
 
     probe: Callable[[threading.Event], float | None]
@@ -62,6 +66,7 @@ class Path:
     answer_s: float
     lost_s: float
     unconnected_s: float
+    checked_s: float = math.inf
 
     @classmethod
     def of(cls, settings: EndpointSettings, configure: Configure, key: str, silence: Silence) -> Path:
@@ -77,7 +82,7 @@ class Path:
             address = endpoint_address(settings.connect)
             return cls(
                 lambda ended: probe(address, _EVERY_S, ended), silence.doubted_s, silence.usual_s,
-                lost_s=0.0, unconnected_s=_UNCONNECTED_S,
+                lost_s=0.0, unconnected_s=_UNCONNECTED_S, checked_s=_CHECK_S,
             )  # fmt: skip
 
         def probe_by_session(ended: threading.Event) -> float | None:
@@ -99,7 +104,8 @@ class PathProbe:
         path: Path to the other end.
         silent_s: Returns the silence of the other end [s].
         is_connected: Returns True if the transport has a connection.
-        answers: Decides whether the other end answers on the present connection within a time [s].
+        answers: Decides whether the other end answers on the present connection within a time [s], unless the function says
+            that it gives up.
         reconnect: Begins a new connection; may block for a moment.
         renew: Opens a connection beside the present one and changes over if that is answered within a time [s], unless
             the function says that it gives up. None where there can be only one.
@@ -110,7 +116,7 @@ class PathProbe:
         path: Path,
         silent_s: Callable[[], float],
         is_connected: Callable[[], bool],
-        answers: Callable[[float], bool],
+        answers: Callable[[float, Callable[[], bool]], bool],
         reconnect: Callable[[], None],
         renew: Callable[[float, Callable[[], bool]], None] | None = None,
     ):
@@ -127,12 +133,15 @@ class PathProbe:
 
     def _run(self) -> None:
         was_connected, connected_s = False, time.monotonic()
-        attempted_s = connected_s
+        attempted_s = checked_s = connected_s
         while not self._closed.wait(_LOOK_S):
             if self._is_connected():
                 was_connected, connected_s, attempted_s = True, time.monotonic(), -math.inf
                 if self._is_silent:
                     self._doubt()
+                elif connected_s - checked_s >= self._path.checked_s:
+                    self._check()
+                    checked_s = time.monotonic()
                 continue
             patience_s = self._path.lost_s if was_connected else self._path.unconnected_s
             if time.monotonic() - connected_s >= patience_s:
@@ -148,19 +157,36 @@ class PathProbe:
         That is done although the present one may survive: it then has a small window, which the next outage would
         soon fill, and would send its next packet only after a pause that has doubled each time.
         """
-        if self._answers(self._path.answer_s):
+        if self._answers(self._path.answer_s, self._closed.is_set):
             self._closed.wait(self._path.doubted_s)
             return
         round_trip_s = None
         while round_trip_s is None and self._is_silent:
             # Nothing is asked until the path is open: it would fill the window.
             round_trip_s = self._path.probe(self._closed)
-        attempt_s = _attempt_s(round_trip_s or 0.0)
+        if self._closed.is_set():
+            return
+        survives = self._renew is None and (
+            round_trip_s is None
+            or self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s, self._closed.is_set)
+            or not self._is_silent
+        )
+        if not survives:
+            self._replace(round_trip_s or 0.0)
+
+    def _check(self) -> None:
+        """Ask over each connection, and replace them if one of them is dead although the other end is heard."""
+        if self._answers(_CHECK_ANSWER_S, lambda: self._closed.is_set() or self._is_silent):
+            return
+        round_trip_s = self._path.probe(self._closed)
+        if round_trip_s is not None and not self._closed.is_set() and not self._is_silent:
+            self._replace(round_trip_s)
+
+    def _replace(self, round_trip_s: float) -> None:
+        attempt_s = _attempt_s(round_trip_s)
         if self._renew is not None:
             self._renew(attempt_s, self._until_silent_again())
-        elif round_trip_s is not None and not (
-            self._answers(_ANSWER_S + _ANSWER_ROUND_TRIPS * round_trip_s) or not self._is_silent
-        ):
+        else:
             self._reconnect()
             self._wait(attempt_s)
 

@@ -87,11 +87,13 @@ class QuicDelivery:
                 channel, data, False, None if self._silence.is_unusual else self._pace.mark(channel.key)
             )
         elif channel.both_ways:
-            self._put(channel, data, False, None)
-            sent = self._sent.setdefault(channel, deque(maxlen=_SENT_KEPT))
-            if data not in sent:  # its sender repeats it; one reliable copy is enough
-                sent.append(data)
-                self._put(channel, data, True, None)
+            try:
+                self._put(channel, data, False, None)
+            finally:  # the reliable copy of a stop has another connection
+                sent = self._sent.setdefault(channel, deque(maxlen=_SENT_KEPT))
+                if data not in sent:  # its sender repeats it; one reliable copy is enough
+                    sent.append(data)
+                    self._put(channel, data, True, None)
         else:
             self._put(channel, data, True, None)
 

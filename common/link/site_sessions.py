@@ -1,4 +1,4 @@
-"""Sessions of one site: one, and over QUIC another one for the streams of a site that connects."""
+"""Sessions of one site: one; over QUIC a site that connects has two more, for its streams and for stops."""
 
 from __future__ import annotations
 
@@ -35,8 +35,9 @@ class SiteSessions:
         """The streams' first: the other end accepts one after the other, and fresh data must come soon."""
 
     def declare(self, channel: Channel, declare: Declare) -> None:
-        """Make a declaration on the session of a channel, and on each later one."""
-        self._of(channel).declare(declare)
+        """Make a declaration on the sessions on which a channel's messages arrive, and on each later one."""
+        for session in dict.fromkeys(self._of(channel, reliably) for reliably in (False, True)):
+            session.declare(declare)
 
     def put(
         self, channel: Channel, key: str, data: bytes, reliably: bool, blocks: bool, attachment: bytes | None
@@ -52,7 +53,7 @@ class SiteSessions:
             attachment: Bytes beside the message.
         """
         control, reliability = zenoh.CongestionControl, zenoh.Reliability
-        publisher = self._of(channel).publisher(
+        publisher = self._of(channel, reliably).publisher(
             (key, reliably),
             lambda session: session.declare_publisher(
                 key,
@@ -69,9 +70,9 @@ class SiteSessions:
         """True if every session has a connection."""
         return all(session.locators() for session in self._all)
 
-    def answers(self, key: str, timeout_s: float) -> bool:
-        """Decide whether a question is answered in time over every connection."""
-        return all(session.answers(key, timeout_s) for session in self._all)
+    def answers(self, key: str, timeout_s: float, gives_up: Callable[[], bool]) -> bool:
+        """Decide whether a question is answered in time over every connection, see `Session.answers`."""
+        return all(session.answers(key, timeout_s, gives_up) for session in self._all)
 
     def reopen(self) -> None:
         """Open all sessions again in place."""
@@ -95,8 +96,9 @@ class SiteSessions:
         for session in self._all:
             session.close()
 
-    def _of(self, channel: Channel) -> Session:
-        if channel.urgency is Urgency.STOP:
+    def _of(self, channel: Channel, reliably: bool) -> Session:
+        """Return the session of a message. A stop's reliable copy takes another way than its datagrams: one may be dead."""
+        if channel.urgency is Urgency.STOP and not reliably:
             return self._stops
         return self._streams if channel.is_streamed else self.main
 

@@ -3,7 +3,7 @@
 Robot and link are processes, the console is the shipped one, 0.3 s one way. Over QUIC each datagram is lost with the
 given chance in each direction; over TLS the relay loses nothing, as TCP repairs that itself: its figures are what TCP
 does without loss. Arm and Disarm in turn are timed until answered, stops until the robot has said that it received them.
-In an outage all datagrams are lost; data is fresh when it is not older than usual by more than 0.1 s. A job is that of `farhand
+In an outage all datagrams are lost; it begins 8 s after the one before. Data is fresh when it is not older than usual by more than 0.1 s. A job is that of `farhand
 demo`, with the plug. `--only` takes a line of the tables, such as `--only "quic, 10 %"`.
 """
 

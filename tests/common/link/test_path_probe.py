@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -64,7 +64,7 @@ def test_a_connection_that_carries_no_answer_on_an_open_path_is_made_anew(
     _, port = robot
     asked, again, silent_s = threading.Event(), threading.Event(), 60.0
 
-    def answer(_timeout_s: float) -> bool:
+    def answer(*_: object) -> bool:
         asked.set()
         return answers
 
@@ -80,7 +80,7 @@ def test_a_connection_is_made_as_soon_as_the_path_is_there(robot):
     _, port = robot
     again = threading.Event()
     watch = PathProbe(
-        path_to(f"quic/127.0.0.1:{port}"), lambda: 0.0, again.is_set, lambda _: False, again.set
+        path_to(f"quic/127.0.0.1:{port}"), lambda: 0.0, again.is_set, lambda *_: False, again.set
     )
     try:
         assert again.wait(30.0)
@@ -103,11 +103,65 @@ def test_after_an_outage_a_connection_that_brings_nothing_is_made_anew_and_one_t
 
     monkeypatch.setattr("farhand.common.link.path_probe.probe", probed)
     watch = PathProbe(
-        path_to("quic/127.0.0.1:1"), lambda: silent[0], lambda: True, lambda _: False, again.set
+        path_to("quic/127.0.0.1:1"), lambda: silent[0], lambda: True, lambda *_: False, again.set
     )
     try:
         assert over.wait(30.0)
         assert again.wait(3.0 if survives else 30.0) is not survives
+    finally:
+        watch.close()
+
+
+@pytest.mark.parametrize("is_silent", [True, False])
+def test_where_a_connection_can_stand_beside_a_dead_one_that_is_replaced_heard_or_not(
+    robot, monkeypatch: pytest.MonkeyPatch, is_silent: bool
+):
+    """One that is idle, as that of stops, may be dead while the others are heard."""
+    monkeypatch.setattr("farhand.common.link.path_probe._CHECK_S", 0.2)
+    _, port = robot
+    beside, again = threading.Event(), threading.Event()
+    watch = PathProbe(
+        path_to(f"quic/127.0.0.1:{port}"), lambda: 60.0 if is_silent else 0.0, lambda: True, lambda *_: False,
+        again.set, lambda _timeout_s, _gives_up: beside.set(),
+    )  # fmt: skip
+    try:
+        assert beside.wait(30.0)
+        assert not again.is_set()
+    finally:
+        watch.close()
+
+
+def test_connections_that_answer_are_left_alone(robot, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("farhand.common.link.path_probe._CHECK_S", 0.2)
+    _, port = robot
+    asked, changed = threading.Semaphore(0), threading.Event()
+
+    def answer(*_: object) -> bool:
+        asked.release()
+        return True
+
+    watch = PathProbe(
+        path_to(f"quic/127.0.0.1:{port}"), lambda: 0.0, lambda: True, answer,
+        changed.set, lambda _timeout_s, _gives_up: changed.set(),
+    )  # fmt: skip
+    try:
+        assert all(asked.acquire(timeout=30.0) for _ in range(3))
+        assert not changed.is_set()
+    finally:
+        watch.close()
+
+
+def test_a_first_attempt_over_a_long_path_is_not_begun_again_before_it_can_succeed(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    """At 1 s one way an opening takes eight seconds; an attempt begun again after three never ended."""
+    monkeypatch.setattr("farhand.common.link.path_probe._UNCONNECTED_S", 0.2)
+    monkeypatch.setattr("farhand.common.link.path_probe.probe", lambda *_: 0.2)
+    again, began_s = threading.Event(), time.monotonic()
+    watch = PathProbe(path_to("quic/127.0.0.1:1"), lambda: 0.0, again.is_set, lambda *_: True, again.set)
+    try:
+        assert again.wait(30.0)
+        assert time.monotonic() - began_s > 1.5 + 7.0 * 0.2 - 0.1
     finally:
         watch.close()
 
@@ -197,8 +251,8 @@ def test_a_site_that_hears_nothing_from_a_robot_that_answers_keeps_its_connectio
     """Such as one that has subscribed to nothing: the robot's end of the link answers all the same."""
     asked, answered = threading.Event(), []
 
-    def answer(timeout_s: float) -> bool:
-        answered.append(link._sessions.answers(keys.RIGHT.of("operator"), timeout_s))
+    def answer(timeout_s: float, gives_up: Callable[[], bool]) -> bool:
+        answered.append(link._sessions.answers(keys.RIGHT.of("operator"), timeout_s, gives_up))
         asked.set()
         return answered[-1]
 

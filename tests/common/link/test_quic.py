@@ -13,6 +13,7 @@ from farhand.common.address import free_port
 from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 from farhand.common.link import budget
 from farhand.common.link.interface import Request
+from farhand.common.link.link import ZenohLink
 from farhand.common.wire import keys
 from farhand.deploy.link.relay import Relay
 from farhand.deploy.pki.registry import Registry
@@ -174,6 +175,34 @@ def test_an_answer_ends_the_silence_so_that_the_next_question_is_asked_at_once(r
         here.close()
 
 
+@pytest.mark.parametrize("dead", ["_stops", "main"])
+def test_a_stop_arrives_and_is_acknowledged_though_one_of_its_two_connections_is_dead(
+    registry: Registry, robot, dead: str
+):
+    there, port = robot
+    here = operator(registry.folder_of("shore-1"), port)
+    try:
+        ask_until_answered(here)
+        stops, acknowledged = Heard(there, keys.STOP), Heard(here, keys.STOP_ACK)
+        assert here._probe is not None
+        here._probe.close()  # else it would be replaced at once
+        getattr(here._sessions, dead)._session.close()
+        here.send(keys.STOP, bytes(4))
+        assert stops.until(bool)
+        assert acknowledged.until(bool, 0.05) or _acknowledge(there, acknowledged)
+    finally:
+        here.close()
+
+
+def _acknowledge(robot: ZenohLink, acknowledged: Heard) -> bool:
+    until_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < until_s:
+        robot.send(keys.STOP_ACK, bytes(4))
+        if acknowledged.until(bool, 0.1):
+            return True
+    return False
+
+
 PROGRAM = """
 import sys, threading
 from farhand.common.link import budget
@@ -184,7 +213,7 @@ robot, operator, endpoint = sys.argv[1:]
 right = keys.RIGHT.of("shore-1")
 there = ZenohLink(EndpointSettings(listen=endpoint, certificates=robot))
 here = ZenohLink(EndpointSettings(connect=endpoint, certificates=operator))
-while not here._sessions.answers(right, 5.0):
+while not here._sessions.answers(right, 5.0, lambda: False):
     pass
 here._sessions.renew(right, 5.0, lambda: False)
 there.close()
