@@ -44,6 +44,7 @@ _RANGES = {
     "duplicate": 100.0,
     "corrupt": 100.0,
     "reorder": 100.0,
+    "reorder_ms": MAX_DELAY_MS,
     "rate_bps": 1e12,
     "queue_bytes": MAX_QUEUE_BYTES,
 }
@@ -82,9 +83,11 @@ class DirectionSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     corrupt: float = 0.0
     """Share of messages in which one bit is inverted in transit [%]; a transport that checks them drops them."""
     reorder: float = 0.0
-    """Share of messages that skip the delay and so overtake [%]."""
+    """Share of messages that arrive early and so overtake [%]."""
+    reorder_ms: float = 0.0
+    """Time that such a message gains [ms]; 0 skips the whole delay, as netem does, which no real path can."""
     gap: int = 1
-    """Only every n-th message may skip the delay, with this n."""
+    """Only every n-th message may overtake, with this n."""
     rate_bps: float = 0.0
     """Data rate [bit/s]; 0 is unlimited."""
     queue_bytes: int = 0

@@ -132,8 +132,14 @@ class MessageLine:
             self._since_reordered += 1
             if self._since_reordered >= settings.gap and self._reorder.random() < settings.reorder / 100:
                 self._since_reordered = 0
-                return self._sent_s
+                return self._draw_early_s()
         due_s = self._sent_s + self._jitter.draw_s(settings)
         if self._is_path:
             due_s = self._latest_s = max(due_s, self._latest_s)
         return due_s
+
+    def _draw_early_s(self) -> float:
+        settings = self._settings
+        if not settings.reorder_ms:
+            return self._sent_s
+        return max(self._sent_s, self._sent_s + self._jitter.draw_s(settings) - settings.reorder_ms / 1000)

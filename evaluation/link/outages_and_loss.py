@@ -16,13 +16,18 @@ Case = dict[str, Any]
 
 WAY_S = 0.3
 OUTAGES_S = (2.0, 10.0, 15.0, 28.0, 60.0)
+OVERTAKING_MS = 100.0
+"""Time that an overtaking datagram gains [ms]: two reports. netem's skip the whole delay, which no real path can."""
 SURVIVED_S = 28.0
 """Longest outage that the connection survives [s]."""
 LOSSES: dict[str, Case] = {
     "5 % lost": {"loss": 5.0},
     "10 % lost": {"loss": 10.0},
     "20 % lost": {"loss": 20.0},
-    "5 % lost, doubled and reordered": {"loss": 5.0, "duplicate": 10.0, "reorder": 10.0},
+    "5 % lost, doubled and reordered": {
+        "loss": 5.0, "duplicate": 10.0, "reorder": 10.0, "reorder_ms": OVERTAKING_MS
+    },
+    "5 % lost, doubled, reordered by the whole delay": {"loss": 5.0, "duplicate": 10.0, "reorder": 10.0},
     "other ports in the middle": {"rebind": True},
 }
 """Impairments of each direction, by name; `rebind`: the link continues from other ports while the robot executes."""

@@ -11,7 +11,7 @@ from farhand.common.impairment.impairment import DirectionSettings, LinkSettings
 
 NUMBERS = [
     "delay_ms", "jitter_ms", "correlation", "loss", "loss_correlation", "gemodel_p", "gemodel_r", "gemodel_1_h",
-    "gemodel_1_k", "duplicate", "reorder", "rate_bps", "queue_bytes",
+    "gemodel_1_k", "duplicate", "reorder", "reorder_ms", "rate_bps", "queue_bytes",
 ]  # fmt: skip
 
 

@@ -22,6 +22,7 @@ directions = st.builds(
     duplicate=st.sampled_from([0.0, 30.0, 100.0]),
     corrupt=st.sampled_from([0.0, 30.0]),
     reorder=st.sampled_from([0.0, 30.0]),
+    reorder_ms=st.sampled_from([0.0, 50.0]),
     gap=st.integers(1, 4),
     rate_bps=st.sampled_from([0.0, 9600.0, 1e6]),
     queue_bytes=st.integers(0, 5000),
@@ -62,6 +63,16 @@ def test_reordered_messages_skip_the_delay_at_their_rate_and_not_before_their_ga
     # Two that cannot skip, then a geometric number of tries: 2 + 1 / 0.25 = 6 apart on average.
     mean = sum(apart) / len(apart)
     assert mean == pytest.approx(6, abs=4 * math.sqrt(0.75 / 0.25**2 / len(apart)))
+
+
+@pytest.mark.parametrize("is_path", [False, True])
+def test_a_reordered_message_gains_as_much_as_it_is_told_and_never_arrives_before_it_was_sent(is_path):
+    line = MessageLine(DirectionSettings(delay_ms=300, reorder=25, reorder_ms=100), is_path=is_path)
+    delays_s = [line.push(t / 100, 1)[0].due_s - t / 100 for t in range(N)]
+    early = [delay_s for delay_s in delays_s if delay_s < 0.25]
+    assert early == pytest.approx([0.2] * len(early)) and len(early) / N == pytest.approx(0.25, abs=0.05)
+    line = MessageLine(DirectionSettings(delay_ms=300, reorder=100, reorder_ms=500), is_path=is_path)
+    assert line.push(1.0, 1)[0].due_s == 1.0
 
 
 def test_messages_are_corrupted_at_their_rate_each_in_one_bit_anywhere():
