@@ -26,7 +26,8 @@ each sent after the previous one was confirmed.
 carries a mark in its attachment (sender, number, times, loss and delay, see `common/link/pace.py`), by which each site slows its
 streams down on a lossy link. Messages that go `both ways` are sent reliably, and as datagrams until they are answered. Such a question
 carries its id and its asker in the attachment and runs once; each copy is answered in the way in which it came, datagrams on
-`op/SITE/answer/ASKER` with the question's id.
+`op/SITE/answer/ASKER` with the question's id. While the robot hears nobody, its reports have no mark, and those that no longer fit the window of their
+connection come on `rov/tele/state/stops` and then `rov/tele/state/main`, which operators receive over their connections of those names.
 
 A query of `op/SITE/right` is answered to everybody who has a certificate: what the robot's list of sites says of that name (JSON with `role` and,
 for a revoked site, `revoked`; `robots` if it may reach these alone), or null. It is also the question by which a site over QUIC finds out whether the

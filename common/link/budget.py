@@ -8,6 +8,7 @@ silent, a gate reduces the sending to small probes, so that the end of an outage
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -80,14 +81,16 @@ _LEAST_SILENCE_S, _REPORTS = 0.5, 3.0
 _REPORT_BYTES, _REPORT_HZ = 264, 25.0
 _OUTAGE, _DOUBTED = 2.0, 3.0
 """Silence that is an outage, and silence after which the other end is asked whether it is there; in usual silences."""
-_WINDOW_BYTES, _QUIC_BYTES, _MARK_BYTES = 12_000, 30, 19
-"""QUIC's first window, what QUIC adds beyond `OVERHEAD_BYTES`, and the mark that a stream's message has, but not in a silence [B]."""
+_QUIC_BYTES, _MARK_BYTES = 62, 19
+"""Bytes that Zenoh and QUIC add to a message in QUIC's window, and the mark of a stream's message, absent in a silence [B]."""
 _BEFORE, _LATE = 28, 4
 """Reports that are unacknowledged when an outage is noticed, with a one-way delay of 0.3 s, and rare ones later in half a minute."""
-_PROMPT, _PROMPT_PAUSE_S, _PROBE_PAUSE_S, _RARE_PAUSE_S = 12, 0.2, 0.32, 5.0
+_ROOM_BYTES = {keys.TELEMETRY: 12_000, keys.TELEMETRY_BY_STOPS: 10_000, keys.TELEMETRY_BY_MAIN: 10_000}
+"""Room for reports in the first window of each connection, 12 kB; the rest is for acknowledgements of stops, and events [B]."""
+_REPORT_PAUSE_S, _RARE_PAUSE_S = 0.2, 5.0
 _PAUSES_S = {keys.HEARTBEAT: 0.4, keys.STOP: 0.6, keys.LEASE: 2.0}
-"""Pauses during a silence: between the first reports, between those that find room in the window, and between all other
-messages, except on some channels [s]. With them half a minute of a channel finds room in the window."""
+"""Pauses during a silence: between reports that find room in a window, and between all other messages, except on some
+channels [s]. With them half a minute of a channel finds room."""
 
 
 class Silence:
@@ -147,7 +150,9 @@ class SilenceGate:
     def __init__(self, silence: Silence):
         self._silence, self._lock = silence, threading.Lock()
         self._sent_s: dict[Channel, float] = {}
-        self._reports = 0
+        self._used_bytes: dict[Channel, int] = {}
+        self.reports = keys.TELEMETRY
+        """Channel of the report that was let out last in the present silence."""
 
     def lets_out(self, channel: Channel, n_bytes: int) -> bool:
         """Decide whether a message that its sender repeats or replaces may be sent now.
@@ -158,23 +163,30 @@ class SilenceGate:
         """
         with self._lock:
             if not self._silence.is_unusual:
-                self._reports = 0
+                self._used_bytes.clear()
                 return True
-            now_s = self._silence.clock()
-            pause_s = (
-                self._report_pause_s(n_bytes)
-                if channel is keys.TELEMETRY
-                else _PAUSES_S.get(channel, _RARE_PAUSE_S)
-            )
-            if now_s - self._sent_s.get(channel, -pause_s) < pause_s:
-                return False
-            self._sent_s[channel] = now_s
-            self._reports += channel is keys.TELEMETRY
-            return True
+            if channel is keys.TELEMETRY:
+                return self._lets_report_out(n_bytes - OVERHEAD_BYTES + _QUIC_BYTES)
+            return self._paused(channel, _PAUSES_S.get(channel, _RARE_PAUSE_S))
 
-    def _report_pause_s(self, n_bytes: int) -> float:
-        n_bytes += _QUIC_BYTES
-        used_bytes = _BEFORE * n_bytes + (self._reports + 1 + _LATE) * (n_bytes - _MARK_BYTES)
-        if used_bytes > _WINDOW_BYTES:
-            return _RARE_PAUSE_S
-        return _PROMPT_PAUSE_S if self._reports < _PROMPT else _PROBE_PAUSE_S
+    def _lets_report_out(self, n_bytes: int) -> bool:
+        """Let a report out on the first connection with room: each has a window of its own."""
+        if not self._used_bytes:
+            self._used_bytes[keys.TELEMETRY] = _BEFORE * (n_bytes + _MARK_BYTES) + _LATE * n_bytes
+        for channel, room_bytes in _ROOM_BYTES.items():
+            used_bytes = self._used_bytes.get(channel, 0) + n_bytes
+            if used_bytes <= room_bytes:
+                if not self._paused(keys.TELEMETRY, _REPORT_PAUSE_S):
+                    return False
+                self._used_bytes[channel], self.reports = used_bytes, channel
+                return True
+        self.reports = keys.TELEMETRY
+        return self._paused(keys.TELEMETRY, _RARE_PAUSE_S)
+
+    def _paused(self, channel: Channel, pause_s: float) -> bool:
+        """Decide whether a channel has paused for that time, and note the message if so."""
+        now_s = self._silence.clock()
+        if now_s - self._sent_s.get(channel, -math.inf) < pause_s:
+            return False
+        self._sent_s[channel] = now_s
+        return True

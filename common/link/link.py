@@ -117,6 +117,10 @@ class ZenohLink:
 
     def subscribe(self, channel: Channel, deliver: Deliver) -> None:
         """See `Link.subscribe`."""
+        for each in keys.REPORTS if channel is keys.TELEMETRY else (channel,):
+            self._subscribe(each, deliver)
+
+    def _subscribe(self, channel: Channel, deliver: Deliver) -> None:
         key, quic = channel.of(self._site), self._quic
 
         def take(sample: zenoh.Sample) -> bool | None:

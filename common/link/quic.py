@@ -82,10 +82,10 @@ class QuicDelivery:
     def send(self, channel: Channel, data: bytes) -> None:
         """Send a message now, according to its kind."""
         if channel.is_streamed:
-            # No mark in a silence, where each byte counts, see `SilenceGate`.
-            self._put(
-                channel, data, False, None if self._silence.is_unusual else self._pace.mark(channel.key)
-            )
+            if not self._silence.is_unusual:
+                self._put(channel, data, False, self._pace.mark(channel.key))
+            else:  # without a mark, as each byte counts, and a report where there is room
+                self._put(self._gate.reports if channel is keys.TELEMETRY else channel, data, False, None)
         elif channel.both_ways:
             try:
                 self._put(channel, data, False, None)
@@ -99,7 +99,7 @@ class QuicDelivery:
 
     def arrived(self, channel: Channel, sample: zenoh.Sample) -> None:
         """Process the mark of a sample, and set the rate of the streams by it."""
-        if not channel.is_streamed:
+        if not channel.is_streamed or channel in keys.REPORTS[1:]:
             return
         self._streamed_s = time.monotonic()
         if sample.attachment is None:

@@ -12,6 +12,7 @@ import zenoh
 from farhand.common.errors import LinkError
 from farhand.common.link.endpoint import EndpointSettings, scheme_of
 from farhand.common.link.session import RETRY_S, Configure, Declare, Session
+from farhand.common.wire import keys
 from farhand.common.wire.keys import Channel, Urgency
 
 
@@ -98,8 +99,10 @@ class SiteSessions:
 
     def _of(self, channel: Channel, reliably: bool) -> Session:
         """Return the session of a message. A stop's reliable copy takes another way than its datagrams: one may be dead."""
-        if channel.urgency is Urgency.STOP and not reliably:
+        if channel is keys.TELEMETRY_BY_STOPS or (channel.urgency is Urgency.STOP and not reliably):
             return self._stops
+        if channel is keys.TELEMETRY_BY_MAIN:
+            return self.main
         return self._streams if channel.is_streamed else self.main
 
 

@@ -103,11 +103,16 @@ RIGHT = Channel("op/right", Urgency.EVENT, must_arrive=True)
 # From the robot
 STOP_ACK = Channel("rov/stop/ack", Urgency.STOP, must_arrive=True, both_ways=True)
 TELEMETRY = Channel("rov/tele/state", Urgency.TELEMETRY, must_arrive=False)
+TELEMETRY_BY_STOPS = Channel("rov/tele/state/stops", Urgency.TELEMETRY, must_arrive=False)
+TELEMETRY_BY_MAIN = Channel("rov/tele/state/main", Urgency.TELEMETRY, must_arrive=False)
 EVENT = Channel("rov/event", Urgency.EVENT, must_arrive=True, most_bytes=MAX_BYTES)
 PATH = Channel("rov/path", Urgency.BULK, must_arrive=False, most_bytes=MAX_BYTES)
 PICTURE = Channel(
     "rov/picture", Urgency.PICTURE, must_arrive=False, most_bytes=MAX_PICTURE_BYTES + _SMALL_BYTES
 )
+
+REPORTS = (TELEMETRY, TELEMETRY_BY_STOPS, TELEMETRY_BY_MAIN)
+"""Channels of the robot's reports; in a silence the link moves reports to the others, over its other connections."""
 
 OBSERVERS = (STOP, HEARTBEAT, REPORT, EVENTS, CATALOGUE, BLOB, CAMERA)
 """Channels on which a site may send that has the right to watch and stop only."""
@@ -131,4 +136,4 @@ ALL = (
     PATH,
     PICTURE,
 )
-"""All channels of the sites; `RIGHT` belongs to the link itself."""
+"""All channels of the sites; the others belong to the link itself."""

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections import Counter
 from itertools import pairwise
 
 import pytest
@@ -12,7 +13,7 @@ from farhand.common.wire.keys import Channel
 
 FIRST_WINDOW_BYTES = 12_000
 QUIC_BYTES, MARK_BYTES = (
-    100,
+    78,
     19,
 )  # of the transport, as measured; and of a stream's mark, which is left out in a silence
 NOTICED_S, ROUND_TRIP_S = 0.5, 0.6
@@ -61,20 +62,26 @@ def test_what_goes_out_in_half_a_minute_of_silence_fits_the_first_congestion_win
     clock = Clock()
     gate = SilenceGate(Silence(clock=clock))
     full = len(sent(gate, clock, channel, n_bytes, hz, NOTICED_S)) + round(ROUND_TRIP_S * hz)
-    few = len(sent(gate, clock, channel, n_bytes, hz, 28.0))
-    assert full * (n_bytes + QUIC_BYTES) + few * (n_bytes + QUIC_BYTES - MARK_BYTES) < FIRST_WINDOW_BYTES
+    few = Counter[Channel]()
+    for _ in range(round(28.0 * hz)):
+        clock.now_s += 1 / hz
+        if gate.lets_out(channel, n_bytes + OVERHEAD_BYTES):
+            few[gate.reports if channel is keys.TELEMETRY else channel] += 1
+    used_bytes = {each: n * (n_bytes + QUIC_BYTES - MARK_BYTES) for each, n in few.items()}
+    used_bytes[channel] += full * (n_bytes + QUIC_BYTES)
+    assert max(used_bytes.values()) < FIRST_WINDOW_BYTES
+    others = [n for each, n in used_bytes.items() if each is not channel]  # stops and events need room there
+    assert not others or max(others) <= FIRST_WINDOW_BYTES - 2000
 
 
-@pytest.mark.parametrize(("n_bytes", "for_s"), [(POINT_BYTES, 9.0), (ARM_BYTES, 2.0)])
-def test_reports_leave_four_and_then_three_times_a_second_while_the_window_has_room(
-    n_bytes: int, for_s: float
-):
+@pytest.mark.parametrize(("n_bytes", "for_s"), [(POINT_BYTES, 28.0), (ARM_BYTES, 22.0)])
+def test_reports_leave_four_times_a_second_while_a_window_has_room(n_bytes: int, for_s: float):
     clock = Clock()
     gate = SilenceGate(Silence(clock=clock))
     sent(gate, clock, keys.TELEMETRY, n_bytes, 25.0, NOTICED_S)
     times_s = sent(gate, clock, keys.TELEMETRY, n_bytes, 25.0, for_s)
     pauses_s = [later - earlier for earlier, later in pairwise(times_s)]
-    assert max(pauses_s[:8]) <= 0.25 and max(pauses_s) <= 0.33
+    assert max(pauses_s) <= 0.25 + 1e-9
 
 
 def test_heartbeats_leave_every_0_4_s_all_the_time_so_that_the_end_of_an_outage_is_noticed():

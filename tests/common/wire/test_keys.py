@@ -8,7 +8,9 @@ from farhand.common.wire.keys import Urgency
 
 def test_every_channel_has_a_key_of_its_own_and_is_in_the_table():
     channels = [value for value in vars(keys).values() if isinstance(value, keys.Channel)]
-    assert sorted(c.key for c in channels) == sorted(c.key for c in (*keys.ALL, keys.RIGHT))
+    assert sorted(c.key for c in channels) == sorted(
+        c.key for c in (*keys.ALL, keys.RIGHT, *keys.REPORTS[1:])
+    )
     assert len({c.key for c in channels}) == len(channels)
 
 
