@@ -1,9 +1,7 @@
-"""Kinematic pre-flight check: whether the arm can move the last 20 cm into a receptacle with a bent wrist.
+"""Kinematic pre-flight check, computed without moving: joint angles for the successive poses of a motion.
 
-An arm that can no longer turn its tool freely jams in the bore; the check finds this before the motion
-starts.
-
-Straight trajectory into a receptacle, computed without moving: joint angles for successive poses.
+It decides before the motion starts whether the arm can move the last 20 cm into a receptacle with a bent wrist, as an arm
+that can no longer turn its tool freely jams in the bore, and whether the joints allow the planned motion to be followed.
 """
 
 from __future__ import annotations
@@ -17,6 +15,7 @@ from numpy.typing import NDArray
 from farhand.common.arm import arm
 from farhand.common.arm.engine import mink
 from farhand.common.arm.kinematics import Kinematics, compose, difference, moved
+from farhand.common.arm.velocity_ik import VelocityIk
 from farhand.common.wire.reasons import Code, Reason, because
 
 Array = NDArray[np.float64]
@@ -99,6 +98,10 @@ WARNED_BELOW = 0.03
 """Least singular value below which the operator is warned."""
 
 _WORST_M, _WORST_RAD = 0.002, np.radians(1.0)
+_BEHIND_M, _BEHIND_RAD = 0.010, 0.1
+"""Distance to a planned pose beyond which the arm cannot follow: the servo's largest lead."""
+_TRIES = 2
+"""Steps for one pose: an arm that falls behind is waited for, a little."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +145,7 @@ class Preflights:
 
     def __init__(self, kinematics: Kinematics):
         self._way_in = InsertionTrajectory(kinematics)
+        self._ik = VelocityIk(kinematics)
 
     def examine(self, joints_rad: Array, receptacle: Array) -> Preflight:
         """Move from these angles straight to a point before the receptacle, then into it.
@@ -157,3 +161,32 @@ class Preflights:
             worst = np.maximum(worst, [np.linalg.norm(error[:3]), np.linalg.norm(error[3:])])
             least = min(least, kinematics.least_singular_value())
         return Preflight(float(least), *worst.tolist())
+
+    def follow(self, joints_rad: Array, planned: Array, step_s: float) -> Reason | None:
+        """Follow a planned motion from these angles; return the reason why the joints cannot, None if they can.
+
+        Args:
+            joints_rad: Present joint angles. Shape (N,) [rad].
+            planned: Poses of the tip. Shape (M, 7).
+            step_s: Time between two of them [s].
+        """
+        kinematics = self._way_in.kinematics
+        kinematics.update(joints_rad)
+        poses = [*_straight(kinematics.tip, planned[0]), *planned]
+        for k, pose in enumerate(poses):
+            if (missed := self._missed(pose, step_s)) is not None:
+                share = 100.0 * k / len(poses)
+                return because(Code.JOINTS_END, missed_m=missed[0], missed_rad=missed[1], share=share)
+        return None
+
+    def _missed(self, pose: Array, step_s: float) -> tuple[float, float] | None:
+        """Move to the next pose as the servo would; return the error if the arm falls behind [m, rad]."""
+        kinematics, missed = self._way_in.kinematics, (0.0, 0.0)
+        for _ in range(_TRIES):
+            velocities = self._ik.solve(difference(kinematics.tip, pose) / step_s).joint_velocities
+            kinematics.configuration.integrate_inplace(velocities, step_s)
+            error = difference(kinematics.tip, pose)
+            missed = float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
+            if missed[0] <= _BEHIND_M and missed[1] <= _BEHIND_RAD:
+                return None
+        return missed

@@ -66,6 +66,9 @@ WORDS: dict[Code, str] = {
     Code.IN_RECEPTACLE: "the plug is in the receptacle: retract it first",
     Code.WAY_OUT_UNKNOWN: "the robot has not seen its receptacle: it does not know the way out",
     Code.OUT_OF_REACH: "the receptacle is out of the arm's reach: it misses the way in by {missed_m:mm} and {missed_rad:deg}",
+    Code.JOINTS_END: "the joints cannot follow the planned motion: after {share:.0f} % of it they miss it by {missed_m:mm} and "
+    "{missed_rad:deg}; begin from a pose nearer to that of the demonstrations",
+    Code.EITHER_WAY: "the demonstrations turn the tool by {turned_rad:deg} from here: it may turn either way round",
     Code.WRIST_STRAIGHT: "the wrist would be straight on the way in ({singular_value:.3f})",
     Code.WRIST_NEARLY_STRAIGHT: "the wrist is nearly straight on the way in ({singular_value:.3f})",
     Code.NOT_DELIVERED: "NOT DELIVERED: the robot did not answer",

@@ -80,6 +80,8 @@ class Code(StrEnum):
     IN_RECEPTACLE = "in receptacle"
     WAY_OUT_UNKNOWN = "way out unknown"
     OUT_OF_REACH = "out of reach"
+    JOINTS_END = "joints end"
+    EITHER_WAY = "either way"
     WRIST_STRAIGHT = "wrist straight"
     WRIST_NEARLY_STRAIGHT = "wrist nearly straight"
     NOT_DELIVERED = "not delivered"

@@ -61,8 +61,9 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
             "causes": sorted({r["cause"] for r in part if r["let_through"] and not r["success"]}),
         }
     passed = [
-        each["let_through"] > 0 and each["successes"] >= REQUIRED * each["let_through"]
+        each["successes"] >= REQUIRED * each["let_through"]
         for each in summary.values()
+        if each["let_through"]
     ]
     summary["pairs"], summary["pairs_that_pass"] = len(passed), sum(passed)
     rows = [(own, *(_cell(results, own, arm) for arm in arms)) for own in owns]
@@ -73,7 +74,7 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
     ]
     text = (
         f"Rows: the arm that was taught on; columns: the arm that executed. Successes among the trials that the pre-flight check let through; "
-        f"{sum(passed)} of {len(passed)} pairs have {100 * REQUIRED:g} % or more."
+        f"{sum(passed)} of the {len(passed)} pairs of which it let any through have {100 * REQUIRED:g} % or more."
     )
     parts = [
         "# Across arms",
@@ -92,7 +93,8 @@ def summarise(results: list[Case]) -> tuple[Case, str]:
 
 def _cell(results: list[Case], own: str, arm: str) -> str:
     part = [result for result in results if (result["own_arm"], result["arm"]) == (own, arm)]
-    return rate([result["success"] for result in part if result["let_through"]]) if part else ""
+    successes = [result["success"] for result in part if result["let_through"]]
+    return rate(successes) if successes else f"none of {len(part)} let through" if part else ""
 
 
 _TEXT = (__doc__ or "").split("\n", 1)[1].strip()

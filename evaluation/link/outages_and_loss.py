@@ -25,7 +25,10 @@ LOSSES: dict[str, Case] = {
     "10 % lost": {"loss": 10.0},
     "20 % lost": {"loss": 20.0},
     "5 % lost, doubled and reordered": {
-        "loss": 5.0, "duplicate": 10.0, "reorder": 10.0, "reorder_ms": OVERTAKING_MS
+        "loss": 5.0,
+        "duplicate": 10.0,
+        "reorder": 10.0,
+        "reorder_ms": OVERTAKING_MS,
     },
     "5 % lost, doubled, reordered by the whole delay": {"loss": 5.0, "duplicate": 10.0, "reorder": 10.0},
     "other ports in the middle": {"rebind": True},

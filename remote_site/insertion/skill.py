@@ -22,7 +22,7 @@ from farhand.remote_site.insertion.sight_and_touch import (
     TrackedPerception,
     pose_of,
 )
-from farhand.remote_site.interface.embodiment import Belief, Check, Guidance
+from farhand.remote_site.interface.embodiment import Belief, Check, ExaminePath, Guidance
 from farhand.remote_site.interface.goals import (
     BACK_OFF_M,
     BACK_OFF_S,
@@ -34,6 +34,7 @@ from farhand.remote_site.interface.goals import (
 )
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.interface.sensing import Sensing
+from farhand.remote_site.reproduction.executor_settings import Path
 
 Array = NDArray[np.float64]
 
@@ -108,8 +109,8 @@ def free_speed_m_s(fastest_m_s: float) -> float:
     return SPEED * fastest_m_s
 
 
-Examine = Callable[[EffectorState, Array], Check]
-"""Function that examines the straight path from a state of the arm into a receptacle at a pose."""
+Examine = Callable[[EffectorState, Array | None, Path], Check]
+"""Function that examines a planned motion from a state of the arm, also straight into a receptacle, if it is to enter one. Shape (7,)."""
 
 _LOOK_S = 0.5
 """Time before an execution in which the receptacle is observed and the wrist's sensor tared [s]."""
@@ -132,7 +133,7 @@ class InsertionSkill:
         ready: Goal pose of Go to ready. Shape (7,).
         max_speed_m_s: Speed limit of the tip, in every mode [m/s].
         new_recovery: Makes the recovery of an execution; its argument is True if the plug enters the bore.
-        examine: Examines an insertion before it begins; None for no examination.
+        examine: Examines a motion before it begins; None for no examination.
     """
 
     def __init__(
@@ -220,9 +221,10 @@ class InsertionSkill:
             return because(Code.WAY_OUT_UNKNOWN)
         return None
 
-    def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
-        """See `Skill`; an insertion has its path into the bore examined."""
+    def check(self, task: AnyTask, sensing: Sensing) -> ExaminePath | None:
+        """See `Skill`; an insertion has its path into the bore examined, too."""
         assert isinstance(task, ArmTask)
-        if task.skill != "insert" or self._examine is None:
+        if self._examine is None:
             return None
-        return partial(self._examine, sensing.effector, pose_of(sensing.goal))
+        receptacle = pose_of(sensing.goal) if task.skill == "insert" else None
+        return partial(self._examine, sensing.effector, receptacle)

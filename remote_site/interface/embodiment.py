@@ -28,7 +28,7 @@ from farhand.common.wire.reasons import Reason
 from farhand.remote_site.interface.goals import ManoeuvreGoal
 from farhand.remote_site.interface.plant import EffectorState, Plant
 from farhand.remote_site.interface.sensing import Perception, Sensing
-from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
+from farhand.remote_site.reproduction.executor_settings import ExecutorSettings, Path
 
 Array = NDArray[np.float64]
 
@@ -95,6 +95,10 @@ class Check(NamedTuple):
 
     refusal: Reason | None = None
     warning: Reason | None = None
+
+
+ExaminePath = Callable[[Path], Check]
+"""Function that examines a planned motion."""
 
 
 class Record(Protocol):
@@ -201,8 +205,8 @@ class Skill(Protocol):
         """Return the phase at the end of a motion: SEATED or ARRIVED."""
         ...
 
-    def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
-        """Return a function that examines the task's motion from here, None for none.
+    def check(self, task: AnyTask, sensing: Sensing) -> ExaminePath | None:
+        """Return a function that examines the task's planned motion from here, None for none.
 
         It takes long and is called by another thread.
         """

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from farhand.common.event_loop import Mailbox, Worker
 from farhand.common.log import loop_logger
 from farhand.common.model.task_frame import TaskFrame
@@ -12,15 +15,20 @@ from farhand.common.model.way import distance_from_taught
 from farhand.common.wire.messages import PlannedPath, Stamp
 from farhand.common.wire.motion_encoding import packed
 from farhand.common.wire.reasons import Code, Reason, because
-from farhand.remote_site.interface.embodiment import Check
+from farhand.remote_site.interface.embodiment import Check, ExaminePath
 from farhand.remote_site.interface.plant import EffectorState
 from farhand.remote_site.motion.model_trial import StoredModel
-from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings, ExecutorState
+from farhand.remote_site.reproduction.executor import Executor, ExecutorSettings, ExecutorState, Path
+
+Array = NDArray[np.float64]
 
 _log = loop_logger(__name__)
 
 STEP_S = 0.1
 MAX_POINTS = 200
+
+_OPEN_RAD, _ASIDE_RAD = np.radians(160.0), np.radians(25.0)
+"""Rotation to a component from which on sight's noise decides which way round it is taken, and a rotation that decides it."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +44,7 @@ class PlanRequest:
         state: Progress of the execution so far; None to plan from the beginning.
         effector: State of the robot.
         frames: Task frames at the instant.
-        check: Examines the motion before it is planned; None for no examination.
+        check: Examines the planned motion; None for no examination.
     """
 
     path_id: int
@@ -47,21 +55,29 @@ class PlanRequest:
     state: ExecutorState | None
     effector: EffectorState
     frames: tuple[TaskFrame, ...]
-    check: Callable[[], Check] | None = None
+    check: ExaminePath | None = None
 
 
 def plan(request: PlanRequest) -> PlannedPath:
     """Roll the model out from the request's instant to its end."""
-    (at, moving), frames = request.effector.controlled, request.frames
+    return _planned(request, _rolled_out(request, request.effector.controlled[0]))
+
+
+def _rolled_out(request: PlanRequest, at: Array) -> Path:
+    moving, frames = request.effector.controlled[1], request.frames
     if request.state is None:
         executor = Executor(request.stored.model, request.settings)
         executor.begin(at, moving, frames)
     else:
         executor = Executor.from_state(request.stored.model, request.settings, request.state)
-    path = executor.predict(at, moving, frames, step_s=STEP_S, max_points=MAX_POINTS)
-    away, away_frame, model = 0.0, 0, request.stored.model
+    return executor.predict(at, moving, frames, step_s=STEP_S, max_points=MAX_POINTS)
+
+
+def _planned(request: PlanRequest, path: Path) -> PlannedPath:
+    at, model = request.effector.controlled[0], request.stored.model
+    away, away_frame = 0.0, 0
     if request.plan_id:
-        away, away_frame = distance_from_taught(model.ways, at, frames, model.max_distance_m)
+        away, away_frame = distance_from_taught(model.ways, at, request.frames, model.max_distance_m)
     return PlannedPath(
         path_id=request.path_id,
         plan_id=request.plan_id,
@@ -78,8 +94,34 @@ def plan(request: PlanRequest) -> PlannedPath:
 
 def answer(request: PlanRequest) -> tuple[PlannedPath | None, Reason | None]:
     """Return the path with a warning for the operator, or None with the reason why there is none."""
-    found = Check() if request.check is None else request.check()
-    return (plan(request), found.warning) if found.refusal is None else (None, found.refusal)
+    path = _rolled_out(request, request.effector.controlled[0])
+    found = Check() if request.check is None else _examined(request, request.check, path)
+    return (_planned(request, path), found.warning) if found.refusal is None else (None, found.refusal)
+
+
+def _examined(request: PlanRequest, examine: ExaminePath, path: Path) -> Check:
+    """Examine a plan, and both ways round if the execution may turn the tool either way."""
+    found, at = examine(path), request.effector.controlled[0]
+    turn = _furthest_turn(request, at)
+    turned_rad = float(np.linalg.norm(turn))
+    if found.refusal is not None or turned_rad < _OPEN_RAD:
+        return found
+    manifold = request.stored.model.manifold
+    for aside_rad in (-_ASIDE_RAD, _ASIDE_RAD):
+        start = manifold.exp(at, np.concatenate([np.zeros(3), aside_rad / turned_rad * turn]))
+        either = examine(_rolled_out(request, start))
+        if either.refusal is not None:
+            return either
+    return found._replace(warning=found.warning or because(Code.EITHER_WAY, turned_rad=turned_rad))
+
+
+def _furthest_turn(request: PlanRequest, at: Array) -> Array:
+    """Return the largest rotation from a pose to a component's mean, in the goal's frame; zero for positions. Shape (3,)."""
+    model = request.stored.model
+    if not model.manifold.oriented:
+        return np.zeros(3)
+    turns = model.manifold.log(request.frames[-1].to_local(at), model.means[-1])[:, 3:]
+    return turns[np.argmax(np.linalg.norm(turns, axis=1))]
 
 
 class PreviewWorker(Worker[PlanRequest]):

@@ -21,7 +21,7 @@ from farhand.common.wire.messages import ArmState
 from farhand.remote_site.config import RemoteConfig
 from farhand.remote_site.interface.embodiment import Check
 from farhand.remote_site.interface.plant import EffectorState
-from farhand.remote_site.reproduction.executor_settings import ExecutorSettings
+from farhand.remote_site.reproduction.executor_settings import ExecutorSettings, Path
 
 Array = NDArray[float64]
 
@@ -69,11 +69,17 @@ class ArmHardware:
         """Prepare `examine` with kinematics at home."""
         self._preflights = Preflights(kinematics)
 
-    def examine(self, effector: EffectorState, receptacle: Array) -> Check:
-        """Solve the inverse kinematics along the path into the bore. Shape (7,)."""
+    def examine(self, effector: EffectorState, receptacle: Array | None, plan: Path) -> Check:
+        """Solve the inverse kinematics straight into the bore, if given, and along the plan. Shape (7,)."""
         assert effector.joints_rad is not None
-        found = self._preflights.examine(effector.joints_rad, receptacle)
-        return Check(found.refusal, found.warning)
+        found = Check()
+        if receptacle is not None:
+            insertion = self._preflights.examine(effector.joints_rad, receptacle)
+            found = Check(insertion.refusal, insertion.warning)
+        if found.refusal is None:
+            refusal = self._preflights.follow(effector.joints_rad, plan.points_world, plan.step_s)
+            found = found._replace(refusal=refusal)
+        return found
 
     def arm_state(self, effector: EffectorState, overruns: int) -> ArmState:
         """See `Hardware`."""

@@ -6,7 +6,6 @@ Record of an execution that ends with tracking a target: the distance from it si
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,14 @@ from farhand.common.task import AnyTask, PointTask
 from farhand.common.wire.messages import ArmState
 from farhand.common.wire.reasons import Reason
 from farhand.remote_site.config import RemoteConfig
-from farhand.remote_site.interface.embodiment import ArmMemory, Belief, Check, Embodiment, Guidance, World
+from farhand.remote_site.interface.embodiment import (
+    ArmMemory,
+    Belief,
+    Embodiment,
+    ExaminePath,
+    Guidance,
+    World,
+)
 from farhand.remote_site.interface.goals import SPEED, FixedGoal, ManoeuvreGoal, giving_way
 from farhand.remote_site.interface.plant import EffectorState, Plant, PointPlant
 from farhand.remote_site.interface.sensing import Perception, Sensing, TrueTarget
@@ -164,7 +170,7 @@ class PointSkill:
         seated = force_n is not None and force_n >= self.task.limits.contact_n
         return Phase.SEATED if seated else Phase.ARRIVED
 
-    def check(self, task: AnyTask, sensing: Sensing) -> Callable[[], Check] | None:
+    def check(self, task: AnyTask, sensing: Sensing) -> ExaminePath | None:
         """See `Skill`."""
 
 

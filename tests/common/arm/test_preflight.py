@@ -9,6 +9,7 @@ from farhand.common.arm.kinematics import Kinematics, moved
 from farhand.common.arm.preflight import REFUSED_BELOW, WARNED_BELOW, Preflight, Preflights
 from farhand.common.arm.simulation.disturbances import Surroundings
 from farhand.common.wire.reason_words import sentence
+from farhand.deploy.places import find_cell, find_task
 from tests.cells import JACO
 
 HOME = np.array(JACO.robot.home_rad)
@@ -48,6 +49,41 @@ def test_most_of_the_acceptance_box_is_let_through_and_bad_corners_are_not():
         found.append(PREFLIGHTS.examine(HOME, receptacle(tuple(position), tuple(turn))))
     assert sum(not one.refusal for one in found) >= 11
     assert all(one.worst_m < 1e-4 for one in found)
+
+
+def turned(steps: int, about_z_rad: float) -> np.ndarray:
+    """Poses that turn the tool at home about its axis, a twentieth of a radian at a time."""
+    home = Kinematics(JACO)
+    home.update(HOME)
+    turns = np.linspace(0.0, about_z_rad, steps)
+    return np.stack([moved(home.tip, np.array([0.0, 0.0, 0.0, 0.0, 0.0, turn])) for turn in turns])
+
+
+def test_a_plan_that_the_joints_can_follow_is_let_through():
+    assert PREFLIGHTS.follow(HOME, turned(40, 2.0), 0.1) is None
+
+
+def test_a_plan_that_leads_out_of_reach_is_refused_with_how_far_the_arm_comes():
+    away = np.stack(
+        [moved(turned(1, 0.0)[0], np.array([0.0, 0.0, 0.01 * k, 0.0, 0.0, 0.0])) for k in range(80)]
+    )
+    assert (
+        "after " in (said := sentence(PREFLIGHTS.follow(HOME, away, 0.1))) and "joints cannot follow" in said
+    )
+
+
+def test_a_plan_that_turns_a_joint_beyond_its_range_is_refused():
+    panda = find_cell(find_task("hot-stab"), "panda")
+    assert panda is not None
+    home = np.array(panda.robot.home_rad)
+    kinematics = Kinematics(panda)
+    kinematics.update(home)
+    round_the_axis = [
+        moved(kinematics.tip, np.array([0.0, 0.0, 0.0, 0.0, 0.0, turn]))
+        for turn in np.linspace(0.0, 5.5, 110)
+    ]
+    refusal = Preflights(kinematics).follow(home, np.stack(round_the_axis), 0.1)
+    assert "joints cannot follow" in sentence(refusal)
 
 
 @pytest.mark.parametrize(

@@ -25,16 +25,17 @@ def row(own_arm: str, arm: str, success: bool, let_through: bool = True) -> dict
     }  # fmt: skip
 
 
-def test_a_pair_passes_by_what_was_let_through_and_none_by_nothing():
+def test_a_pair_passes_by_what_was_let_through_and_counts_only_if_anything_was():
     good, bad = row("jaco", "panda", True), row("panda", "jaco", False)
     refused = row("jaco", "jaco", False, let_through=False)
     summary, text = cross_arms.summarise([good] * 19 + [bad] + [row("jaco", "panda", False, False), refused])
-    assert (summary["pairs"], summary["pairs_that_pass"]) == (3, 1)
+    assert (summary["pairs"], summary["pairs_that_pass"]) == (2, 1)
     assert summary["jaco>panda"]["let_through"] == summary["jaco>panda"]["successes"] == 19
     assert summary["jaco>jaco"]["let_through"] == 0 and summary["panda>jaco"]["causes"] == [
         "stuck in the bore"
     ]
     assert "19 of 19" in text and "0 of 1 " in text and "- panda>jaco: stuck in the bore" in text
+    assert "none of 1 let through" in text
 
 
 def test_the_paper_s_own_set_up_is_one_of_them():

@@ -213,6 +213,18 @@ def test_an_insertion_that_is_out_of_reach_is_refused_at_its_preview():
     assert failed.action == Action.PREVIEW and "out of the arm's reach" in said(failed)
 
 
+def test_a_preview_warns_where_the_tool_may_turn_either_way_round():
+    state = ArmBench().remembered
+    assert state.arm is not None
+    *others, wrist = state.arm.joints_rad
+    turned = structs.replace(state.arm, joints_rad=(*others, wrist + np.radians(172.0)))
+    bench = ArmBench(remembered=structs.replace(state, arm=turned)).armed()
+    bench.run(1.0)
+    bench.preview(bench.send_model().sha256)
+    (done,) = bench.events("completed")[-1:]
+    assert done.action == Action.PREVIEW and "either way round" in said(done)
+
+
 def test_a_plug_that_jams_again_and_again_gives_up_and_holds():
     blocked = Cell(robot=JACO.robot, receptacle=Receptacle(depth_m=0.030))  # where the robot expects 85 mm
     bench = ArmBench(seed=1, cell=blocked, attempts=1, tracker="clean").executing()
