@@ -6,7 +6,9 @@ import math
 import time
 from dataclasses import dataclass, replace
 
+import numpy as np
 from msgspec import structs
+from numpy.typing import NDArray
 
 from farhand.common.arm.cell import Cell
 from farhand.common.arm.compliance import ComplianceSettings
@@ -113,6 +115,14 @@ class Trial:
             goal: Goal of the task.
         """
         self._model, self._goal = model, goal
+
+    def mean_joints_rad(self, duration_s: float) -> NDArray[np.float64]:
+        """Let the robot go on for a time; return the means of its joint angles, without the sight's noise. Shape (N,) [rad]."""
+        joints_rad = []
+        for _ in range(round(duration_s / TICK_S)):
+            self._time.run_until(self._time.now_s() + TICK_S)
+            joints_rad.append(self.arm.simulation.joints_rad.copy())
+        return np.mean(joints_rad, axis=0)
 
     def run(self) -> TrialRecord:
         """Command the task, and watch it until the goal was held, a guard trips, or its time is over."""
