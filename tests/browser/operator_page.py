@@ -130,6 +130,16 @@ class OperatorPage:
                 if left_ms <= 0.0:
                     raise
 
+    @contextmanager
+    def cut_link(self) -> Iterator[None]:
+        """Cut the link until the end of the block: a number of seconds would be over too soon on a busy machine."""
+        self.slide("Cut for [s]", 60)
+        self.press("Cut")
+        self.says("link", "LOST")
+        yield
+        self.slide("Cut for [s]", 1)  # in place of the present cut
+        self.press("Cut")
+
     def command(self, label: str, mode: str) -> None:
         """Press a button until the robot reports the mode that it leads to."""
         self.insist(label, "mode", mode)

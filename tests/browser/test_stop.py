@@ -51,14 +51,13 @@ def test_a_stop_over_a_dead_link_is_not_delivered_until_it_is(tab: OperatorPage)
     tab.taught()
     tab.command("Arm", "HOLD")
     tab.command("Execute", "AUTONOMOUS")
-    tab.slide("Cut for [s]", 12)
-    tab.press("Cut")
-    tab.says("link", "LOST")
-    tab.press("STOP")
-    tab.says(
-        "stop", re.compile(r"STOP NOT DELIVERED \d+ s: the robot was AUTONOMOUS when last heard \d+ s ago.*")
-    )
-    tab.says("mode", "AUTONOMOUS")
+    with tab.cut_link():
+        tab.press("STOP")
+        tab.says(
+            "stop",
+            re.compile(r"STOP NOT DELIVERED \d+ s: the robot was AUTONOMOUS when last heard \d+ s ago.*"),
+        )
+        tab.says("mode", "AUTONOMOUS")
     tab.says("mode", "STOPPED")
     tab.says("stop", "")
     expect(tab.tp("stop")).to_be_hidden()
