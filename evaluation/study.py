@@ -22,6 +22,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Protocol, cast
 
@@ -216,7 +217,7 @@ def _run_all(
     results = {number: result for number, result in earlier.items() if result is not None}
     context = multiprocessing.get_context("spawn")
     n_workers = 1 if one_at_a_time else min(os.cpu_count() or 1, len(cases))
-    with ProcessPoolExecutor(n_workers, context, end_with_parent, (os.getpid(),)) as pool:
+    with ProcessPoolExecutor(n_workers, context, _begin_worker, (os.getpid(),)) as pool:
         numbers = {
             pool.submit(trial, case): number for number, case in enumerate(cases) if number not in results
         }
@@ -232,6 +233,18 @@ def _run_all(
                 worker.terminate()
             raise
     return [results[number] for number in range(len(cases))]
+
+
+def _begin_worker(parent_pid: int) -> None:
+    end_with_parent(parent_pid)
+    # Its results are delivered by then. The interpreter would wait for connections that are being closed, and could abort in them.
+    Finalize(None, _leave, exitpriority=-100)
+
+
+def _leave() -> None:
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)
 
 
 def _shown(name: str, items: Iterator, total: int) -> Iterator:

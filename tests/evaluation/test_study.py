@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from farhand.evaluation import study, study_record
 from farhand.evaluation.live import neighbours
 from farhand.evaluation.study import chosen, reporting_seeds, run, tuning_seeds
 from farhand.evaluation.study_record import FinishedTrials
-from tests.evaluation import coins
+from tests.evaluation import coins, lingering
 from tests.farhand_process import await_end
 
 
@@ -89,6 +90,13 @@ def test_a_trial_that_fails_ends_the_study_and_leaves_nothing(tmp_path):
     with pytest.raises(InvalidConfiguration, match="coin: edge: a side"):
         run("coins", 3, 13, tmp_path / "results", "")
     assert not (tmp_path / "results").exists()
+
+
+def test_a_study_does_not_wait_for_threads_that_its_trials_left_behind(tmp_path, monkeypatch):
+    monkeypatch.setitem(study.STUDIES, "lingering", "tests.evaluation.lingering")
+    began_s = time.monotonic()
+    run("lingering", 1, 0, tmp_path, "")
+    assert time.monotonic() - began_s < lingering.LASTS_S / 2
 
 
 def test_a_long_study_that_was_stopped_goes_on_where_it_was_and_leaves_its_record_alone(
