@@ -167,7 +167,7 @@ class SilenceGate:
                 return True
             if channel is keys.TELEMETRY:
                 return self._lets_report_out(n_bytes - OVERHEAD_BYTES + _QUIC_BYTES)
-            return self._paused(channel, _PAUSES_S.get(channel, _RARE_PAUSE_S))
+            return self._is_due(channel, _PAUSES_S.get(channel, _RARE_PAUSE_S))
 
     def _lets_report_out(self, n_bytes: int) -> bool:
         """Let a report out on the first connection with room: each has a window of its own."""
@@ -176,15 +176,15 @@ class SilenceGate:
         for channel, room_bytes in _ROOM_BYTES.items():
             used_bytes = self._used_bytes.get(channel, 0) + n_bytes
             if used_bytes <= room_bytes:
-                if not self._paused(keys.TELEMETRY, _REPORT_PAUSE_S):
+                if not self._is_due(keys.TELEMETRY, _REPORT_PAUSE_S):
                     return False
                 self._used_bytes[channel], self.reports = used_bytes, channel
                 return True
         self.reports = keys.TELEMETRY
-        return self._paused(keys.TELEMETRY, _RARE_PAUSE_S)
+        return self._is_due(keys.TELEMETRY, _RARE_PAUSE_S)
 
-    def _paused(self, channel: Channel, pause_s: float) -> bool:
-        """Decide whether a channel has paused for that time, and note the message if so."""
+    def _is_due(self, channel: Channel, pause_s: float) -> bool:
+        """Decide whether a channel has paused long enough; its next pause begins then."""
         now_s = self._silence.clock()
         if now_s - self._sent_s.get(channel, -math.inf) < pause_s:
             return False

@@ -28,7 +28,7 @@ STEP_S = 0.1
 MAX_POINTS = 200
 
 _OPEN_RAD, _ASIDE_RAD = np.radians(160.0), np.radians(25.0)
-"""Rotation to a component from which on sight's noise decides which way round it is taken, and a rotation that decides it."""
+"""Rotation to a component above which noise of the sight decides which way round the tool turns, and how far the start is turned to choose a way."""
 
 
 @dataclass(frozen=True)
